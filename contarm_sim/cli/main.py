@@ -1,0 +1,4 @@
+"""Entry point of `contarm`."""
+def main() -> None:
+    """Run."""
+    print("contarm")

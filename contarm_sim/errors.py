@@ -1,0 +1,78 @@
+"""The errors a caller can act on. Each carries the numbers it speaks of."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+class ContarmError(Exception):
+    """Root of every error that contarm_sim raises on purpose."""
+
+
+class InputError(ContarmError, ValueError):
+    """A value that cannot be used: says what was given, what is allowed, and where.
+
+    Attributes:
+        name: the name of the parameter, as in Python, TOML and (with dashes) on the command line.
+        given: the value that was given.
+        allowed: what would have been accepted, in words.
+        where: the file or place that the value came from, or None.
+    """
+
+    def __init__(self, name: str, given: Any, allowed: str, where: str | None = None) -> None:
+        self.name, self.given, self.allowed, self.where = name, given, allowed, where
+        super().__init__(f"{where + ': ' if where else ''}{name} is {given}; allowed: {allowed}")
+
+
+class UnreachableError(InputError):
+    """A target off the dome of reachable tips.
+
+    Attributes:
+        target: the first target refused [m], shape (3,).
+        miss: distance from it to the tip that the refused solution would reach [m].
+        nearest: the nearest point of the dome [m], shape (3,).
+        index: its place among the targets, or None for a single one.
+    """
+
+    def __init__(
+        self, target: Any, miss: float, nearest: Any, tolerance: float, index: int | None = None
+    ) -> None:
+        self.target, self.miss, self.nearest, self.index = target, miss, nearest, index
+        at = "" if index is None else f" {index}"
+        super().__init__(
+            f"target{at}",
+            f"({', '.join(f'{x:.6g}' for x in target)}) m, which is {miss * 1e3:.4g} mm off the dome of reachable tips",
+            f"a miss of at most {tolerance * 1e3:.3g} mm (the nearest reachable point is "
+            f"({', '.join(f'{x:.6g}' for x in nearest)}) m), or a projection: nearest, ray, paper",
+        )
+
+
+class DivergenceError(ContarmError):
+    """The simulation blew up; no number of that run is returned.
+
+    Attributes:
+        time: simulated time at which the engine gave the warning [s].
+        dof: the degree of freedom it named, or -1.
+        joint: the name of that degree of freedom's joint.
+        settings: the time step, integrator and gains of the run.
+    """
+
+    def __init__(self, time: float, dof: int, joint: str, settings: dict[str, Any]) -> None:
+        self.time, self.dof, self.joint, self.settings = time, dof, joint, settings
+        said = ", ".join(f"{key} {value}" for key, value in settings.items())
+        super().__init__(f"the simulation diverged at t = {time:.4f} s in dof {dof} ({joint}) with {said}")
+
+
+class ConvergenceError(ContarmError):
+    """An iteration ended without an answer; says how far it got."""
+
+    def __init__(self, what: str, residual: float, tolerance: float, iterations: int, unit: str) -> None:
+        self.residual, self.tolerance, self.iterations = residual, tolerance, iterations
+        super().__init__(
+            f"{what} did not converge: residual {residual:.3g} {unit} after {iterations} iterations "
+            f"(allowed: {tolerance:.3g} {unit})"
+        )
+
+
+class RenderingError(ContarmError):
+    """No picture can be made here; says what was tried and why each attempt failed."""

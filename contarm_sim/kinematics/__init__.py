@@ -1,0 +1,9 @@
+"""Closed-form kinematics of the inextensible section, NumPy only.
+
+`arc` is bend <-> pose of the constant-curvature arc, `dome` its inverse, `muscles` bend <->
+muscle length changes, `chain` the same for the chain of rigid links.
+"""
+
+from contarm_sim.kinematics import arc, chain, dome, muscles
+
+__all__ = ["arc", "chain", "dome", "muscles"]

@@ -1,0 +1,74 @@
+"""The uniformly bent chain of rigid links, in closed form (design section 4).
+
+N joints at pitch h = length/N with a half link at each end, every joint bent by
+beta = |bend|/N in one plane. Then every station s = i h (base, disks, tip) lies on the arc of
+the same bend whose length is length * (beta/2)/tan(beta/2), and each straight muscle span
+crosses one joint:
+
+    L_i = length cos(beta/2) - r (bend . u_i) sinc(beta/2)
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arrays import Array, as_vectors, sinc
+from contarm_sim.kinematics.muscles import DIRECTIONS
+
+
+def _half_joint_angle(bend: Array, links: int) -> Array:
+    return np.hypot(bend[..., 0], bend[..., 1]) / (2 * links)
+
+
+def effective_length(bend: Any, length: float, links: int) -> Array:
+    """Return the length [m], shape (...), of the arc through the chain's stations."""
+    half = _half_joint_angle(as_vectors(bend, 2, "bend"), links)
+    return length * np.cos(half) / sinc(half)
+
+
+def station(bend: Any, length: float, links: int, index: Any) -> Array:
+    """Return positions [m], shape (..., 3), of stations 0 (base), 1 .. links - 1 (disks), links (tip).
+
+    `index` broadcasts against the leading axes of `bend`.
+    """
+    bend = as_vectors(bend, 2, "bend")
+    scale = effective_length(bend, length, links) / length
+    return scale[..., None] * arc.position(bend, length, np.asarray(index) / links)
+
+
+def tip(bend: Any, length: float, links: int) -> Array:
+    """Return tip positions [m], shape (..., 3). The tip's orientation is that of the arc."""
+    return station(bend, length, links, links)
+
+
+def discretisation_error(bend: Any, length: float, links: int) -> Array:
+    """Return the distance [m], shape (...), between the arc's tip and the chain's: known without a simulation.
+
+    Relative to the tip's distance from the base it is 1 - (beta/2)/tan(beta/2) ~ bend_angle^2/(12 links^2).
+    """
+    bend = as_vectors(bend, 2, "bend")
+    return np.linalg.norm(arc.position(bend, length) - tip(bend, length, links), axis=-1)
+
+
+def lengths_from_bend(bend: Any, length: float, radius: float, links: int) -> Array:
+    """Return muscle lengths [m], shape (..., 3)."""
+    bend = as_vectors(bend, 2, "bend")
+    half = _half_joint_angle(bend, links)
+    return (length * np.cos(half))[..., None] - radius * sinc(half)[..., None] * (bend @ DIRECTIONS.T)
+
+
+def bend_from_lengths(lengths: Any, length: float, radius: float, links: int) -> tuple[Array, Array]:
+    """Return (bend [rad], shape (..., 2); residual [m], shape (...)) of measured muscle lengths.
+
+    Length differences fix the bend; their common mode is then redundant, and the residual is
+    what it leaves: mean(lengths) - length cos(beta/2), zero when all joints bend alike. The
+    differences decide alone because they are some `links` times more sensitive to the bend.
+    """
+    lengths = as_vectors(lengths, 3, "muscle_lengths")
+    chord = -(2 / (3 * radius)) * (lengths @ DIRECTIONS)
+    half = np.arcsin(np.clip(np.hypot(chord[..., 0], chord[..., 1]) / (2 * links), 0.0, 1.0))
+    bend = chord / sinc(half)[..., None]
+    return bend, lengths.mean(axis=-1) - length * np.cos(half)

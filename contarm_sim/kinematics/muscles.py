@@ -1,0 +1,75 @@
+"""Bend to muscle length changes and back, and the possibility map (paper eq. 6-13).
+
+Muscle i sits at angle psi_i = 0, 2 pi/3, 4 pi/3 on the circle of radius r, so
+l_i = -r (bend . u_i) with u_i = (cos psi_i, sin psi_i): linear, hence free of the
+singularity of the paper's theta(q) and lambda(q).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics.arrays import Array, as_vectors
+
+MUSCLE_ANGLES = np.array([0.0, 2 * np.pi / 3, 4 * np.pi / 3])
+"""Angles psi_i of the three muscles about +Z from +X [rad]."""
+
+DIRECTIONS = np.array([[1.0, 0.0], [-0.5, np.sqrt(3) / 2], [-0.5, -np.sqrt(3) / 2]])
+"""Unit vectors u_i from the backbone to the muscles, shape (3, 2)."""
+
+
+def deltas_from_bend(bend: Any, radius: float) -> Array:
+    """Return muscle length changes [m] (shortening < 0), shape (..., 3), of the arc."""
+    return -radius * (as_vectors(bend, 2, "bend") @ DIRECTIONS.T)
+
+
+def bend_from_deltas(deltas: Any, radius: float, tolerance: float | None = None) -> tuple[Array, Array]:
+    """Return (bend [rad], shape (..., 2); residual [m], shape (...)) of muscle length changes.
+
+    The residual is mean(deltas). An inextensible arc makes it zero; a bend exists for any
+    deltas (their differences), but a residual means that no arc has these lengths.
+
+    Raises:
+        InputError: |residual| exceeds `tolerance` (None: never), or a bend angle of pi or more.
+    """
+    deltas = as_vectors(deltas, 3, "deltas")
+    residual = deltas.mean(axis=-1)
+    if tolerance is not None and np.any(np.abs(residual) > tolerance):
+        worst = deltas[np.abs(residual) > tolerance][0] if deltas.ndim > 1 else deltas
+        raise InputError(
+            "deltas",
+            f"({', '.join(f'{x:.6g}' for x in worst)}) m, whose sum is {worst.sum():.3g} m",
+            f"a sum of 0 (within {3 * tolerance:.1g} m): the backbone is inextensible",
+        )
+    bend = -(2 / (3 * radius)) * (deltas @ DIRECTIONS)
+    if tolerance is not None and np.any(np.hypot(bend[..., 0], bend[..., 1]) >= np.pi):
+        angle = np.hypot(bend[..., 0], bend[..., 1]).max()
+        raise InputError(
+            "deltas", f"such that bend_angle is {angle:.6g} rad", "deltas of a bend angle below pi rad"
+        )
+    return bend, residual
+
+
+def possibility_ellipse(radius: float, bend_angle: float = np.pi, points: int = 181) -> Array:
+    """Return the curve of (l_2, l_3) [m], shape (points, 2), at one bend angle in every plane.
+
+    It is the ellipse l_2^2 + l_3^2 + l_2 l_3 = (3/4) (radius bend_angle)^2; at pi it bounds
+    the paper's possibility map (its fig. "ellipse").
+    """
+    plane = np.linspace(-np.pi, np.pi, points)
+    bend = bend_angle * np.stack([np.cos(plane), np.sin(plane)], axis=-1)
+    return deltas_from_bend(bend, radius)[:, 1:]
+
+
+def inside_possibility_map(deltas: Any, radius: float) -> Array:
+    """Tell whether (l_2, l_3) lie inside the paper's ellipse, shape (...), bool.
+
+    This proves only that bend_angle < pi: l_2^2 + l_3^2 + l_2 l_3 = (3/4) (r bend_angle)^2
+    holds identically. It says nothing of l_1, of pressures, or of a target's being reachable.
+    """
+    deltas = as_vectors(deltas, 3, "deltas")
+    l2, l3 = deltas[..., 1], deltas[..., 2]
+    return np.asarray(l2**2 + l3**2 + l2 * l3 < 0.75 * (radius * np.pi) ** 2)

@@ -1,0 +1,1 @@
+"""Closed-form mechanics of the arm, NumPy only."""

@@ -1,0 +1,59 @@
+"""Arm to MjSpec: the attachable arm, and the arm in its scene."""
+
+from __future__ import annotations
+
+import mujoco
+
+from contarm_sim.arm import Arm
+from contarm_sim.mjcf.backbone import add_backbone, add_defaults
+from contarm_sim.mjcf.muscles import MUSCLES, add_muscles, add_sensors, straight_setpoint
+from contarm_sim.mjcf.scene import add_scene, base_quaternion, world_gravity
+
+TIMESTEP = 0.002
+"""Default time step [s]: see benchmarks/timestep.py for the study that chose it."""
+
+_MATERIALS = {
+    "spine": ([0.82, 0.83, 0.85, 1.0], 0.6, 0.5),
+    "disk": ([0.20, 0.22, 0.25, 1.0], 0.4, 0.4),
+    "plate": ([0.10, 0.11, 0.13, 1.0], 0.6, 0.6),
+    "steel": ([0.62, 0.64, 0.67, 1.0], 0.9, 0.8),
+}
+
+
+def arm_spec(arm: Arm) -> mujoco.MjSpec:
+    """Return the arm alone: base body at the world's origin, ready to be attached or compiled.
+
+    Gravity is the arm's own, in the base frame, which is the world frame here.
+    """
+    spec = mujoco.MjSpec()
+    spec.modelname = "contarm"
+    spec.compiler.degree = False
+    spec.compiler.autolimits = False
+    spec.option.timestep = TIMESTEP
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.gravity = arm.gravity
+    for name, (rgba, specular, shininess) in _MATERIALS.items():
+        spec.add_material(name=name, rgba=rgba, specular=specular, shininess=shininess)
+    add_defaults(spec, arm)
+    bodies = add_backbone(spec, arm)
+    add_muscles(spec, arm, bodies)
+    add_sensors(spec)
+    dofs = arm.links * (3 if arm.torsional_stiffness is not None else 2)
+    spec.add_key(name="straight", qpos=[0.0] * dofs, ctrl=[straight_setpoint(arm)] * len(MUSCLES))
+    spec.stat.extent = 1.2 * arm.length
+    spec.stat.center = [0.0, 0.0, 0.5 * arm.length]
+    return spec
+
+
+def scene_spec(arm: Arm) -> mujoco.MjSpec:
+    """Return the arm on its mount above a floor, with light and cameras.
+
+    The base is turned by `arm.base_orientation`; if omitted, so that gravity points down the picture.
+    """
+    spec = arm_spec(arm)
+    spec.modelname = "contarm_scene"
+    spec.option.gravity = world_gravity(arm)
+    base = spec.body("base")
+    base.pos = add_scene(spec, arm)
+    base.quat = base_quaternion(arm)
+    return spec

@@ -1,0 +1,69 @@
+"""Write a spec as MJCF text that compiles to the same numbers.
+
+MuJoCo's own writer rounds to six digits. It is kept for structure, and every rounded number is replaced
+by the spec's exact one; a value that does not agree with the rounded one is left alone.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import mujoco
+import numpy as np
+
+from contarm_sim.arm import Arm
+from contarm_sim.mjcf.build import arm_spec, scene_spec
+
+_RENAMED = {"diaginertia": "inertia"}
+_ATTRIBUTES_OF = {"general": "actuator", "spatial": "tendon", "inertial": "body"}
+
+
+def exact_xml(spec: mujoco.MjSpec) -> str:
+    """Return the spec as MJCF with full-precision numbers."""
+    spec.compile()
+    root = ElementTree.fromstring(spec.to_xml())
+    option = root.find("option")
+    if option is not None:
+        _restore(option, spec.option)
+    _restore_section(root, spec)
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def write_models(arm: Arm, folder: Path) -> None:
+    """Write arm.xml and scene.xml into an existing folder."""
+    (folder / "arm.xml").write_text(exact_xml(arm_spec(arm)))
+    (folder / "scene.xml").write_text(exact_xml(scene_spec(arm)))
+
+
+def _restore_section(element: ElementTree.Element, spec: mujoco.MjSpec) -> None:
+    for child in element:
+        name = child.get("name")
+        if child.tag == "default" and child.get("class"):
+            default = spec.find_default(child.get("class"))
+            for part in child:
+                _restore(part, getattr(default, _ATTRIBUTES_OF.get(part.tag, part.tag), None))
+        elif child.tag == "inertial":
+            _restore(child, spec.body(element.get("name")))
+        elif name is not None:
+            find = getattr(spec, _ATTRIBUTES_OF.get(child.tag, child.tag), None)
+            if callable(find):
+                _restore(child, find(name))
+        _restore_section(child, spec)
+
+
+def _restore(element: ElementTree.Element, source: Any) -> None:
+    for attribute, text in element.attrib.items():
+        name = _RENAMED.get(attribute, "ipos" if (element.tag, attribute) == ("inertial", "pos") else attribute)
+        try:
+            rounded = np.array(text.split(), dtype=float)
+            value = np.asarray(getattr(source, name))
+            exact = value.astype(float).ravel()[: rounded.size]
+        except (AttributeError, TypeError, ValueError):
+            continue
+        if value.dtype == np.float32:  # colours and the like: six digits say more than the number holds
+            continue
+        if exact.size == rounded.size and np.allclose(exact, rounded, rtol=1e-5, atol=1e-12):
+            element.set(attribute, " ".join(f"{x:.17g}" if f"{x:.15g}" != repr(float(x)) else f"{x:.15g}" for x in exact))

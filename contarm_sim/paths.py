@@ -1,0 +1,256 @@
+"""Paths of the tip: shapes in closed form, or waypoints from a CSV file.
+
+A path is a curve of targets over a parameter in [0, 1], travelled at even tip speed, slower in tight turns,
+with a soft start and stop. Curves on the dome are drawn in bend space, where they are exact.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arrays import Array, sinc
+
+RAMP = 0.1
+"""Fraction of the duration spent in each of the soft start and stop."""
+
+Curve = Callable[[Array], Array]
+
+
+@dataclass(frozen=True)
+class Path:
+    """A curve and its timing.
+
+    Attributes:
+        name: what it is called.
+        curve: parameter in [0, 1], shape (T,), to targets [m], shape (T, 3).
+        duration: time it takes [s].
+        even: travel at even tip speed; otherwise with the curve's own timing.
+    """
+
+    name: str
+    curve: Curve
+    duration: float
+    even: bool = True
+
+    def targets(self, rate: float) -> tuple[Array, Array]:
+        """Return (times [s], shape (T,); targets [m], shape (T, 3)) at `rate` [Hz], both ends included."""
+        ticks = round(self.duration * rate)
+        time = np.arange(ticks + 1) / rate
+        if ticks < 1:
+            raise InputError("duration", f"{self.duration:g} s", f"at least one control period, {1 / rate:g} s")
+        phase = np.clip(time / self.duration, 0.0, 1.0)
+        return time, self.curve(self._evenly(_soft(phase)) if self.even else phase)
+
+    def _evenly(self, fraction: Array) -> Array:
+        """Turn fractions of the travelling time into the curve's parameter.
+
+        Speed is proportional to 1/sqrt(1 + kappa R) at a path curvature kappa, R the path's largest extent: even on
+        wide arcs, and nowhere more centripetal acceleration than speed^2/R.
+        """
+        parameter = np.linspace(0, 1, 4001)
+        points = self.curve(parameter)
+        velocity = np.gradient(points, parameter, axis=0)
+        speed = np.linalg.norm(velocity, axis=1)
+        turning = np.linalg.norm(np.cross(velocity, np.gradient(velocity, parameter, axis=0)), axis=1)
+        curvature = np.divide(turning, speed**3, out=np.zeros_like(speed), where=speed > 0)
+        extent = np.ptp(points, axis=0).max()
+        slowness = speed * np.sqrt(1 + curvature * extent)
+        time = np.concatenate([[0.0], np.cumsum(0.5 * (slowness[1:] + slowness[:-1]))])
+        return np.interp(fraction, time / time[-1], parameter) if time[-1] > 0 else fraction
+
+
+def _soft(phase: Array) -> Array:
+    """Return distance over time: speed rises and falls over `RAMP` with no jump in acceleration."""
+    def ramp(x: Array) -> Array:  # integral of the speed 3 x^2 - 2 x^3
+        return x**3 - 0.5 * x**4
+
+    speed = 1 / (1 - RAMP)
+    up = RAMP * ramp(np.clip(phase / RAMP, 0, 1)) + np.clip(phase - RAMP, 0, 1 - 2 * RAMP)
+    down = RAMP * (0.5 - ramp(np.clip((1 - phase) / RAMP, 0, 1)))
+    return speed * (up + np.where(phase > 1 - RAMP, down, 0.0))
+
+
+def _on_dome(bend_angle: Array, plane_angle: Array, length: float) -> Array:
+    bend = np.stack([bend_angle * np.cos(plane_angle), bend_angle * np.sin(plane_angle)], axis=-1)
+    return arc.position(bend, length)
+
+
+def spiral(length: float, turns: float, max_bend: float) -> Curve:
+    """Return a spiral on the dome: from straight to `max_bend` [rad] while the bending plane turns."""
+    return lambda s: _on_dome(max_bend * s, 2 * np.pi * turns * s, length)
+
+
+def sphere_spiral(turns: float, max_bend: float, radius: float, centre: tuple[float, float, float]) -> Curve:
+    """Return the paper's spiral on a spherical shell, from its highest point; its targets lie off the dome."""
+
+    def curve(s: Array) -> Array:
+        polar, plane = 0.5 * max_bend * s, 2 * np.pi * turns * s
+        unit = np.stack([np.sin(polar) * np.cos(plane), np.sin(polar) * np.sin(plane), np.cos(polar)], axis=-1)
+        return np.array(centre) + radius * unit
+
+    return curve
+
+
+def circle(length: float, max_bend: float) -> Curve:
+    """Return the circle of tips at one bend angle [rad]."""
+    return lambda s: _on_dome(np.full_like(s, max_bend), 2 * np.pi * s, length)
+
+
+def line(length: float, max_bend: float) -> Curve:
+    """Return the meridian through the straight pose, from `max_bend` [rad] one way to `max_bend` the other."""
+    return lambda s: _on_dome(max_bend * (2 * s - 1), np.zeros_like(s), length)
+
+
+def figure_eight(length: float, max_bend: float) -> Curve:
+    """Return a figure of eight through the straight pose, `max_bend` [rad] at its widest."""
+
+    def curve(s: Array) -> Array:
+        bend = max_bend * np.stack([np.sin(2 * np.pi * s), 0.5 * np.sin(4 * np.pi * s)], axis=-1)
+        return arc.position(bend, length)
+
+    return curve
+
+
+NAMES = ("spiral", "sphere-spiral", "circle", "line", "figure-eight")
+
+
+def named(
+    name: str,
+    length: float,
+    duration: float = 10.0,
+    turns: float = 3.0,
+    max_bend: float = math.radians(120),
+    sphere_radius: float | None = None,
+    sphere_centre: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> Path:
+    """Return one of the paths in `NAMES`.
+
+    Args:
+        length: backbone length [m].
+        duration: [s].
+        turns: of the spirals.
+        max_bend: largest bend angle [rad]; for the sphere spiral twice the largest polar angle, which is the same.
+        sphere_radius: of the shell [m]; default `length`, the shell that touches the dome at its top.
+        sphere_centre: of the shell [m].
+
+    Raises:
+        InputError: unknown name, or a number out of range.
+    """
+    _require("duration", duration, duration > 0, "a positive time [s]")
+    _require("turns", turns, turns > 0, "a positive number")
+    _require("max_bend", max_bend, 0 < max_bend < math.pi, "0 < max_bend < pi [rad]")
+    radius = length if sphere_radius is None else sphere_radius
+    _require("sphere_radius", radius, radius > 0, "a positive radius [m]")
+    if name == "spiral":
+        curve = spiral(length, turns, max_bend)
+    elif name == "sphere-spiral":
+        curve = sphere_spiral(turns, max_bend, radius, sphere_centre)
+    elif name == "circle":
+        curve = circle(length, max_bend)
+    elif name == "line":
+        curve = line(length, max_bend)
+    elif name == "figure-eight":
+        curve = figure_eight(length, max_bend)
+    else:
+        raise InputError("path", repr(name), ", ".join(NAMES) + ", or a CSV file")
+    return Path(name, curve, duration)
+
+
+def _require(name: str, value: float, ok: bool, allowed: str) -> None:
+    if not (math.isfinite(value) and ok):
+        raise InputError(name, value, allowed)
+
+
+def read_csv(file: str | FilePath) -> tuple[Array | None, Array]:
+    """Read tip positions from a CSV file with a header: `x,y,z` or `t,x,y,z`, in m and s.
+
+    Returns:
+        (times, shape (T,), or None; positions, shape (T, 3)).
+
+    Raises:
+        InputError: unreadable, empty, a missing column, or a bad cell, with its row and column.
+    """
+    where = str(file)
+    try:
+        text = FilePath(file).read_bytes().decode("utf-8-sig")
+    except OSError as error:
+        raise InputError("file", f"unreadable ({error.strerror})", "a CSV file with columns x,y,z", where) from error
+    except UnicodeDecodeError as error:
+        raise InputError("file", "not text", "a CSV file with columns x,y,z", where) from error
+    if "\0" in text:
+        raise InputError("file", "not text", "a CSV file with columns x,y,z", where)
+    rows = [(number, row) for number, row in enumerate(csv.reader(text.splitlines()), 1) if any(c.strip() for c in row)]
+    if not rows:
+        raise InputError("file", "empty", "a CSV file with columns x,y,z or t,x,y,z", where)
+    header = [cell.strip().lower() for cell in rows[0][1]]
+    missing = [name for name in "xyz" if name not in header]
+    if missing:
+        raise InputError("header", repr(",".join(header)), f"columns x,y,z or t,x,y,z (missing: {', '.join(missing)})", where)
+    if len(rows) < 2:
+        raise InputError("file", "without rows below its header", "at least one row of x,y,z", where)
+    names = [name for name in "txyz" if name in header]
+    values = np.array([[_cell(row, header.index(name), name, number, where) for name in names] for number, row in rows[1:]])
+    times = values[:, 0] if "t" in names else None
+    if times is not None and np.any(np.diff(times) <= 0):
+        bad = int(np.argmax(np.diff(times) <= 0)) + 1
+        raise InputError(f"t in row {rows[bad + 1][0]}", values[bad, 0], f"more than the row before ({values[bad - 1, 0]:g} s)", where)
+    return times, values[:, -3:]
+
+
+def _cell(row: list[str], column: int, name: str, number: int, where: str) -> float:
+    text = row[column].strip() if column < len(row) else ""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(f"row {number}, column {name}", repr(text), "a finite number", where)
+    return value
+
+
+def from_waypoints(positions: Array, length: float, times: Array | None = None, duration: float | None = None) -> Path:
+    """Return a smooth path through tip positions [m], shape (T, 3).
+
+    Interpolates direction and distance relative to the dome with monotone cubics, so that between waypoints on
+    the dome the path stays on it.
+
+    Args:
+        times: when to be where [s], shape (T,); None: constant speed.
+        duration: [s]; default 10, or what `times` span.
+
+    Raises:
+        InputError: fewer than two waypoints, or a duration that is not positive.
+    """
+    from scipy.interpolate import PchipInterpolator
+
+    if len(positions) < 2:
+        raise InputError("waypoints", len(positions), "at least two rows")
+    rho = np.hypot(positions[:, 0], positions[:, 1])
+    half = np.arctan2(rho, positions[:, 2])
+    lateral = positions[:, :2] * np.divide(half, rho, out=np.zeros_like(rho), where=rho != 0)[:, None]
+    ratio = np.hypot(rho, positions[:, 2]) / (length * sinc(half))
+    steps = np.diff(times) if times is not None else np.linalg.norm(np.diff(positions, axis=0), axis=1)
+    if np.any(steps <= 0):
+        bad = int(np.argmax(steps <= 0)) + 2
+        raise InputError(f"waypoint {bad}", positions[bad - 1].tolist(), "a position other than the one before")
+    knots = np.concatenate([[0.0], np.cumsum(steps)])
+    smooth = PchipInterpolator(knots / knots[-1], np.column_stack([lateral, ratio]))
+
+    def curve(s: Array) -> Array:
+        value = smooth(s)
+        half = np.hypot(value[:, 0], value[:, 1])
+        distance = value[:, 2] * length * sinc(half)
+        return distance[:, None] * np.column_stack([sinc(half)[:, None] * value[:, :2], np.cos(half)])
+
+    total = duration if duration is not None else (knots[-1] if times is not None else 10.0)
+    _require("duration", total, total > 0, "a positive time [s]")
+    return Path("waypoints", curve, total, even=times is None)

@@ -1,0 +1,1 @@
+"""The simulated arm: plant, controllers, rest and motion."""

@@ -1,0 +1,92 @@
+"""From bends to servo set-points: closed-form lengths, feed-forward tensions, slow corrections.
+
+Each controller adds one thing to the one before:
+
+    paper        the arc's lengths into plain position servos (they push as well as pull)
+    chain        the lengths that the chain of links really has
+    feedforward  pulling muscles; tensions that hold the bend fold into the set-point
+    servo        an integral on length differences and one on the slackest muscle's tension
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+
+from contarm_sim.arm import Arm
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics import chain, muscles
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics.statics import holding_tensions
+
+Controller = Literal["paper", "chain", "feedforward", "servo"]
+CONTROLLERS: tuple[Controller, ...] = get_args(Controller)
+
+INTEGRAL_TIME = 0.1
+"""Time constant of the integral corrections [s]: slow beside the servo (0.02 s), fast beside a path."""
+
+
+@dataclass(frozen=True)
+class Command:
+    """What the controller works from, computed for all samples at once.
+
+    Attributes:
+        lengths: muscle lengths asked for [m], shape (T, 3).
+        setpoint: servo set-points before correction [m], shape (T, 3).
+        corrected: whether the integral corrections are added.
+        pull_only: whether muscles can only pull.
+    """
+
+    lengths: Array
+    setpoint: Array
+    corrected: bool
+    pull_only: bool
+
+
+def command(arm: Arm, bend: Array, controller: Controller, period: float | None = None) -> Command:
+    """Return lengths and set-points for bends [rad], shape (T, 2).
+
+    Args:
+        period: time between the bends [s]. Given, the set-points also carry the servo's and the
+            backbone's damping along the motion; None: poses at rest.
+
+    Raises:
+        InputError: unknown controller, or a bend that pulling muscles cannot hold.
+    """
+    if controller not in CONTROLLERS:
+        raise InputError("controller", repr(controller), ", ".join(CONTROLLERS))
+    if controller == "paper":
+        lengths = arm.length + muscles.deltas_from_bend(bend, arm.muscle_radius)
+    else:
+        lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
+    setpoint = lengths
+    forward = controller in ("feedforward", "servo")
+    if forward:
+        moving = period is not None and len(bend) > 1
+        rate = np.gradient(bend, period, axis=0) if moving else None
+        setpoint = lengths - holding_tensions(bend, arm, rate=rate) / arm.muscle.servo_stiffness
+        if moving:
+            setpoint = setpoint + arm.muscle.servo_time * np.gradient(lengths, period, axis=0)
+    return Command(lengths, setpoint, corrected=controller == "servo", pull_only=forward)
+
+
+class Correction:
+    """Integral corrections of a set-point [m], shape (3,).
+
+    Only length *differences* are integrated: the common mode of three lengths does not move an inextensible
+    backbone, it only makes the muscles fight. The common mode instead keeps the slackest muscle at
+    its least tension.
+    """
+
+    def __init__(self, arm: Arm) -> None:
+        self._least = arm.muscle.min_tension
+        self._per_newton = 1 / arm.muscle.servo_stiffness
+        self.value = np.zeros(3)
+
+    def update(self, wanted: Array, measured: Array, tensions: Array, gain: float) -> None:
+        """Integrate one interval; `gain` is its length over the time constant (1: correct fully, at rest)."""
+        error = wanted - measured
+        slack = (self._least - tensions.min()) * self._per_newton
+        self.value += gain * (error - (error.sum() / 3 + slack))

@@ -1,0 +1,119 @@
+"""The engine behind named quantities: model and data of one simulated arm."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from contarm_sim.arm import Arm
+from contarm_sim.errors import DivergenceError
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mjcf import arm_spec
+from contarm_sim.simulation.samples import Samples
+
+_FATAL = [
+    int(warning)
+    for warning in (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+]
+
+
+@contextmanager
+def quiet_engine() -> Iterator[None]:
+    """Keep the engine from writing warnings to MUJOCO_LOG.TXT; `Plant.check` reads its counters instead."""
+    mujoco.set_mju_user_warning(lambda message: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(None)
+
+
+class Plant:
+    """A simulated arm. The base frame is the engine's world frame; gravity is the arm's.
+
+    Args:
+        arm: its parameters.
+        pull_only: limit muscle forces to pulling, at most the blocked force. False gives plain
+            position servos, which also push: what the paper's lengths meet when read naively.
+        timestep: engine step [s]; default the model's.
+        integrator: engine integrator; default the model's.
+    """
+
+    def __init__(
+        self,
+        arm: Arm,
+        pull_only: bool = True,
+        timestep: float | None = None,
+        integrator: mujoco.mjtIntegrator | None = None,
+    ) -> None:
+        self.arm = arm
+        self.model = arm_spec(arm).compile()
+        if not pull_only:
+            self.model.actuator_forcelimited[:] = 0
+            self.model.actuator_ctrllimited[:] = 0
+        if timestep is not None:
+            self.model.opt.timestep = timestep
+        if integrator is not None:
+            self.model.opt.integrator = integrator
+        self.data = mujoco.MjData(self.model)
+        self._stations = slice(self.model.body("base").id, self.model.body("tip").id + 1)
+        self._tip = self.model.body("tip").id
+        self._bending = {
+            axis: np.array([self.model.joint(f"joint_{i:02d}_{axis}").qposadr[0] for i in range(1, arm.links + 1)])
+            for axis in "xy"
+        }
+
+    @property
+    def muscle_lengths(self) -> Array:
+        """Muscle lengths [m], shape (3,)."""
+        return self.data.ten_length.copy()
+
+    @property
+    def muscle_tensions(self) -> Array:
+        """Muscle tensions [N], pulling > 0, shape (3,)."""
+        return -self.data.actuator_force
+
+    @property
+    def stations(self) -> Array:
+        """Centres of base plate, disks and tip plate [m], shape (links + 1, 3)."""
+        return self.data.xpos[self._stations].copy()
+
+    @property
+    def tip(self) -> Array:
+        """Tip position [m], shape (3,)."""
+        return self.data.xpos[self._tip].copy()
+
+    @property
+    def tip_rotation(self) -> Array:
+        """Orientation of the tip, shape (3, 3)."""
+        return self.data.xmat[self._tip].reshape(3, 3).copy()
+
+    def reset(self, bend: Array) -> None:
+        """Put the arm at rest with every joint bent alike, the first guess of a pose at this bend [rad]."""
+        mujoco.mj_resetDataKeyframe(self.model, self.data, 0)
+        self.data.qpos[self._bending["x"]] = -bend[1] / self.arm.links
+        self.data.qpos[self._bending["y"]] = bend[0] / self.arm.links
+
+    def record(self, samples: Samples, index: int) -> None:
+        """Copy the current kinematics and joint angles into row `index`; positions must be up to date."""
+        data = self.data
+        samples.time[index] = data.time
+        samples.qpos[index] = data.qpos
+        samples.muscle_lengths[index] = data.ten_length
+        samples.stations[index] = data.xpos[self._stations]
+        samples.tip_rotation[index] = data.xmat[self._tip].reshape(3, 3)
+
+    def check(self, settings: dict[str, Any]) -> None:
+        """Raise if the engine met a bad state: it would reset the arm and carry on as if nothing had happened.
+
+        Raises:
+            DivergenceError: with the time, the degree of freedom and the settings.
+        """
+        if self.data.warning.number[_FATAL].any():
+            fatal = next(self.data.warning[i] for i in _FATAL if self.data.warning[i].number)
+            dof = int(fatal.lastinfo)
+            name = self.model.joint(self.model.dof_jntid[dof]).name if 0 <= dof < self.model.nv else "?"
+            raise DivergenceError(float(self.data.time), dof, name, settings)

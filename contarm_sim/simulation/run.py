@@ -1,0 +1,137 @@
+"""Motion: drive the simulated arm along bends at a fixed control rate and record it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from contarm_sim.arm import Arm
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mjcf import TIMESTEP
+from contarm_sim.simulation.control import INTEGRAL_TIME, Command, Controller, Correction, command
+from contarm_sim.simulation.equilibrium import Settler
+from contarm_sim.simulation.plant import Plant, quiet_engine
+from contarm_sim.simulation.samples import Samples
+
+CONTROL_RATE = 100.0
+"""Control ticks, and samples, per second [Hz]."""
+
+
+@dataclass(frozen=True)
+class Stepping:
+    """How the engine steps: time step [s] and integrator."""
+
+    timestep: float = TIMESTEP
+    integrator: mujoco.mjtIntegrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+
+    def substeps(self, rate: float) -> int:
+        """Return engine steps per control tick.
+
+        Raises:
+            InputError: the tick is no whole number of steps.
+        """
+        steps = 1 / (rate * self.timestep)
+        if round(steps) < 1 or abs(steps - round(steps)) > 1e-6:
+            raise InputError("timestep", f"{self.timestep:g} s", f"a whole fraction of the control period, {1 / rate:g} s")
+        return round(steps)
+
+
+ACCURATE = Stepping()
+FAST = Stepping(0.01, mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
+
+
+@dataclass(frozen=True)
+class Run:
+    """A recorded motion.
+
+    Attributes:
+        samples: the recorded states, one a control tick.
+        real_time_factor: simulated over wall-clock time of the stepping loop.
+        interrupted: whether Ctrl-C ended it early; what was recorded until then is kept.
+    """
+
+    samples: Samples
+    real_time_factor: float
+    interrupted: bool
+
+
+def simulate(
+    arm: Arm,
+    target: Array,
+    bend: Array,
+    controller: Controller = "servo",
+    rate: float = CONTROL_RATE,
+    stepping: Stepping = ACCURATE,
+    on_tick: Callable[[int], object] | None = None,
+) -> Run:
+    """Follow bends [rad], shape (T, 2), one a control tick, starting at rest in the first.
+
+    Args:
+        target: the tip positions they stand for [m], shape (T, 3); passed through.
+        rate: control ticks per second [Hz].
+        on_tick: called with the number of samples recorded so far, for progress.
+
+    The same input gives bit-identical samples.
+
+    Raises:
+        DivergenceError: the engine met a bad state; nothing is returned.
+        ConvergenceError: no rest pose to start from.
+        InputError: a bend that pulling muscles cannot hold, or a time step that does not divide the tick.
+    """
+    substeps = stepping.substeps(rate)
+    orders = command(arm, bend, controller, period=1 / rate)
+    plant = Plant(arm, pull_only=orders.pull_only, timestep=stepping.timestep, integrator=stepping.integrator)
+    samples = Samples.empty(len(bend), arm.links, plant.model.nq)
+    samples.bend[:], samples.target[:] = bend, target
+    with quiet_engine():
+        plant.reset(bend[0])
+        Settler(plant)(command(arm, bend[:1], controller).setpoint[0])
+        plant.data.time = 0.0
+        start = time.perf_counter()
+        count, interrupted = _loop(plant, samples, orders, rate, substeps, on_tick)
+        elapsed = time.perf_counter() - start
+    return Run(samples.first(count), max(count - 1, 0) / rate / elapsed, interrupted)
+
+
+def _loop(
+    plant: Plant, samples: Samples, orders: Command, rate: float, substeps: int, on_tick: Callable[[int], object] | None
+) -> tuple[int, bool]:
+    """Step and record.
+
+    `mj_step1` brings positions up to date, so a sample costs nothing and is not one step old. Between ticks
+    set-points move in a straight line: a staircase would knock the muscles about by tens of newtons.
+    """
+    model, data = plant.model, plant.data
+    correction = Correction(plant.arm)
+    gain = 1 / (rate * INTEGRAL_TIME)
+    settings = {"timestep": model.opt.timestep, "integrator": mujoco.mjtIntegrator(model.opt.integrator).name}
+    settings["servo_stiffness"] = plant.arm.muscle.servo_stiffness
+    fractions = np.arange(1, substeps)[:, None] / substeps
+    last = len(samples) - 1
+    count = 0
+    try:
+        for i in range(len(samples)):
+            mujoco.mj_step1(model, data)
+            plant.record(samples, i)
+            here = orders.setpoint[i] + correction.value
+            data.ctrl[:] = samples.setpoint[i] = here
+            mujoco.mj_step2(model, data)
+            samples.muscle_tensions[i] = plant.muscle_tensions
+            if orders.corrected:
+                correction.update(orders.lengths[i], samples.muscle_lengths[i], samples.muscle_tensions[i], gain)
+            ahead = orders.setpoint[min(i + 1, last)] + correction.value
+            for ctrl in here + fractions * (ahead - here):
+                data.ctrl[:] = ctrl
+                mujoco.mj_step(model, data)
+            plant.check(settings)
+            count = i + 1
+            if on_tick is not None:
+                on_tick(count)
+    except KeyboardInterrupt:
+        return count, True
+    return count, False

@@ -1,0 +1,68 @@
+"""What a simulation leaves behind: arrays with stated shapes, on disk as one .npz."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics.arrays import Array
+
+
+@dataclass(frozen=True)
+class Samples:
+    """T sampled states of an arm with N links; every quantity belongs to the sampled time, in the base frame.
+
+    Attributes:
+        time: simulated time [s], shape (T,); zeros for poses at rest.
+        target: tip positions asked for [m], shape (T, 3).
+        bend: commanded bends [rad], shape (T, 2).
+        setpoint: the servos' set-points [m], shape (T, 3).
+        muscle_lengths: measured [m], shape (T, 3).
+        muscle_tensions: measured [N], pulling > 0, shape (T, 3).
+        stations: centres of base plate, disks and tip plate [m], shape (T, N + 1, 3).
+        tip_rotation: orientation of the tip, shape (T, 3, 3).
+        qpos: joint angles [rad], shape (T, dofs).
+    """
+
+    time: Array
+    target: Array
+    bend: Array
+    setpoint: Array
+    muscle_lengths: Array
+    muscle_tensions: Array
+    stations: Array
+    tip_rotation: Array
+    qpos: Array
+
+    @classmethod
+    def empty(cls, count: int, links: int, dofs: int) -> Samples:
+        """Return uninitialised arrays for `count` samples."""
+        shapes = ((), (3,), (2,), (3,), (3,), (3,), (links + 1, 3), (3, 3), (dofs,))
+        return cls(*(np.empty((count, *shape)) for shape in shapes))
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def first(self, count: int) -> Samples:
+        """Return the first `count` samples."""
+        return Samples(*(getattr(self, item.name)[:count] for item in fields(self)))
+
+    def save(self, path: Path) -> None:
+        """Write the arrays to a compressed .npz under their own names."""
+        np.savez_compressed(path, **{item.name: getattr(self, item.name) for item in fields(self)})
+
+    @classmethod
+    def load(cls, path: str | Path) -> Samples:
+        """Read what `save` wrote.
+
+        Raises:
+            InputError: not such a file.
+        """
+        try:
+            with np.load(path) as stored:
+                return cls(**{item.name: stored[item.name] for item in fields(cls)})
+        except (OSError, ValueError, KeyError) as error:
+            raise InputError("file", f"unreadable ({error})", "a trajectory.npz of contarm run", str(path)) from error
