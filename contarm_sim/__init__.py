@@ -1,0 +1,44 @@
+"""A single-section inextensible continuum arm: closed-form kinematics, its MuJoCo twin, and the measured difference.
+
+The public names are few and load late, so that `import contarm_sim` costs nothing:
+
+    Arm, Muscle           the parameters (SI units)
+    load_arm              an Arm from TOML
+    kinematics            closed forms: arc, dome (inverse), muscles, chain
+    arm_spec, scene_spec  the arm as an editable mujoco.MjSpec
+    simulate              follow bends in MuJoCo
+    poses_at_rest         equilibria in MuJoCo
+    compare               samples beside the closed forms
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+_HOMES = {
+    "Arm": "arm",
+    "Muscle": "arm",
+    "load_arm": "arm_file",
+    "ContarmError": "errors",
+    "arm_spec": "mjcf",
+    "scene_spec": "mjcf",
+    "simulate": "simulation.run",
+    "poses_at_rest": "simulation.equilibrium",
+    "compare": "validation.compare",
+}
+_MODULES = ("kinematics", "mechanics", "mjcf", "paths", "rendering", "simulation", "validation")
+
+__all__ = [*_HOMES, "kinematics", "paths"]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    if name in _MODULES:
+        return import_module(f"{__name__}.{name}")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -7,7 +7,7 @@ in its field's help and in the README's table. Imports nothing heavy: the comman
 from __future__ import annotations
 
 import math
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 from contarm_sim.errors import InputError
@@ -75,7 +75,9 @@ class Muscle:
     inner_diameter: float = _number(0.009, "m", "bladder bore (paper: 9 mm)", above=0)
     wall: float = _number(0.002, "m", "bladder wall thickness (paper: 2 mm)", above=0)
     braid_min_diameter: float = _number(0.010, "m", "smallest diameter of the braid (paper: 10 mm)", above=0)
-    max_contraction: float = _number(0.25, "-", "contraction at which the force vanishes (paper: 25 %)", above=0, below=0.42)
+    max_contraction: float = _number(
+        0.25, "-", "contraction at which the force vanishes (paper: 25 %)", above=0, below=0.42
+    )
     max_pressure: float = _number(700e3, "Pa", "highest gauge pressure (paper: 700 kPa)", above=0)
     mount_contraction: float = _number(
         0.05, "-", "contraction in the straight arm, so that a muscle can also lengthen", least=0, below=0.42
@@ -95,7 +97,9 @@ class Muscle:
                 "muscle.braid_min_diameter", self.braid_min_diameter, f"below the bladder's {self.diameter:g} m"
             )
         if self.min_tension >= self.blocked_force:
-            raise InputError("muscle.min_tension", self.min_tension, f"below the blocked force, {self.blocked_force:.4g} N")
+            raise InputError(
+                "muscle.min_tension", self.min_tension, f"below the blocked force, {self.blocked_force:.4g} N"
+            )
 
     @property
     def diameter(self) -> float:
@@ -148,7 +152,7 @@ class Arm:
         default=None,
         metadata={
             "unit": "-",
-            "help": "quaternion w x y z of the base in the world that is drawn; omitted: gravity points down the picture",
+            "help": "quaternion w x y z of the drawn base; omitted: gravity points down the picture",
         },
     )
     payload: float = _number(0.0, "kg", "point mass at the tip", least=0)
@@ -185,11 +189,3 @@ class Arm:
         """Shortest and longest length [m] that a muscle can take: full contraction, closed braid."""
         rest = self.muscle_rest_length
         return rest * (1 - self.muscle.max_contraction), rest * (1 + self.muscle.max_stretch)
-
-
-def defaults(kind: type) -> dict[str, Any]:
-    """Return a parameter class's defaults by name (of `Arm` or `Muscle`)."""
-    return {
-        item.name: item.default if item.default is not MISSING else item.default_factory()  # type: ignore[misc]
-        for item in fields(kind)
-    }

@@ -44,7 +44,9 @@ def _refuse_unknown(values: dict[str, Any], kind: type, prefix: str, where: str 
     for name in values:
         if name not in known:
             near = difflib.get_close_matches(name, known, n=1, cutoff=0.0)[0]
-            raise InputError(f"key {prefix + name!r}", "unknown", f"did you mean {prefix + near!r}? All: {', '.join(known)}", where)
+            raise InputError(
+                f"key {prefix + name!r}", "unknown", f"did you mean {prefix + near!r}? All: {', '.join(known)}", where
+            )
 
 
 def arm_to_dict(arm: Arm) -> dict[str, Any]:

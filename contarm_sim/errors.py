@@ -31,19 +31,20 @@ class UnreachableError(InputError):
         target: the first target refused [m], shape (3,).
         miss: distance from it to the tip that the refused solution would reach [m].
         nearest: the nearest point of the dome [m], shape (3,).
-        index: its place among the targets, or None for a single one.
+        index: its place among the targets, 0 for a single one.
     """
 
     def __init__(
-        self, target: Any, miss: float, nearest: Any, tolerance: float, index: int | None = None
+        self, target: Any, miss: float, nearest: Any, tolerance: float, index: int, where: str | None = None
     ) -> None:
         self.target, self.miss, self.nearest, self.index = target, miss, nearest, index
-        at = "" if index is None else f" {index}"
+        self.tolerance = tolerance
         super().__init__(
-            f"target{at}",
+            "target",
             f"({', '.join(f'{x:.6g}' for x in target)}) m, which is {miss * 1e3:.4g} mm off the dome of reachable tips",
             f"a miss of at most {tolerance * 1e3:.3g} mm (the nearest reachable point is "
             f"({', '.join(f'{x:.6g}' for x in nearest)}) m), or a projection: nearest, ray, paper",
+            where,
         )
 
 

@@ -11,7 +11,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path as FilePath
-from typing import Any
 
 import numpy as np
 
@@ -21,6 +20,9 @@ from contarm_sim.kinematics.arrays import Array, sinc
 
 RAMP = 0.1
 """Fraction of the duration spent in each of the soft start and stop."""
+
+LONGEST = 3600.0
+"""Longest path [s]: an hour of samples still fits in memory."""
 
 Curve = Callable[[Array], Array]
 
@@ -70,6 +72,7 @@ class Path:
 
 def _soft(phase: Array) -> Array:
     """Return distance over time: speed rises and falls over `RAMP` with no jump in acceleration."""
+
     def ramp(x: Array) -> Array:  # integral of the speed 3 x^2 - 2 x^3
         return x**3 - 0.5 * x**4
 
@@ -127,7 +130,7 @@ def named(
     name: str,
     length: float,
     duration: float = 10.0,
-    turns: float = 3.0,
+    turns: float = 2.0,
     max_bend: float = math.radians(120),
     sphere_radius: float | None = None,
     sphere_centre: tuple[float, float, float] = (0.0, 0.0, 0.0),
@@ -145,7 +148,7 @@ def named(
     Raises:
         InputError: unknown name, or a number out of range.
     """
-    _require("duration", duration, duration > 0, "a positive time [s]")
+    _require_duration(duration)
     _require("turns", turns, turns > 0, "a positive number")
     _require("max_bend", max_bend, 0 < max_bend < math.pi, "0 < max_bend < pi [rad]")
     radius = length if sphere_radius is None else sphere_radius
@@ -170,11 +173,27 @@ def _require(name: str, value: float, ok: bool, allowed: str) -> None:
         raise InputError(name, value, allowed)
 
 
-def read_csv(file: str | FilePath) -> tuple[Array | None, Array]:
-    """Read tip positions from a CSV file with a header: `x,y,z` or `t,x,y,z`, in m and s.
+def _require_duration(duration: float) -> None:
+    _require("duration", duration, 0 < duration <= LONGEST, f"more than 0 and at most {LONGEST:g} s")
 
-    Returns:
-        (times, shape (T,), or None; positions, shape (T, 3)).
+
+@dataclass(frozen=True)
+class Waypoints:
+    """Tip positions from a file.
+
+    Attributes:
+        positions: [m], shape (T, 3).
+        times: [s], shape (T,), or None where the file has no column t.
+        places: file and row of each, for messages.
+    """
+
+    positions: Array
+    times: Array | None
+    places: list[str]
+
+
+def read_csv(file: str | FilePath) -> Waypoints:
+    """Read tip positions from a CSV file with a header: `x,y,z` or `t,x,y,z`, in m and s.
 
     Raises:
         InputError: unreadable, empty, a missing column, or a bad cell, with its row and column.
@@ -194,16 +213,25 @@ def read_csv(file: str | FilePath) -> tuple[Array | None, Array]:
     header = [cell.strip().lower() for cell in rows[0][1]]
     missing = [name for name in "xyz" if name not in header]
     if missing:
-        raise InputError("header", repr(",".join(header)), f"columns x,y,z or t,x,y,z (missing: {', '.join(missing)})", where)
+        raise InputError(
+            "header", repr(",".join(header)), f"columns x,y,z or t,x,y,z (missing: {', '.join(missing)})", where
+        )
     if len(rows) < 2:
         raise InputError("file", "without rows below its header", "at least one row of x,y,z", where)
     names = [name for name in "txyz" if name in header]
-    values = np.array([[_cell(row, header.index(name), name, number, where) for name in names] for number, row in rows[1:]])
+    values = np.array(
+        [[_cell(row, header.index(name), name, number, where) for name in names] for number, row in rows[1:]]
+    )
     times = values[:, 0] if "t" in names else None
     if times is not None and np.any(np.diff(times) <= 0):
         bad = int(np.argmax(np.diff(times) <= 0)) + 1
-        raise InputError(f"t in row {rows[bad + 1][0]}", values[bad, 0], f"more than the row before ({values[bad - 1, 0]:g} s)", where)
-    return times, values[:, -3:]
+        raise InputError(
+            f"t in row {rows[bad + 1][0]}",
+            values[bad, 0],
+            f"more than the row before ({values[bad - 1, 0]:g} s)",
+            where,
+        )
+    return Waypoints(values[:, -3:], times, [f"{where}, row {number}" for number, _ in rows[1:]])
 
 
 def _cell(row: list[str], column: int, name: str, number: int, where: str) -> float:
@@ -217,21 +245,21 @@ def _cell(row: list[str], column: int, name: str, number: int, where: str) -> fl
     return value
 
 
-def from_waypoints(positions: Array, length: float, times: Array | None = None, duration: float | None = None) -> Path:
-    """Return a smooth path through tip positions [m], shape (T, 3).
+def from_waypoints(waypoints: Waypoints, length: float, duration: float | None = None) -> Path:
+    """Return a smooth path through waypoints.
 
     Interpolates direction and distance relative to the dome with monotone cubics, so that between waypoints on
     the dome the path stays on it.
 
     Args:
-        times: when to be where [s], shape (T,); None: constant speed.
-        duration: [s]; default 10, or what `times` span.
+        duration: [s]; default what the waypoints' times span, or 10 without times (then at even speed).
 
     Raises:
         InputError: fewer than two waypoints, or a duration that is not positive.
     """
     from scipy.interpolate import PchipInterpolator
 
+    positions, times = waypoints.positions, waypoints.times
     if len(positions) < 2:
         raise InputError("waypoints", len(positions), "at least two rows")
     rho = np.hypot(positions[:, 0], positions[:, 1])
@@ -241,7 +269,9 @@ def from_waypoints(positions: Array, length: float, times: Array | None = None, 
     steps = np.diff(times) if times is not None else np.linalg.norm(np.diff(positions, axis=0), axis=1)
     if np.any(steps <= 0):
         bad = int(np.argmax(steps <= 0)) + 2
-        raise InputError(f"waypoint {bad}", positions[bad - 1].tolist(), "a position other than the one before")
+        raise InputError(
+            "x,y,z", positions[bad - 1].tolist(), "a position other than the one before", waypoints.places[bad - 1]
+        )
     knots = np.concatenate([[0.0], np.cumsum(steps)])
     smooth = PchipInterpolator(knots / knots[-1], np.column_stack([lateral, ratio]))
 
@@ -252,5 +282,5 @@ def from_waypoints(positions: Array, length: float, times: Array | None = None, 
         return distance[:, None] * np.column_stack([sinc(half)[:, None] * value[:, :2], np.cos(half)])
 
     total = duration if duration is not None else (knots[-1] if times is not None else 10.0)
-    _require("duration", total, total > 0, "a positive time [s]")
+    _require_duration(total)
     return Path("waypoints", curve, total, even=times is None)

@@ -1,4 +1,92 @@
-"""Entry point of `contarm`."""
+"""Entry point of `contarm`: subcommands, exit codes, and one clear line for every error.
+
+Exit codes: 0 done; 1 the job ran and its verdict is negative, or it could not finish; 2 the input is wrong; 130 Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import click
+
+from contarm_sim.cli import build, doctor, kinematics, run, validate
+from contarm_sim.errors import ContarmError, InputError
+
+_VARIADIC = ("--xi",)
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.version_option(package_name="contarm-sim")
+def cli() -> None:
+    """A continuum arm derived twice, in closed form and in MuJoCo, and the measured difference.
+
+    \b
+    contarm run                            follow the spiral, compare, film it
+    contarm validate --quick               how far to trust the constant-curvature model
+    contarm fk --bend 1.57 0               closed-form pose of the arm bent by 90 deg
+    contarm ik --tip 0.2355 0 0.2355       bend and muscle lengths that reach a point
+
+    Units are SI (m, rad, s, N, Pa). Every subcommand has --help and --json.
+    """
+
+
+for command in (run.run, validate.validate, kinematics.fk, kinematics.ik, build.build, doctor.doctor):
+    cli.add_command(command)
+
+
+def _spell_out(arguments: list[str]) -> list[str]:
+    """Repeat a flag that takes several numbers before each of them: --xi 0 1 becomes --xi 0 --xi 1."""
+    spelt: list[str] = []
+    flag = None
+    for word in arguments:
+        if word.startswith("-") and not _is_number(word):
+            flag = word if word in _VARIADIC else None
+            spelt.append(word)
+        elif flag is not None and spelt[-1] != flag:
+            spelt += [flag, word]
+        else:
+            spelt.append(word)
+    return spelt
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
 def main() -> None:
-    """Run."""
-    print("contarm")
+    """Run `contarm` and exit."""
+    try:
+        code = cli.main(args=_spell_out(sys.argv[1:]), prog_name="contarm", standalone_mode=False)
+        sys.stdout.flush()
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.ctx.get_help() if error.ctx else error.format_message())
+        sys.exit(2)
+    except click.ClickException as error:
+        context = getattr(error, "ctx", None)
+        hint = f" (see {context.command_path} --help)" if context is not None else ""
+        _fail(error.format_message().rstrip(".").replace("\n", " ") + hint, 2)
+    except InputError as error:
+        _fail(str(error), 2)
+    except ContarmError as error:
+        _fail(str(error), 1)
+    except (KeyboardInterrupt, click.Abort):
+        _fail("interrupted", 130)
+    except BrokenPipeError:  # the reader of our output went away
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(141)
+    else:
+        sys.exit(code if isinstance(code, int) else 0)
+
+
+def _fail(message: str, code: int) -> None:
+    click.echo(f"contarm: {message}", err=True)
+    sys.exit(code)
+
+
+if __name__ == "__main__":
+    main()

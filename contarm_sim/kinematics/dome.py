@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.errors import InputError, UnreachableError
 from contarm_sim.kinematics import arc
@@ -41,7 +42,7 @@ class Reach:
 
     bend: Array
     miss: Array
-    reachable: Array
+    reachable: NDArray[np.bool_]
 
 
 def meridian(bend_angle: Any, length: float) -> Array:
@@ -50,9 +51,7 @@ def meridian(bend_angle: Any, length: float) -> Array:
     return (length * sinc(h))[..., None] * np.stack([np.sin(h), np.cos(h)], axis=-1)
 
 
-def bend_from_tip(
-    target: Any, length: float, project: Projection = "refuse", tolerance: float | None = None
-) -> Reach:
+def bend_from_tip(target: Any, length: float, project: Projection = "refuse", tolerance: float | None = None) -> Reach:
     """Solve the inverse kinematics of tip positions, vectorised and in closed form.
 
     Args:
@@ -84,10 +83,8 @@ def bend_from_tip(
         index = int(np.argmin(reachable))
         first = target.reshape(-1, 3)[index]
         nearest = arc.position(_nearest(first, length)[0], length)
-        raise UnreachableError(
-            first, float(miss.reshape(-1)[index]), nearest, tolerance, index if target.ndim > 1 else None
-        )
-    return Reach(bend, miss, reachable)
+        raise UnreachableError(first, float(miss.reshape(-1)[index]), nearest, tolerance, index)
+    return Reach(bend, np.asarray(miss), reachable)
 
 
 def _ray(target: Array, length: float) -> tuple[Array, Array]:

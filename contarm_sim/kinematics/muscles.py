@@ -47,9 +47,7 @@ def bend_from_deltas(deltas: Any, radius: float, tolerance: float | None = None)
     bend = -(2 / (3 * radius)) * (deltas @ DIRECTIONS)
     if tolerance is not None and np.any(np.hypot(bend[..., 0], bend[..., 1]) >= np.pi):
         angle = np.hypot(bend[..., 0], bend[..., 1]).max()
-        raise InputError(
-            "deltas", f"such that bend_angle is {angle:.6g} rad", "deltas of a bend angle below pi rad"
-        )
+        raise InputError("deltas", f"such that bend_angle is {angle:.6g} rad", "deltas of a bend angle below pi rad")
     return bend, residual
 
 

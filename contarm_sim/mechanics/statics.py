@@ -1,7 +1,7 @@
 """Muscle tensions that hold a uniform bend (design section 6, "Balance").
 
-With the chain's elastic energy (EI/length) |bend|^2/2 and the work of tensions T on lengths L(bend),
-equilibrium is (EI/length) bend + J^T T = 0, J = dL/dbend: two equations, three tensions. The free direction is co-contraction:
+With the chain's elastic energy (EI/length) |bend|^2/2 and the work of tensions T on lengths L(bend), equilibrium
+is (EI/length) bend + J^T T = 0, J = dL/dbend: two equations, three tensions. The free direction is co-contraction:
 the null vector of J^T, near (1, 1, 1), is scaled so that the slackest muscle has the least tension asked for.
 """
 
@@ -58,6 +58,8 @@ def holding_tensions(bend: Any, arm: Arm, min_tension: float | None = None, rate
     if not np.all(null > 0):
         worst = np.hypot(bend[..., 0], bend[..., 1])[~np.all(null > 0, axis=-1)].min()
         raise InputError(
-            "bend_angle", f"{worst:.4g} rad", f"bends that pulling muscles can hold with {arm.links} links: more links, or bend less"
+            "bend_angle",
+            f"{worst:.4g} rad",
+            f"bends that pulling muscles can hold with {arm.links} links: more links, or bend less",
         )
     return tensions + ((least - tensions) / null).max(axis=-1, keepdims=True) * null

@@ -66,4 +66,6 @@ def _restore(element: ElementTree.Element, source: Any) -> None:
         if value.dtype == np.float32:  # colours and the like: six digits say more than the number holds
             continue
         if exact.size == rounded.size and np.allclose(exact, rounded, rtol=1e-5, atol=1e-12):
-            element.set(attribute, " ".join(f"{x:.17g}" if f"{x:.15g}" != repr(float(x)) else f"{x:.15g}" for x in exact))
+            element.set(
+                attribute, " ".join(f"{x:.17g}" if f"{x:.15g}" != repr(float(x)) else f"{x:.15g}" for x in exact)
+            )

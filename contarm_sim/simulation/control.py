@@ -64,11 +64,11 @@ def command(arm: Arm, bend: Array, controller: Controller, period: float | None 
     setpoint = lengths
     forward = controller in ("feedforward", "servo")
     if forward:
-        moving = period is not None and len(bend) > 1
-        rate = np.gradient(bend, period, axis=0) if moving else None
-        setpoint = lengths - holding_tensions(bend, arm, rate=rate) / arm.muscle.servo_stiffness
-        if moving:
+        rate = None
+        if period is not None and len(bend) > 1:
+            rate = np.gradient(bend, period, axis=0)
             setpoint = setpoint + arm.muscle.servo_time * np.gradient(lengths, period, axis=0)
+        setpoint = setpoint - holding_tensions(bend, arm, rate=rate) / arm.muscle.servo_stiffness
     return Command(lengths, setpoint, corrected=controller == "servo", pull_only=forward)
 
 

@@ -74,7 +74,11 @@ class Settler:
         except np.linalg.LinAlgError:
             softest = float(np.linalg.eigvalsh(K)[0])
             raise ConvergenceError(
-                f"settling found only an unstable pose (softest mode {softest:.3g} N m/rad) and", residual, RESIDUAL, 0, "N m"
+                f"settling found only an unstable pose (softest mode {softest:.3g} N m/rad) and",
+                residual,
+                RESIDUAL,
+                0,
+                "N m",
             ) from None
         return residual
 

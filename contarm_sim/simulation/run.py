@@ -37,7 +37,9 @@ class Stepping:
         """
         steps = 1 / (rate * self.timestep)
         if round(steps) < 1 or abs(steps - round(steps)) > 1e-6:
-            raise InputError("timestep", f"{self.timestep:g} s", f"a whole fraction of the control period, {1 / rate:g} s")
+            raise InputError(
+                "timestep", f"{self.timestep:g} s", f"a whole fraction of the control period, {1 / rate:g} s"
+            )
         return round(steps)
 
 

@@ -63,7 +63,9 @@ class TangentStiffness:
 
         # Velocities of each span's end relative to its start under each dof: (spans, muscles, dofs, 3).
         arm_of = np.where(
-            self._own[:, None, :, None], ends[1:, :, None, :] - anchors, self._proximal[:, None, :, None] * spans[:, :, None, :]
+            self._own[:, None, :, None],
+            ends[1:, :, None, :] - anchors,
+            self._proximal[:, None, :, None] * spans[:, :, None, :],
         )
         relative = np.cross(axes, arm_of)
         relative -= (relative @ u[..., None]) * u[:, :, None, :]

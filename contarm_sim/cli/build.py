@@ -1,0 +1,33 @@
+"""`contarm build`: the arm as MJCF files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from contarm_sim.arm import Arm
+from contarm_sim.cli.options import Command, arm_options, json_option, out_option
+
+
+@click.command(cls=Command)
+@out_option("runs/build-<time>")
+@json_option
+@arm_options
+def build(arm: Arm, out: str | None, as_json: bool) -> None:
+    """Write the arm as MJCF: arm.xml (attachable) and scene.xml (with floor, light and cameras).
+
+    \b
+    contarm build --links 48 --out my_arm
+    python -m mujoco.viewer --mjcf=my_arm/scene.xml
+    """
+    from contarm_sim.arm_file import arm_to_toml
+    from contarm_sim.mjcf import write_models
+    from contarm_sim.report.output import default_folder, output_folder, to_json
+
+    target = Path(out) if out is not None else default_folder("build")
+    with output_folder(target) as folder:
+        write_models(arm, folder)
+        (folder / "arm.toml").write_text(arm_to_toml(arm))
+    files = [str(target / name) for name in ("arm.xml", "scene.xml", "arm.toml")]
+    click.echo(to_json({"files": files}) if as_json else "\n".join(files))

@@ -1,0 +1,69 @@
+"""`contarm doctor`: what this machine has, and what a headless user needs where something is missing."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from contarm_sim.cli.options import Command, json_option
+
+
+@click.command(cls=Command)
+@json_option
+def doctor(as_json: bool) -> int:
+    """Report versions, cores, GL backends tried (and why each failed) and the video encoder.
+
+    Exit code 1 if pictures or video cannot be made here; numbers can all the same.
+    """
+    from contarm_sim.report.output import to_json, versions
+
+    found: dict[str, Any] = {"versions": versions(), "cores": _cores(), "gl": _gl(), "encoder": _encoder()}
+    found["verdict"] = "pass" if found["gl"]["backend"] and found["encoder"]["works"] else "fail"
+    if as_json:
+        click.echo(to_json(found))
+    else:
+        for package, version in found["versions"].items():
+            click.echo(f"{package:12} {version}")
+        click.echo(f"{'cores':12} {found['cores']}")
+        for name, reason in found["gl"]["attempts"]:
+            click.echo(f"{'gl ' + name:12} {'works' if reason is None else 'fails: ' + reason}")
+        if found["gl"]["backend"] is None:
+            click.echo(f"{'pictures':12} {found['gl']['error']}")
+        click.echo(f"{'encoder':12} {found['encoder']['version'] or found['encoder']['error']}")
+    return 0 if found["verdict"] == "pass" else 1
+
+
+def _cores() -> int:
+    import os
+
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _gl() -> dict[str, Any]:
+    from contarm_sim.errors import RenderingError
+    from contarm_sim.rendering.gl import choose_backend
+
+    try:
+        backend = choose_backend()
+    except RenderingError as error:
+        return {
+            "backend": None,
+            "attempts": [list(attempt) for attempt in getattr(error, "attempts", ())],
+            "error": str(error),
+        }
+    return {"backend": backend.name, "attempts": [list(attempt) for attempt in backend.attempts], "error": None}
+
+
+def _encoder() -> dict[str, Any]:
+    import subprocess
+
+    from contarm_sim.errors import RenderingError
+    from contarm_sim.rendering.video import encoder
+
+    try:
+        program = encoder()
+        done = subprocess.run([program, "-version"], capture_output=True, text=True, timeout=20, check=True)
+    except (RenderingError, OSError, subprocess.SubprocessError) as error:
+        return {"works": False, "version": None, "program": None, "error": str(error)}
+    return {"works": True, "version": done.stdout.splitlines()[0], "program": program, "error": None}

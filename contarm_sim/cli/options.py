@@ -1,0 +1,111 @@
+"""Options shared by the subcommands: the arm's parameters as flags, and how help presents them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields
+from typing import Any
+
+import click
+
+from contarm_sim.arm import Arm, Muscle
+
+_MUSCLE = "muscle__"
+_SIZES = {"gravity": (3, "GX GY GZ"), "base_orientation": (4, "W X Y Z")}
+
+
+class Command(click.Command):
+    """A command whose help lists its own options first, then the arm's, then the muscles'."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options in sections."""
+        sections: dict[str, list[tuple[str, str]]] = {"Options": [], "Arm (SI units)": [], "Muscles": []}
+        for param in self.get_params(ctx):
+            record = param.get_help_record(ctx)
+            if record is not None:
+                sections[getattr(param, "section", "Options")].append(record)
+        for title, records in sections.items():
+            if records:
+                with formatter.section(title):
+                    formatter.write_dl(records)
+
+
+class ArmOption(click.Option):
+    """An option that belongs to a section of the help."""
+
+    section = "Arm (SI units)"
+
+
+class MuscleOption(ArmOption):
+    """An option of the muscles."""
+
+    section = "Muscles"
+
+
+def _flag(name: str) -> str:
+    return "--" + name.replace("_", "-")
+
+
+def _parameter_options() -> list[Callable[[Any], Any]]:
+    made = [
+        click.option(
+            "--arm",
+            "arm_file",
+            cls=ArmOption,
+            metavar="FILE.toml",
+            help="Read parameters from TOML; flags win over it.",
+        )
+    ]
+    for kind, prefix, cls in ((Arm, "", ArmOption), (Muscle, _MUSCLE, MuscleOption)):
+        for item in fields(kind):
+            if "help" not in item.metadata:
+                continue
+            size, metavar = _SIZES.get(item.name, (1, None))
+            unit = item.metadata["unit"]
+            default = "omitted" if item.default is None else item.default
+            if isinstance(default, tuple):
+                default = " ".join(f"{x:g}" for x in default)
+            elif isinstance(default, float):
+                default = f"{default:g}"
+            made.append(
+                click.option(
+                    _flag("muscle." + item.name if prefix else item.name),
+                    prefix + item.name,
+                    cls=cls,
+                    type=int if item.name == "links" else float,
+                    nargs=size,
+                    metavar=metavar or ("N" if item.name == "links" else "X"),
+                    help=f"{item.metadata['help']}{'' if unit == '-' else f' [{unit}]'}; default {default}.",
+                )
+            )
+    return made
+
+
+def arm_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Add --arm and a flag for every parameter; the function receives them as `arm`, an `Arm`."""
+
+    def wrapped(**given: Any) -> Any:
+        from contarm_sim.arm_file import arm_from_dict, load_arm
+
+        names = {item.name for item in fields(Arm)} - {"muscle"}
+        own = {name: value for name in names if (value := given.pop(name)) is not None}
+        muscle = {item.name: value for item in fields(Muscle) if (value := given.pop(_MUSCLE + item.name)) is not None}
+        file = given.pop("arm_file")
+        base = load_arm(file) if file is not None else None
+        return function(arm=arm_from_dict({**own, "muscle": muscle}, base=base), **given)
+
+    wrapped.__doc__, wrapped.__name__ = function.__doc__, function.__name__
+    wrapped.__click_params__ = getattr(function, "__click_params__", [])  # type: ignore[attr-defined]
+    for option in reversed(_parameter_options()):
+        wrapped = option(wrapped)
+    return wrapped
+
+
+json_option = click.option(
+    "--json", "as_json", is_flag=True, help="Print one JSON document, SI units, and nothing else."
+)
+
+
+def out_option(default: str) -> Callable[[Any], Any]:
+    """Return the --out option."""
+    return click.option("--out", metavar="PATH", help=f"Where to write; must not exist yet. Default: {default}.")

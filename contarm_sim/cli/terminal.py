@@ -1,0 +1,54 @@
+"""What people see: tables on stdout, progress and messages on stderr."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+
+def command_line() -> str:
+    """Return the command as it was typed."""
+    return shlex.join(["contarm", *sys.argv[1:]])
+
+
+def say(message: str) -> None:
+    """Print a message to stderr."""
+    print(message, file=sys.stderr, flush=True)
+
+
+def track(steps: Iterable[int], what: str) -> Iterator[int]:
+    """Yield the steps behind a progress bar on stderr; silent where stderr is no terminal."""
+    from rich.console import Console
+    from rich.progress import track as rich_track
+
+    console = Console(stderr=True)
+    return iter(rich_track(list(steps), what, console=console, transient=True, disable=not console.is_terminal))
+
+
+def table(title: str, columns: list[str], rows: list[list[Any]], caption: str | None = None) -> None:
+    """Print a table to stdout; numbers are aligned right."""
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.table import Table
+
+    made = Table(
+        title=title, caption=caption, box=SIMPLE_HEAD, title_justify="left", caption_justify="left", pad_edge=False
+    )
+    for index, column in enumerate(columns):
+        made.add_column(column, justify="left" if index == 0 else "right", overflow="fold")
+    for row in rows:
+        made.add_row(*(value if isinstance(value, str) else f"{value:.4g}" for value in row))
+    console = Console()
+    Console(width=console.width if console.is_terminal else 110).print(made)
+
+
+def verdict_line(name: str, summary: dict[str, Any]) -> str:
+    """Return a line that gives a verdict and names the checks that failed."""
+    failed = [
+        f"{check['name']} {check['value']:.4g} {check['unit']} (limit {check['limit']:.4g})"
+        for check in summary["checks"]
+        if not check["passed"]
+    ]
+    return f"{name}: {summary['verdict'].upper()}" + (f" - {'; '.join(failed)}" if failed else "")

@@ -1,0 +1,107 @@
+"""`contarm validate`: the arm at rest over the whole dome, beside the closed forms."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from contarm_sim.arm import Arm
+from contarm_sim.cli.options import Command, arm_options, json_option, out_option
+
+
+@click.command(cls=Command)
+@click.option(
+    "--grid", type=click.IntRange(2, 40), default=8, show_default=True, metavar="N",
+    help="Bend angles to 170 deg; with 3 N bending planes each.",
+)  # fmt: skip
+@click.option("--quick", is_flag=True, help="A coarse grid (N = 3) and no figures.")
+@out_option("runs/validate-<time>")
+@json_option
+@arm_options
+def validate(arm: Arm, grid: int, quick: bool, out: str | None, as_json: bool) -> int:
+    """Hold the simulated arm against the constant-curvature model, at rest, over the whole dome.
+
+    Scenarios: no gravity (ideal), the paper's lengths in plain servos (naive), hanging (gravity), hanging with a
+    payload, standing up (upright). An arm with its own gravity or payload is judged under those. Exit code 1 if a
+    check fails.
+
+    \b
+    contarm validate
+    contarm validate --links 48 --grid 12
+    contarm validate --gravity 9.81 0 0 --bending-stiffness 0.2
+    """
+    from contarm_sim.cli.terminal import command_line, say, table, track, verdict_line
+    from contarm_sim.report.output import check_output, default_folder, output_folder, to_json, versions
+    from contarm_sim.report.samples_csv import write_samples
+    from contarm_sim.validation.scenarios import convergence, dome_grid, examine, scenarios
+
+    target = Path(out) if out is not None else default_folder("validate")
+    check_output(target)
+    bends = dome_grid(3 if quick else grid)
+    outcomes = [examine(scenario, bends, track) for scenario in scenarios(arm)]
+    study = convergence(arm, bends, track)
+    summary = _summary(arm, outcomes, study)
+    summary |= {"versions": versions(), "command": command_line()}
+    with output_folder(target) as folder:
+        (folder / "summary.json").write_text(to_json(summary) + "\n")
+        write_samples(folder / "samples.csv", {o.scenario.name: (o.samples, o.comparison) for o in outcomes})
+        if not quick:
+            from contarm_sim.report.figures import draw_convergence, draw_error_maps
+
+            draw_error_maps(folder / "error_maps.png", arm, outcomes)
+            draw_convergence(folder / "convergence.png", arm, study)
+    if as_json:
+        click.echo(to_json(summary))
+    else:
+        table(
+            f"{len(bends)} poses at rest, bends to 170 deg",
+            *_rows(outcomes),
+            caption="largest values; % of backbone length",
+        )
+        steps = zip(study["links"], study["max_error_vs_arc_m"], strict=True)
+        errors = ", ".join(f"{1e3 * e:.4f} mm at {n} links" for n, e in steps)
+        click.echo(f"against the arc: {errors}; observed order {study['observed_orders'][-1]:.3f}\n")
+        for outcome in outcomes:
+            click.echo(verdict_line(outcome.scenario.name, outcome.summary))
+        click.echo(verdict_line("convergence", study))
+        click.echo(_finding(summary))
+    say(f"written: {target}")
+    return 0 if summary["verdict"] == "pass" else 1
+
+
+def _summary(arm: Arm, outcomes: list[Any], study: dict[str, Any]) -> dict[str, Any]:
+    from contarm_sim.arm_file import arm_to_dict
+
+    judged = [o.summary["verdict"] for o in outcomes] + [study["verdict"]]
+    return {
+        **{outcome.scenario.name: outcome.summary for outcome in outcomes},
+        "convergence": study,
+        "arm": arm_to_dict(arm),
+        "verdict": "fail" if "fail" in judged else "pass",
+    }
+
+
+def _rows(outcomes: list[Any]) -> tuple[list[str], list[list[Any]]]:
+    columns = ["scenario", "tip error [mm]", "[%]", "discret. [%]", "servo [%]", "shape [%]", "orient. [deg]"]
+    columns += ["force [N]", "pushes"]
+    rows = []
+    for outcome in outcomes:
+        s = outcome.summary
+        percent = [s[name]["max_percent"] for name in ("tip_error", "discretisation", "servo", "shape")]
+        force = f"{s['muscle']['min_force_n']:.1f} .. {s['muscle']['max_force_n']:.1f}"
+        row = [outcome.scenario.name, f"{1e3 * s['tip_error']['max_m']:.3f}", *(f"{x:.4f}" for x in percent)]
+        rows.append([*row, f"{s['orientation_error_deg']['max']:.3f}", force, str(s["muscle"]["pushes"])])
+    return columns, rows
+
+
+def _finding(summary: dict[str, Any]) -> str:
+    from contarm_sim.validation.verdict import MODEL_LIMIT
+
+    names = [n for n in ("ideal", "naive", "gravity", "payload", "upright") if n in summary]
+    holds = [n for n in names if summary[n]["tip_error"]["max_percent"] <= MODEL_LIMIT]
+    fails = [f"{n} ({summary[n]['tip_error']['max_percent']:.1f} %)" for n in names if n not in holds]
+    said = f"constant curvature holds within {MODEL_LIMIT:g} % of length: {', '.join(holds) or 'nowhere'}"
+    ratio = max(summary[n]["weight_over_stiffness"] for n in names)
+    return said + (f"\nit does not: {', '.join(fails)}, at m g L^2/EI = {ratio:.2f}" if fails else "")

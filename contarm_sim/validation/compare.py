@@ -1,0 +1,138 @@
+"""Sample by sample: where the tip should be, where it is, and where in the model each part of the difference arises.
+
+    target --IK--> arc tip --discretisation--> chain tip --servo--> chain tip as measured --shape--> simulated tip
+
+`discretisation` is known in closed form; `servo` is what commanded and measured lengths differ by, as tip motion;
+`shape` is what three lengths cannot see: gravity, inertia, torsion, joints that bend unequally. The vectors add up
+to the tip error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from contarm_sim.arm import Arm
+from contarm_sim.kinematics import arc, chain
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.simulation.control import Controller
+from contarm_sim.simulation.equilibrium import poses_at_rest
+from contarm_sim.simulation.samples import Samples
+
+SLACK_TENSION = 0.01
+"""A muscle that pulls no more than this is slack [N]."""
+
+PUSH_TENSION = -1e-6
+"""A muscle below this tension pushes [N]."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """T samples beside the closed forms; positions [m] in the base frame, distances [m].
+
+    Attributes:
+        analytic_tip, chain_tip, simulated_tip: of the commanded bends, and as simulated, shape (T, 3).
+        miss: target to analytic tip, shape (T,): a target off the dome cannot be reached.
+        tip_error: analytic to simulated tip, shape (T,).
+        discretisation, servo, shape: sizes of the three parts of the tip error, shape (T,).
+        orientation_error: angle between analytic and simulated tip frames [rad], shape (T,).
+        backbone_error: largest distance from a station of the simulated backbone to its point on the arc, shape (T,).
+        measured_bend: bend of the measured lengths [rad], shape (T, 2).
+    """
+
+    analytic_tip: Array
+    chain_tip: Array
+    simulated_tip: Array
+    miss: Array
+    tip_error: Array
+    discretisation: Array
+    servo: Array
+    shape: Array
+    orientation_error: Array
+    backbone_error: Array
+    measured_bend: Array
+
+
+def compare(arm: Arm, samples: Samples) -> Comparison:
+    """Return the comparison of simulated samples with the closed forms of the same arm."""
+    bend, length, links = samples.bend, arm.length, arm.links
+    analytic, chained = arc.position(bend, length), chain.tip(bend, length, links)
+    measured, _ = chain.bend_from_lengths(samples.muscle_lengths, length, arm.muscle_radius, links)
+    followed, simulated = chain.tip(measured, length, links), samples.stations[:, -1]
+    xi = np.arange(links + 1) / links
+    arcs = arc.position(bend[:, None, :], length, xi)
+    return Comparison(
+        analytic_tip=analytic,
+        chain_tip=chained,
+        simulated_tip=simulated,
+        miss=_norm(analytic - samples.target),
+        tip_error=_norm(simulated - analytic),
+        discretisation=_norm(chained - analytic),
+        servo=_norm(followed - chained),
+        shape=_norm(simulated - followed),
+        orientation_error=rotation_angle(arc.rotation(bend), samples.tip_rotation),
+        backbone_error=_norm(samples.stations - arcs).max(axis=-1),
+        measured_bend=measured,
+    )
+
+
+def motion_part(arm: Arm, samples: Samples, controller: Controller, every: int = 10) -> tuple[Array, Array]:
+    """Return what motion adds: (times [s], distances [m]), each of shape (T/every,).
+
+    Distances are from every `every`-th simulated tip to where it would rest under the same commanded bend and
+    controller: inertia, damping and lag.
+    """
+    chosen = slice(None, None, every)
+    rest = poses_at_rest(arm, samples.bend[chosen], samples.target[chosen], controller)
+    return samples.time[chosen], _norm(samples.stations[chosen, -1] - rest.stations[:, -1])
+
+
+def _norm(vectors: Array) -> Array:
+    return np.linalg.norm(vectors, axis=-1)
+
+
+def rotation_angle(a: Array, b: Array) -> Array:
+    """Return the angle [rad] between orientations, shape (..., 3, 3) -> (...), accurate for small angles too."""
+    return 2 * np.arcsin(np.clip(np.linalg.norm(a - b, axis=(-2, -1)) / np.sqrt(8), 0, 1))
+
+
+def spread(distances: Array, length: float) -> dict[str, float]:
+    """Return the largest and root-mean-square distance, in m and in percent of length."""
+    most, rms = float(distances.max()), float(np.sqrt(np.mean(distances**2)))
+    return {
+        "max_m": most,
+        "rms_m": rms,
+        "max_percent": 100 * most / length,
+        "rms_percent": 100 * rms / length,
+    }
+
+
+def summarise(arm: Arm, samples: Samples, comparison: Comparison) -> dict[str, Any]:
+    """Return the numbers of a comparison as plain values: errors, budget, orientation, muscles."""
+    named = {"tip_error": comparison.tip_error, "discretisation": comparison.discretisation, "servo": comparison.servo}
+    named |= {"shape": comparison.shape, "backbone_error": comparison.backbone_error, "miss": comparison.miss}
+    degrees = np.degrees(comparison.orientation_error)
+    return {
+        "samples": len(samples),
+        **{name: spread(values, arm.length) for name, values in named.items()},
+        "orientation_error_deg": {"max": float(degrees.max()), "rms": float(np.sqrt(np.mean(degrees**2)))},
+        "muscle": muscle_summary(arm, samples),
+    }
+
+
+def muscle_summary(arm: Arm, samples: Samples) -> dict[str, Any]:
+    """Return what the muscles did: forces [N] (pulling > 0), pushes, slack, sums of deltas [m], contractions [-]."""
+    tensions, lengths = samples.muscle_tensions, samples.muscle_lengths
+    contraction = 1 - lengths / arm.muscle_rest_length
+    return {
+        "min_force_n": float(tensions.min()),
+        "max_force_n": float(tensions.max()),
+        "pushes": int(np.count_nonzero(tensions < PUSH_TENSION)),
+        "slack_fraction": float(np.mean((tensions >= PUSH_TENSION) & (tensions < SLACK_TENSION))),
+        "max_sum_of_deltas_m": float(np.abs(lengths.sum(axis=1) - 3 * arm.length).max()),
+        "min_contraction": float(contraction.min()),
+        "max_contraction": float(contraction.max()),
+        "allowed_contraction": [-arm.muscle.max_stretch, arm.muscle.max_contraction],
+    }

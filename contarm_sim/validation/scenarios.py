@@ -1,0 +1,137 @@
+"""The arm at rest over the whole dome: without gravity, hanging, upright, loaded, and driven naively."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from contarm_sim.arm import Arm
+from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.simulation.control import Controller
+from contarm_sim.simulation.equilibrium import poses_at_rest
+from contarm_sim.simulation.samples import Samples
+from contarm_sim.validation import verdict as limits
+from contarm_sim.validation.compare import Comparison, compare, spread, summarise
+
+LARGEST_BEND = math.radians(170)
+HANGING = (0.0, 0.0, 9.81)
+UPRIGHT = (0.0, 0.0, -9.81)
+PAYLOAD = 0.1
+
+Track = Callable[[Iterable[int], str], Iterable[int]]
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """One arm under one load, driven one way.
+
+    Attributes:
+        name: what it is called in summaries.
+        meaning: what it shows, in a few words.
+        arm: with this scenario's gravity and payload.
+        controller: how lengths and set-points are found.
+        checks: from arm and summary to checks; None: shown, not judged.
+    """
+
+    name: str
+    meaning: str
+    arm: Arm
+    controller: Controller
+    checks: Callable[[Arm, dict[str, Any]], list[limits.Check]] | None
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A scenario's samples, comparison and numbers."""
+
+    scenario: Scenario
+    samples: Samples
+    comparison: Comparison
+    summary: dict[str, Any]
+
+
+def dome_grid(grid: int) -> Array:
+    """Return bends [rad] over the dome, shape (3 grid^2 + 1, 2).
+
+    Straight, then `grid` angles to 170 deg by 3 `grid` planes.
+    """
+    angles = LARGEST_BEND * np.arange(1, grid + 1) / grid
+    planes = 2 * np.pi * np.arange(3 * grid) / (3 * grid)
+    bends = arc.from_polar(angles[:, None], planes)
+    return np.concatenate([np.zeros((1, 2)), bends.reshape(-1, 2)])
+
+
+def scenarios(arm: Arm) -> list[Scenario]:
+    """Return the scenarios of an arm; its own gravity, if it has one, takes the place of hanging."""
+    free = replace(arm, gravity=(0.0, 0.0, 0.0), payload=0.0)
+    own = any(arm.gravity)
+    pulled = replace(arm, gravity=arm.gravity if own else HANGING, payload=0.0)
+    loaded = replace(pulled, payload=arm.payload or PAYLOAD)
+    kg = f"{loaded.payload:g} kg"
+    given = [
+        Scenario("ideal", "no gravity", free, "servo", limits.ideal_checks),
+        Scenario("naive", "no gravity, paper's lengths, plain servos", free, "paper", None),
+        Scenario("gravity", "the arm's gravity" if own else "hanging", pulled, "servo", limits.loaded_checks),
+        Scenario("payload", f"{'the same' if own else 'hanging'} with {kg}", loaded, "servo", limits.loaded_checks),
+    ]
+    if not own:
+        upright = replace(pulled, gravity=UPRIGHT)
+        given.append(Scenario("upright", "standing under its own weight", upright, "servo", limits.loaded_checks))
+    return given
+
+
+def examine(scenario: Scenario, bends: Array, track: Track) -> Outcome:
+    """Simulate a scenario at rest over bends [rad], shape (T, 2), and judge it.
+
+    Raises:
+        ConvergenceError, DivergenceError: the arm has no such rest pose.
+    """
+    arm = scenario.arm
+    target = arc.position(bends, arm.length)
+    ticks = track(range(len(bends)), scenario.name)
+    samples = poses_at_rest(arm, bends, target, scenario.controller, ticks)
+    comparison = compare(arm, samples)
+    summary = summarise(arm, samples, comparison)
+    error = np.linalg.norm(comparison.simulated_tip - comparison.chain_tip, axis=-1)
+    summary["chain_error"] = spread(error, arm.length)
+    summary |= {"meaning": scenario.meaning, "controller": scenario.controller}
+    summary |= {"gravity": list(arm.gravity), "payload": arm.payload}
+    summary["weight_over_stiffness"] = (arm.mass * math.hypot(*arm.gravity)) * arm.length**2 / arm.bending_stiffness
+    if scenario.checks is not None:
+        summary |= limits.verdict(scenario.checks(arm, summary))
+    else:
+        summary |= {"verdict": "shown", "checks": []}
+    return Outcome(scenario, samples, comparison, summary)
+
+
+def refinements(links: int) -> list[int]:
+    """Return three link counts, each twice the one before, that hold or surround `links`."""
+    if links > 96:
+        return [links // 4, links // 2, links]
+    return [links // 2, links, 2 * links] if links >= 12 else [links, 2 * links, 4 * links]
+
+
+def convergence(arm: Arm, bends: Array, track: Track) -> dict[str, Any]:
+    """Return the largest tip error against the arc over bends, for three link counts, and the observed orders."""
+    free = replace(arm, gravity=(0.0, 0.0, 0.0), payload=0.0)
+    counts, errors, chain_errors = refinements(arm.links), [], []
+    for links in counts:
+        scenario = Scenario(f"{links} links", "no gravity", replace(free, links=links), "servo", None)
+        outcome = examine(scenario, bends, track)
+        errors.append(outcome.summary["tip_error"]["max_m"])
+        chain_errors.append(outcome.summary["chain_error"]["max_m"])
+    pairs = zip(itertools.pairwise(errors), itertools.pairwise(counts), strict=True)
+    orders = [math.log(e0 / e1) / math.log(n1 / n0) for (e0, e1), (n0, n1) in pairs]
+    return {
+        "links": counts,
+        "max_error_vs_arc_m": errors,
+        "max_error_vs_chain_m": chain_errors,
+        "observed_orders": orders,
+        **limits.verdict([limits.order_check(orders[-1])]),
+    }
