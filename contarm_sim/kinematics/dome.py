@@ -25,7 +25,7 @@ PROJECTIONS: tuple[Projection, ...] = get_args(Projection)
 TOLERANCE = 3e-4
 """Miss below which a target counts as reached, as a fraction of length (0.11 mm for the paper's arm)."""
 
-_LARGEST_HALF = np.nextafter(np.pi / 2, 0)
+_LARGEST_HALF = 0.5 * np.pi * (1 - 1e-15)  # a few ulps short, so that no rounding makes a bend angle of pi
 _GRID = np.linspace(0.0, _LARGEST_HALF, 65)
 _CHUNK = 8192
 
@@ -156,7 +156,7 @@ def _nearest_half(rho: Array, z: Array, length: float) -> Array:
         h = new
         if done.all():
             break
-    return np.where(np.abs(h - _LARGEST_HALF) < 1e-15, _LARGEST_HALF, h)
+    return np.where(np.abs(h - _LARGEST_HALF) < 1e-14, _LARGEST_HALF, h)
 
 
 def _slope(h: Array, rho: Array, z: Array, length: float) -> tuple[Array, Array]:

@@ -8,12 +8,16 @@ chain, which cancels the twist that a fixed order accumulates (second instead of
 
 from __future__ import annotations
 
+import math
+
 import mujoco
 
 from contarm_sim.arm import Arm
 
 AXES = {"x": [1.0, 0.0, 0.0], "y": [0.0, 1.0, 0.0], "z": [0.0, 0.0, 1.0]}
 VISUAL, COLLISION = "visual", "collision"
+
+_STEEL = 7850.0  # kg/m^3
 
 SPINE_RADIUS = 0.22
 """Radius of the drawn spine over the attachment radius."""
@@ -60,7 +64,7 @@ def add_backbone(spec: mujoco.MjSpec, arm: Arm) -> list[mujoco.MjsBody]:
     """Add base, links and tip to the world; return the bodies at stations 0 .. N."""
     h = arm.link_pitch
     base = spec.worldbody.add_body(name="base")
-    _set_inertia(base, arm, 0.5, 0.25 * h)
+    _set_inertia(base, arm, 0.5)
     _add_visuals(spec, base, arm, 0.0, 0.5 * h)
     bodies = [base]
     for index, name in enumerate(station_names(arm)[1:]):
@@ -74,7 +78,7 @@ def add_backbone(spec: mujoco.MjSpec, arm: Arm) -> list[mujoco.MjsBody]:
                 pos=[0.0, 0.0, -0.5 * h],
             )
         last = name == "tip"
-        _set_inertia(body, arm, 0.5 if last else 1.0, -0.25 * h if last else 0.0)
+        _set_inertia(body, arm, 0.5 if last else 1.0)
         _add_visuals(spec, body, arm, -0.5 * h, 0.0 if last else 0.5 * h)
         bodies.append(body)
     base.add_site(name="base", group=4)
@@ -83,27 +87,28 @@ def add_backbone(spec: mujoco.MjSpec, arm: Arm) -> list[mujoco.MjsBody]:
     return bodies
 
 
-def _set_inertia(body: mujoco.MjsBody, arm: Arm, share: float, centre: float) -> None:
-    """Give a link its share of the arm's mass as a solid cylinder as wide as the disks."""
+def _set_inertia(body: mujoco.MjsBody, arm: Arm, share: float) -> None:
+    """Give a link its share of the arm's mass, centred on its station, as a solid cylinder as wide as the disks.
+
+    The half links' too: masses m/2N, m/N, ..., m/2N at the stations are the trapezoidal rule, whose error under
+    gravity cancels that of stiffness lumped at the joints between them.
+    """
     mass, height, radius = share * arm.mass / arm.links, share * arm.link_pitch, disk_radius(arm)
     lateral = mass * (radius**2 / 4 + height**2 / 12)
     body.explicitinertial = True
     body.mass = mass
-    body.ipos = [0.0, 0.0, centre]
+    body.ipos = [0.0, 0.0, 0.0]
     body.inertia = [lateral, lateral, mass * radius**2 / 2]
 
 
 def _add_payload(spec: mujoco.MjSpec, tip: mujoco.MjsBody, arm: Arm) -> None:
-    """Weld a point mass to the tip; always there, so that a host can change its mass."""
-    payload = tip.add_body(name="payload")
-    payload.explicitinertial = True
-    payload.mass = arm.payload
-    payload.inertia = [0.0, 0.0, 0.0]
+    """Add a point mass at the tip, which is the tip body's centre, and draw it as a steel ball."""
     if arm.payload:
-        radius = (3 * arm.payload / (4 * 3.14159 * 7850)) ** (1 / 3)  # drawn as a steel ball
-        payload.add_geom(
+        tip.mass += arm.payload
+        radius = (3 * arm.payload / (4 * math.pi * _STEEL)) ** (1 / 3)
+        tip.add_geom(
             spec.find_default(VISUAL), name="payload", type=mujoco.mjtGeom.mjGEOM_SPHERE,
-            size=[radius, 0, 0], pos=[0, 0, 0], material="steel",
+            size=[radius, 0, 0], material="steel",
         )  # fmt: skip
 
 

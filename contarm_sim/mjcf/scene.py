@@ -13,6 +13,16 @@ from contarm_sim.mjcf.backbone import disk_radius
 OFFSCREEN = (1920, 1080)
 """Largest picture [pixels] that the model's offscreen buffer holds."""
 
+CLEARANCE = 0.15
+"""Distance from the floor to the lowest point that the arm can touch [lengths]."""
+
+_OUTLINE = ((0.12, 1.06), (0.45, 0.95), (0.68, 0.75), (0.80, 0.45), (0.82, 0.20), (0.74, -0.07))
+"""Radius and height of a surface of revolution around all poses of the arm up to half a turn [lengths]."""
+
+_HORIZON = [0.94, 0.95, 0.965]
+_FOVY = 28.0
+_ASPECT = 1.4
+
 
 def base_quaternion(arm: Arm) -> np.ndarray:
     """Return the base's orientation in the world, quaternion w x y z.
@@ -41,64 +51,101 @@ def world_gravity(arm: Arm) -> np.ndarray:
 
 def add_scene(spec: mujoco.MjSpec, arm: Arm) -> np.ndarray:
     """Add floor, mount, light and cameras; return where the base goes in the world [m]."""
-    length, quaternion = arm.length, base_quaternion(arm)
+    length = arm.length
     along = np.zeros(3)
-    mujoco.mju_rotVecQuat(along, np.array([0.0, 0.0, 1.0]), quaternion)
-    height = length * (0.22 if along[2] > 0.5 else 1.3)  # room for the arm to bend below its base
-    base = np.array([0.0, 0.0, height])
-    centre = base + 0.45 * length * along
-
+    mujoco.mju_rotVecQuat(along, np.array([0.0, 0.0, 1.0]), base_quaternion(arm))
+    reach = _reach(along)
+    base = np.array([0.0, 0.0, length * (CLEARANCE - reach[:, 2].min())])
     spec.visual.global_.offwidth, spec.visual.global_.offheight = OFFSCREEN
-    spec.visual.headlight.ambient = [0.35, 0.35, 0.35]
-    spec.visual.headlight.diffuse = [0.35, 0.35, 0.35]
-    spec.visual.headlight.specular = [0.1, 0.1, 0.1]
-    spec.visual.quality.shadowsize = 2048
     spec.visual.map.znear = 0.01
     spec.visual.map.zfar = 30
+    spec.visual.map.shadowclip = 4.0  # wide: towards its edge the shadow map stains the floor
     spec.stat.extent = 1.2 * length
-    spec.stat.center = centre
-
-    texture, kind = mujoco.mjtTexture, mujoco.mjtBuiltin
-    spec.add_texture(
-        name="sky", type=texture.mjTEXTURE_SKYBOX, builtin=kind.mjBUILTIN_GRADIENT,
-        rgb1=[0.93, 0.95, 0.97], rgb2=[0.70, 0.76, 0.83], width=64, height=384,
-    )  # fmt: skip
-    spec.add_texture(
-        name="floor", type=texture.mjTEXTURE_2D, builtin=kind.mjBUILTIN_CHECKER, width=256, height=256,
-        rgb1=[0.86, 0.88, 0.90], rgb2=[0.80, 0.82, 0.85], mark=mujoco.mjtMark.mjMARK_EDGE, markrgb=[0.93, 0.94, 0.95],
-    )  # fmt: skip
-    floor = spec.add_material(name="floor", texuniform=True, texrepeat=[5, 5])
-    floor.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "floor"
-    mount = spec.add_material(name="mount", rgba=[0.34, 0.37, 0.41, 1], specular=0.4, shininess=0.4)
-
-    world = spec.worldbody
-    world.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], material="floor")
-    world.add_light(
-        name="key", pos=centre + np.array([-1.0, -1.2, 2.2]) * length * 2, dir=[1.0, 1.2, -2.2],
-        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, diffuse=[0.55, 0.55, 0.55], castshadow=True,
-    )  # fmt: skip
-    radius = disk_radius(arm)
-    back = max(0.1 * length, height) if along[2] > 0.99 else 0.3 * length
-    world.add_geom(
-        name="mount", type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[0.62 * radius, 0, 0], material=mount.name,
-        fromto=[*base, *(base - back * along)], contype=0, conaffinity=0,
-    )  # fmt: skip
-    world.add_geom(
-        name="flange", type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[1.25 * radius, 0, 0], material=mount.name,
-        fromto=[*(base - 0.002 * along), *(base - 0.012 * along)], contype=0, conaffinity=0,
-    )  # fmt: skip
-    _add_camera(spec, "front", centre, length, azimuth=-62, elevation=16, distance=2.9)
-    _add_camera(spec, "side", centre, length, azimuth=0, elevation=4, distance=2.9)
-    _add_camera(spec, "top", centre, length, azimuth=-90, elevation=89, distance=3.0)
+    spec.stat.center = base + 0.45 * length * along
+    _add_surroundings(spec)
+    _add_lights(spec, spec.stat.center, length)
+    _add_mount(spec, arm, base, along)
+    seen = np.vstack([base + length * reach, [0.0, 0.0, max(0.0, base[2] - 0.4 * length)]])
+    for name, azimuth, elevation in (("front", -62, 14), ("side", 0, 6), ("top", -90, 89)):
+        _add_camera(spec, name, seen, azimuth, elevation)
     return base
 
 
-def _add_camera(
-    spec: mujoco.MjSpec, name: str, target: np.ndarray, length: float, azimuth: float, elevation: float, distance: float
-) -> None:
-    """Add a fixed camera that looks at `target` from the given angles [deg] and distance [lengths]."""
+def _reach(along: np.ndarray) -> np.ndarray:
+    """Return points around all that the arm can touch, relative to the base [lengths], shape (T, 3)."""
+    side = np.cross(along, [0.0, 1.0, 0.0] if abs(along[1]) < 0.9 else [1.0, 0.0, 0.0])
+    side /= np.linalg.norm(side)
+    turn = np.linspace(0, 2 * math.pi, 24, endpoint=False)[:, None]
+    ring = np.cos(turn) * side + np.sin(turn) * np.cross(along, side)
+    return np.vstack([radius * ring + height * along for radius, height in _OUTLINE])
+
+
+def _add_surroundings(spec: mujoco.MjSpec) -> None:
+    """Add a floor that fades into a pale sky."""
+    texture, kind = mujoco.mjtTexture, mujoco.mjtBuiltin
+    spec.visual.rgba.haze = [*_HORIZON, 1.0]
+    spec.visual.map.haze = 0.5
+    spec.add_texture(
+        name="sky", type=texture.mjTEXTURE_SKYBOX, builtin=kind.mjBUILTIN_GRADIENT,
+        rgb1=[0.80, 0.86, 0.93], rgb2=_HORIZON, width=64, height=384,
+    )  # fmt: skip
+    spec.add_texture(
+        name="floor", type=texture.mjTEXTURE_2D, builtin=kind.mjBUILTIN_FLAT, width=512, height=512,
+        rgb1=[0.92, 0.925, 0.935], rgb2=[0.92, 0.925, 0.935], mark=mujoco.mjtMark.mjMARK_EDGE, markrgb=[0.76, 0.78, 0.82],
+    )  # fmt: skip
+    floor = spec.add_material(name="floor", texuniform=True, texrepeat=[10, 10], specular=0.0)  # a line every 0.1 m
+    floor.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "floor"
+    spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], material="floor")
+
+
+def _add_lights(spec: mujoco.MjSpec, centre: np.ndarray, length: float) -> None:
+    """Add a key light with shadow from the left, a weak one from the right, and light from the camera."""
+    spec.visual.headlight.ambient = [0.40, 0.40, 0.40]
+    spec.visual.headlight.diffuse = [0.14, 0.14, 0.14]
+    spec.visual.headlight.specular = [0.05, 0.05, 0.05]
+    spec.visual.quality.shadowsize = 2048
+    for name, towards, strength, shadow in (("key", [0.8, 1.0, -2.4], 0.50, True), ("fill", [-1.2, 0.6, -1.0], 0.16, False)):
+        spec.worldbody.add_light(
+            name=name, pos=centre - 3 * length * np.array(towards) / np.linalg.norm(towards), dir=towards,
+            type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, diffuse=[strength] * 3, specular=[0.5 * strength] * 3,
+            castshadow=shadow,
+        )  # fmt: skip
+
+
+def _add_mount(spec: mujoco.MjSpec, arm: Arm, base: np.ndarray, along: np.ndarray) -> None:
+    """Add a flange behind the base plate on a column from the floor, or from above if the arm points down."""
+    mount = spec.add_material(name="mount", rgba=[0.40, 0.43, 0.47, 1], specular=0.3, shininess=0.4)
+    radius, length = disk_radius(arm), arm.length
+    elbow = base - 0.1 * length * along
+    column = elbow * [1, 1, 0] if along[2] > -0.1 else elbow + [0, 0, 1.5 * length]
+    parts = (
+        ("flange", base - 0.002 * along, base - 0.010 * along, 1.2 * radius),
+        ("mount", base - 0.010 * along, elbow, 0.55 * radius),
+        ("column", elbow, column, 0.55 * radius),
+    )
+    for name, start, end, thickness in parts:
+        spec.worldbody.add_geom(
+            name=name, type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[thickness, 0, 0], material=mount.name,
+            fromto=[*start, *end], contype=0, conaffinity=0,
+        )  # fmt: skip
+    spec.worldbody.add_geom(
+        name="elbow", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.55 * radius, 0, 0], pos=elbow, material=mount.name,
+        contype=0, conaffinity=0,
+    )  # fmt: skip
+
+
+def _add_camera(spec: mujoco.MjSpec, name: str, seen: np.ndarray, azimuth: float, elevation: float) -> None:
+    """Add a fixed camera at the given angles [deg], as near as still shows all points `seen` [m], shape (T, 3)."""
     a, e = math.radians(azimuth), math.radians(elevation)
     back = np.array([math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)])
     right = np.array([-math.sin(a), math.cos(a), 0.0])
-    camera = spec.worldbody.add_camera(name=name, pos=target + distance * length * back, fovy=35)
-    camera.alt.xyaxes = [*right, *np.cross(back, right)]
+    frame = np.stack([right, np.cross(back, right), back])
+    middle = 0.5 * (seen.min(axis=0) + seen.max(axis=0))
+    x, y, z = frame @ (seen - middle).T
+    x, y = x - 0.5 * (x.min() + x.max()), y - 0.5 * (y.min() + y.max())
+    slope = math.tan(math.radians(0.5 * _FOVY))
+    distance = float(np.max(z + np.maximum(np.abs(y), np.abs(x) / _ASPECT) / slope))
+    x0, y0 = (0.5 * (v.min() + v.max()) for v in (frame @ (seen - middle).T)[:2])
+    quat = np.zeros(4)
+    mujoco.mju_mat2Quat(quat, frame.T.ravel())
+    spec.worldbody.add_camera(name=name, pos=middle + frame.T @ [x0, y0, 1.04 * distance], quat=quat, fovy=_FOVY)

@@ -51,6 +51,8 @@ def _restore_section(element: ElementTree.Element, spec: mujoco.MjSpec) -> None:
             find = getattr(spec, _ATTRIBUTES_OF.get(child.tag, child.tag), None)
             if callable(find):
                 _restore(child, find(name))
+            if child.tag == "spatial":  # the compiler's own, rounded; it finds it again
+                child.attrib.pop("springlength", None)
         _restore_section(child, spec)
 
 

@@ -32,7 +32,6 @@ class TangentStiffness:
         self._proximal = self._station_of_dof < stations[:, None]
         self._limited = bool(model.actuator_forcelimited.any())
         self._gain = model.actuator_gainprm[:, 0]
-        self._payload = model.body("payload").id
 
     def __call__(self) -> Array:
         """Return K; `mj_forward` must be up to date."""
@@ -50,10 +49,9 @@ class TangentStiffness:
         dyad = np.einsum("smi,smj->sij", ends, force)
         force = force.sum(axis=1)
         links = slice(self._base, self._base + len(ends))
-        for body, station in ((links, slice(None)), (self._payload, -1)):
-            weight = np.asarray(model.body_mass[body])[..., None] * model.opt.gravity
-            force[station] += weight
-            dyad[station] += data.xipos[body][..., :, None] * weight[..., None, :]
+        weight = model.body_mass[links, None] * model.opt.gravity
+        force += weight
+        dyad += data.xipos[links, :, None] * weight[:, None, :]
         force = np.cumsum(force[::-1], axis=0)[::-1][self._station_of_dof]
         dyad = np.cumsum(dyad[::-1], axis=0)[::-1][self._station_of_dof]
         D = dyad - anchors[:, :, None] * force[:, None, :]

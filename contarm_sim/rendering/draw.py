@@ -1,0 +1,192 @@
+"""Pictures of the arm: what a sample of a simulation looks like, beside what it was meant to look like."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contarm_sim.arm import Arm
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.rendering.gl import choose_backend
+from contarm_sim.rendering.overlays import Colour, add_ball, add_line, add_tube, thin
+from contarm_sim.simulation.samples import Samples
+
+Image = NDArray[np.uint8]
+Quality = Literal["draft", "final"]
+QUALITIES: tuple[Quality, ...] = get_args(Quality)
+
+PATH: Colour = (0.30, 0.33, 0.40, 1.0)
+TRACE: Colour = (0.00, 0.72, 0.42, 1.0)
+TARGET: Colour = (0.46, 0.16, 0.80, 1.0)
+GHOST: Colour = (0.46, 0.16, 0.80, 0.22)
+
+_SLACK = np.array([0.55, 0.55, 0.57])
+_NARROWEST = 1.4
+_GHOST_SEGMENTS = 48
+
+
+@dataclass(frozen=True)
+class Overlays:
+    """What to draw besides the simulated arm.
+
+    Attributes:
+        path: the planned path of the tip.
+        trace: where the simulated tip has been so far.
+        target: the target of this moment.
+        ghost: the analytic arc at the commanded bend.
+    """
+
+    path: bool = True
+    trace: bool = True
+    target: bool = True
+    ghost: bool = True
+
+
+ALL = Overlays()
+
+
+class ArmRenderer:
+    """Draws one arm. A context manager: it holds GL memory until it is left.
+
+    Args:
+        arm: its parameters.
+        width, height: size of the picture [pixels].
+        camera: a camera of the scene: front, side or top.
+        quality: `draft` for speed, `final` for smooth edges and sharp shadows.
+
+    Raises:
+        InputError: an unknown camera or quality, or a size that is no positive whole number.
+        RenderingError: no GL library draws here.
+    """
+
+    def __init__(
+        self, arm: Arm, width: int = 1280, height: int = 720, camera: str = "front", quality: Quality = "draft"
+    ) -> None:
+        check_size(width, height)
+        if quality not in QUALITIES:
+            raise InputError("quality", repr(quality), ", ".join(QUALITIES))
+        choose_backend()
+        import mujoco
+
+        from contarm_sim.mjcf import scene_spec
+
+        self.arm = arm
+        self._model = scene_spec(arm).compile()
+        cameras = [self._model.camera(i).name for i in range(self._model.ncam)]
+        if camera not in cameras:
+            raise InputError("camera", repr(camera), ", ".join(cameras))
+        self._camera = camera
+        _set_quality(self._model, quality)
+        _fit(self._model, width, height)
+        self._colours = self._model.tendon_rgba[:, :3].copy()
+        self._widths = self._model.tendon_width.copy()
+        self._data = mujoco.MjData(self._model)
+        self._renderer = mujoco.Renderer(self._model, height, width)
+
+    def __enter__(self) -> ArmRenderer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._renderer.close()
+
+    def frame(self, samples: Samples, index: int, overlays: Overlays = ALL) -> Image:
+        """Draw sample `index`, muscles coloured by tension; return the picture, shape (height, width, 3)."""
+        self._pose(samples.qpos[index])
+        self._colour_muscles(samples.muscle_tensions[index] / max(samples.muscle_tensions.max(), 1e-9))
+        self._renderer.update_scene(self._data, self._camera)
+        scene, length = self._renderer.scene, self.arm.length
+        if overlays.path:
+            add_line(scene, thin(self.to_world(samples.target)), 0.0022 * length, PATH, glow=0.3)
+        if overlays.trace:
+            stride = -(-len(samples) // 200)  # fixed over the film, so that the line does not crawl
+            tips = np.vstack([samples.stations[:index:stride, -1], samples.stations[index, -1]])
+            add_line(scene, self.to_world(tips), 0.0045 * length, TRACE, glow=0.5)
+        if overlays.target:
+            add_ball(scene, self.to_world(samples.target[index]), 0.016 * length, TARGET, glow=0.4)
+        if overlays.ghost:
+            self._add_ghost(samples.bend[index])
+        return self._renderer.render()
+
+    def pose(self, qpos: Array) -> Image:
+        """Draw the arm alone with joint angles [rad], shape (dofs,)."""
+        self._pose(qpos)
+        self._colour_muscles(np.ones(3))
+        self._renderer.update_scene(self._data, self._camera)
+        return self._renderer.render()
+
+    def bent(self, bend: Array) -> Array:
+        """Return the joint angles [rad], shape (dofs,), of the arm with every joint bent alike."""
+        qpos, share = np.zeros(self._model.nq), np.asarray(bend, dtype=float) / self.arm.links
+        for i in range(1, self.arm.links + 1):
+            qpos[self._model.joint(f"joint_{i:02d}_x").qposadr[0]] = -share[1]
+            qpos[self._model.joint(f"joint_{i:02d}_y").qposadr[0]] = share[0]
+        return qpos
+
+    def to_world(self, points: Array) -> Array:
+        """Turn points of the base frame [m], shape (..., 3), into points of the world that is drawn."""
+        base = self._data.body("base")
+        return base.xpos + points @ base.xmat.reshape(3, 3).T
+
+    def _pose(self, qpos: Array) -> None:
+        """Place every body, camera, light and muscle; no step is simulated."""
+        import mujoco
+
+        self._data.qpos[:] = qpos
+        for update in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_camlight, mujoco.mj_tendon):
+            update(self._model, self._data)
+
+    def _colour_muscles(self, share: Array) -> None:
+        """Draw each muscle the thicker and the brighter the larger its share of the largest tension, shape (3,)."""
+        share = np.clip(share, 0.0, 1.0)
+        self._model.tendon_width[:] = self._widths * (0.55 + 0.45 * share)
+        self._model.tendon_rgba[:, :3] = _SLACK + (0.25 + 0.75 * share)[:, None] * (self._colours - _SLACK)
+
+    def _add_ghost(self, bend: Array) -> None:
+        """Draw the analytic arc as a see-through hose about the arm."""
+        points = arc.position(bend, self.arm.length, np.linspace(0.0, 1.0, _GHOST_SEGMENTS + 1))
+        radius = 1.25 * (self.arm.muscle_radius + 0.5 * self.arm.muscle.diameter)
+        add_tube(self._renderer.scene, self.to_world(points), radius, GHOST)
+
+
+def still(
+    arm: Arm, bend: Array, path: Path, width: int = 1280, height: int = 720, camera: str = "front"
+) -> None:
+    """Write a picture (.png) of the arm bent alike everywhere by `bend` [rad], shape (2,)."""
+    from PIL import Image as PillowImage
+
+    with ArmRenderer(arm, width, height, camera, "final") as renderer:
+        PillowImage.fromarray(renderer.pose(renderer.bent(bend))).save(path, optimize=True)
+
+
+def check_size(width: int, height: int) -> None:
+    """Refuse sizes that are no positive whole numbers.
+
+    Raises:
+        InputError: names the side.
+    """
+    for name, value in (("width", width), ("height", height)):
+        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+            raise InputError(name, value, "a positive whole number [pixels]")
+
+
+def _set_quality(model: Any, quality: Quality) -> None:
+    """Set samples a pixel, shadow size and roundness: together they decide the time of a frame in software GL."""
+    sight = model.vis.quality
+    if quality == "draft":
+        sight.offsamples, sight.shadowsize, sight.numslices, sight.numstacks = 0, 1024, 14, 6
+    else:
+        sight.offsamples, sight.shadowsize, sight.numslices, sight.numstacks = 4, 4096, 40, 20
+
+
+def _fit(model: Any, width: int, height: int) -> None:
+    """Make room for the picture, and show as much to the left and right in a narrow one as in a wide one."""
+    model.vis.global_.offwidth, model.vis.global_.offheight = width, height
+    narrow = max(1.0, _NARROWEST * height / width)
+    model.cam_fovy[:] = np.degrees(2 * np.arctan(narrow * np.tan(np.radians(0.5 * model.cam_fovy))))

@@ -1,0 +1,63 @@
+"""Imports run one way, the two derivations stay independent, and nothing heavy loads early."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1] / "contarm_sim"
+
+# Each part may import itself and the parts named here.
+MAY = {
+    "errors": set(),
+    "arm": {"errors"},
+    "arm_file": {"arm", "errors"},
+    "kinematics": {"errors"},
+    "paths": {"errors", "kinematics"},
+    "mechanics": {"errors", "arm", "kinematics"},
+    "mjcf": {"errors", "arm"},
+    "simulation": {"errors", "arm", "kinematics", "mechanics", "mjcf"},
+    "validation": {"errors", "arm", "kinematics", "simulation"},
+    "rendering": {"errors", "arm", "kinematics", "mjcf", "simulation"},
+    "report": {"errors", "arm", "kinematics", "simulation", "validation"},
+    "cli": {"errors", "arm", "arm_file", "kinematics", "paths", "mjcf", "simulation", "validation", "rendering",
+            "report"},
+}  # fmt: skip
+
+
+def _imports(file):
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def test_imports_run_one_way():
+    for file in ROOT.rglob("*.py"):
+        part = file.relative_to(ROOT).parts[0].removesuffix(".py")
+        if part == "__init__":
+            continue
+        for name in _imports(file):
+            if name.startswith("contarm_sim."):
+                other = name.split(".")[1]
+                assert other == part or other in MAY[part], f"{file.relative_to(ROOT)} imports {name}"
+
+
+def test_the_two_derivations_are_independent():
+    for part, forbidden in (("kinematics", "mujoco"), ("mechanics", "mujoco"), ("mjcf", "contarm_sim.kinematics")):
+        for file in (ROOT / part).glob("*.py"):
+            assert not any(name.startswith(forbidden) for name in _imports(file)), file
+
+
+def _loaded_after(code):
+    program = f"import sys; {code}; print(' '.join(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    return set(done.stdout.split())
+
+
+def test_the_command_line_and_the_package_load_nothing_heavy():
+    heavy = {"numpy", "mujoco", "matplotlib", "scipy", "rich", "mediapy", "PIL"}
+    assert not heavy & _loaded_after("import contarm_sim.cli.main")
+    assert not heavy & _loaded_after("import contarm_sim; contarm_sim.Arm()")
+    assert not {"mujoco", "matplotlib", "mediapy"} & _loaded_after("from contarm_sim import kinematics, paths")

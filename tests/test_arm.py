@@ -1,0 +1,75 @@
+"""Parameters: what is refused, and that TOML says the same thing twice."""
+
+import math
+
+import pytest
+
+from contarm_sim.arm import Arm, Muscle
+from contarm_sim.arm_file import arm_from_dict, arm_to_dict, arm_to_toml, load_arm
+from contarm_sim.errors import InputError
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [(name, value) for name in ("length", "mass", "bending_stiffness", "muscle_radius")
+     for value in (0.0, -1.0, math.nan, math.inf, "1", True)]
+    + [("torsional_stiffness", 0.0), ("damping_time", -0.1), ("payload", -1), ("payload", math.inf)]
+    + [("links", value) for value in (0, 1, 10**6, 24.0, True, -3)]
+    + [("gravity", value) for value in ((0, 0), (0, 0, math.nan), 9.81, None)]
+    + [("base_orientation", value) for value in ((0, 0, 0, 0), (1, 0, 0))]
+    + [("muscle_radius", 0.2), ("muscle", None)],
+)  # fmt: skip
+def test_unusable_parameters_are_refused_by_name(name, value):
+    with pytest.raises(InputError) as caught:
+        Arm(**{name: value})
+    assert caught.value.name == name
+    assert caught.value.allowed
+
+
+@pytest.mark.parametrize(
+    "given", [{"max_contraction": 0.5}, {"mount_contraction": 0.25}, {"min_tension": 0}, {"min_tension": 1e4},
+              {"braid_min_diameter": 0.02}, {"servo_stiffness": -1}],
+)  # fmt: skip
+def test_unusable_muscles_are_refused(given):
+    with pytest.raises(InputError, match=rf"muscle\.{next(iter(given))}"):
+        Muscle(**given)
+
+
+def test_the_papers_muscle():
+    """Design values from the paper's dimensions: braid angle, passive stretch, blocked force."""
+    muscle = Muscle()
+    assert math.degrees(muscle.braid_angle) == pytest.approx(39.7, abs=0.05)
+    assert muscle.max_stretch == pytest.approx(0.13, abs=0.005)
+    assert muscle.blocked_force == pytest.approx(177, abs=1)
+
+
+def test_toml_round_trip(tmp_path):
+    arm = Arm(length=1 / 3, links=17, gravity=(0.1, -2, 9.7), torsional_stiffness=0.07, muscle=Muscle(min_tension=2.5))
+    file = tmp_path / "arm.toml"
+    file.write_text(arm_to_toml(arm))
+    assert load_arm(file) == arm
+    assert arm_from_dict(arm_to_dict(Arm())) == Arm()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [("lenght = 1", "did you mean 'length'"), ("[muscle]\nmin_tention = 1", "did you mean 'muscle.min_tension'"),
+     ("length = -1", "greater than 0"), ("length = ", "not TOML"), ("muscle = 3", "a table"),
+     ("links = 24.5", "whole number")],
+)  # fmt: skip
+def test_bad_toml_is_one_line_that_names_the_file(tmp_path, text, said):
+    file = tmp_path / "arm.toml"
+    file.write_text(text)
+    with pytest.raises(InputError) as caught:
+        load_arm(file)
+    assert said in str(caught.value)
+    assert str(file) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_unreadable_files(tmp_path):
+    with pytest.raises(InputError, match="No such file"):
+        load_arm(tmp_path / "none.toml")
+    (tmp_path / "binary.toml").write_bytes(bytes(range(256)))
+    with pytest.raises(InputError, match="not text"):
+        load_arm(tmp_path / "binary.toml")

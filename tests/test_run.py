@@ -1,0 +1,137 @@
+"""Motion: determinism, timing of samples, divergence, interruption, and accuracy of the default step."""
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from contarm_sim import paths
+from contarm_sim.arm import Arm, Muscle
+from contarm_sim.errors import DivergenceError, InputError
+from contarm_sim.kinematics import arc, chain, dome
+from contarm_sim.simulation.plant import Plant
+from contarm_sim.simulation.run import ACCURATE, FAST, Stepping, simulate
+from contarm_sim.simulation.samples import Samples
+
+
+def _spiral(arm, duration=1.0, **shape):
+    _, targets = paths.named("spiral", arm.length, duration=duration, **shape).targets(100)
+    return targets, dome.bend_from_tip(targets, arm.length).bend
+
+
+@pytest.fixture(scope="module")
+def recorded():
+    arm = Arm()
+    return arm, simulate(arm, *_spiral(arm, 2.0, turns=0.5, max_bend=1.0))
+
+
+def _same(a, b):
+    return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in a.__dataclass_fields__)
+
+
+def test_the_same_input_gives_bit_identical_samples(recorded):
+    arm, run = recorded
+    assert _same(run.samples, simulate(arm, *_spiral(arm, 2.0, turns=0.5, max_bend=1.0)).samples)
+
+
+def test_poses_belong_to_the_sampled_time(recorded):
+    """Recomputing every pose from the recorded joint angles gives the recorded pose, not the one a step earlier."""
+    arm, run = recorded
+    plant = Plant(arm)
+    for i in range(0, len(run.samples), 25):
+        plant.data.qpos[:] = run.samples.qpos[i]
+        mujoco.mj_forward(plant.model, plant.data)
+        np.testing.assert_allclose(plant.stations, run.samples.stations[i], atol=1e-15)
+        np.testing.assert_allclose(plant.muscle_lengths, run.samples.muscle_lengths[i], atol=1e-15)
+        np.testing.assert_allclose(plant.tip_rotation, run.samples.tip_rotation[i], atol=1e-15)
+    np.testing.assert_allclose(run.samples.time, np.arange(201) / 100, atol=1e-9)
+
+
+def test_tensions_are_those_of_the_servo_law(recorded):
+    arm, run = recorded
+    s = run.samples
+    speed = np.gradient(s.muscle_lengths, 0.01, axis=0)
+    expected = arm.muscle.servo_stiffness * (s.muscle_lengths - s.setpoint + arm.muscle.servo_time * speed)
+    np.testing.assert_allclose(s.muscle_tensions[5:-5], expected[5:-5], atol=1.0)
+
+
+def test_a_motion_stays_near_the_arc_and_every_muscle_pulls(recorded):
+    arm, run = recorded
+    error = np.linalg.norm(run.samples.stations[:, -1] - arc.position(run.samples.bend, arm.length), axis=-1)
+    assert error.max() < 0.02 * arm.length
+    assert run.samples.muscle_tensions.min() > 0.5 * arm.muscle.min_tension
+    assert run.real_time_factor > 1
+
+
+def test_the_default_step_errs_by_less_than_a_fiftieth_of_a_percent(recorded):
+    """Against ten times finer stepping, hanging with a payload too; --fast is about twice as coarse."""
+    for arm in (Arm(), Arm(gravity=(0, 0, 9.81), payload=0.1)):
+        targets, bend = _spiral(arm, 3.0, turns=0.6)
+        fine = simulate(arm, targets, bend, stepping=Stepping(ACCURATE.timestep / 10)).samples.stations[:, -1]
+        for stepping, limit in ((ACCURATE, 2e-4), (FAST, 5e-4)):
+            coarse = simulate(arm, targets, bend, stepping=stepping).samples.stations[:, -1]
+            assert np.linalg.norm(coarse - fine, axis=-1).max() < limit * arm.length
+
+
+def test_divergence_raises_with_time_dof_and_settings_and_leaves_no_log(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    wild = Arm(damping_time=0.0, mass=0.01, muscle=Muscle(servo_stiffness=1e7, servo_time=0.0))
+    with pytest.raises(DivergenceError) as caught:
+        simulate(wild, *_spiral(wild), controller="paper")
+    error = caught.value
+    assert 0 < error.time < 1
+    assert error.joint.startswith("joint_")
+    assert error.settings["timestep"] == ACCURATE.timestep
+    assert not list(tmp_path.iterdir())
+
+
+def test_ctrl_c_keeps_what_was_recorded():
+    arm = Arm()
+
+    def press(count):
+        if count == 40:
+            raise KeyboardInterrupt
+
+    targets, bend = _spiral(arm)
+    run = simulate(arm, targets, bend, on_tick=press)
+    assert run.interrupted
+    assert len(run.samples) == 40
+    assert _same(run.samples, simulate(arm, targets, bend).samples.first(40))
+
+
+def test_a_step_that_does_not_divide_the_tick_is_refused():
+    arm = Arm()
+    with pytest.raises(InputError, match="whole fraction"):
+        simulate(arm, *_spiral(arm), stepping=Stepping(0.003))
+    with pytest.raises(InputError, match="paper, chain"):
+        simulate(arm, *_spiral(arm), controller="pid")
+
+
+def test_controllers_improve_from_paper_to_servo():
+    """With a soft servo under gravity, each step of the ladder follows lengths better than the one before."""
+    arm = Arm(gravity=(0, 0, 9.81), muscle=Muscle(servo_stiffness=2e4))
+    bend = np.repeat(arc.from_polar(np.array([1.5]), 0.5), 201, axis=0)
+    targets = arc.position(bend, arm.length)
+    errors = []
+    for controller in ("paper", "feedforward", "servo"):
+        s = simulate(arm, targets, bend, controller).samples
+        wanted = s.bend[-1]
+        measured, _ = chain.bend_from_lengths(s.muscle_lengths[-1], arm.length, arm.muscle_radius, arm.links)
+        errors.append(np.linalg.norm(measured - wanted))
+    assert errors[0] > 4 * errors[1] > 20 * errors[2]
+
+
+def test_samples_survive_the_disk(recorded, tmp_path):
+    _, run = recorded
+    run.samples.save(tmp_path / "trajectory.npz")
+    assert _same(Samples.load(tmp_path / "trajectory.npz"), run.samples)
+    (tmp_path / "bad.npz").write_text("no")
+    with pytest.raises(InputError):
+        Samples.load(tmp_path / "bad.npz")
+
+
+def test_unusual_arms_run():
+    for arm in (Arm(links=7), Arm(torsional_stiffness=0.05), replace(Arm(), length=1.0, muscle_radius=0.05, mass=2.0)):
+        run = simulate(arm, *_spiral(arm, 0.5, turns=0.2, max_bend=0.5))
+        assert np.isfinite(run.samples.stations).all()

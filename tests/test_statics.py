@@ -1,0 +1,62 @@
+"""Holding tensions against virtual work by finite differences."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sampling import bends
+
+from contarm_sim.arm import Arm
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics import arc, chain
+from contarm_sim.mechanics.statics import cocontraction, holding_tensions, length_jacobian
+
+STEP = 1e-6
+
+
+def _lengths(bend, arm):
+    return chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
+
+
+def test_length_jacobian_is_the_derivative(arm):
+    bend = bends(300, largest=3.0)
+    for column, direction in enumerate(np.eye(2) * STEP):
+        difference = (_lengths(bend + direction, arm) - _lengths(bend - direction, arm)) / (2 * STEP)
+        np.testing.assert_allclose(length_jacobian(bend, arm)[..., column], difference, atol=1e-9)
+
+
+@pytest.mark.parametrize("links", [8, 24, 96])
+def test_tensions_do_as_much_virtual_work_as_the_bending_energy(links):
+    arm = Arm(links=links)
+    bend = bends(200, largest=2.9)
+    tensions = holding_tensions(bend, arm)
+    joint = arm.bending_stiffness / arm.link_pitch
+    np.testing.assert_allclose(tensions.min(axis=-1), arm.muscle.min_tension, rtol=1e-9)
+    for direction in np.eye(2) * STEP:
+
+        def energy(b):
+            return 0.5 * arm.links * joint * (np.hypot(b[:, 0], b[:, 1]) / arm.links) ** 2
+
+        work = np.sum(tensions * (_lengths(bend + direction, arm) - _lengths(bend - direction, arm)), axis=-1)
+        gained = energy(bend + direction) - energy(bend - direction)
+        np.testing.assert_allclose(work + gained, 0, atol=1e-8 * STEP)
+
+
+def test_cocontraction_moves_nothing_and_is_near_equal_tensions(arm):
+    bend = bends(200, largest=2.9)
+    null = cocontraction(bend, arm)
+    assert np.abs(np.einsum("nij,ni->nj", length_jacobian(bend, arm), null)).max() < 1e-16
+    assert np.abs(null - 1).max() < 0.06
+
+
+def test_damping_is_carried_along_the_motion(arm):
+    bend, rate = np.array([[0.8, 0.3]]), np.array([[1.0, -2.0]])
+    moving = holding_tensions(bend, arm, rate=rate)
+    extra = replace(arm, bending_stiffness=arm.bending_stiffness * arm.damping_time)
+    by_rate = -np.einsum("nij,ni->nj", length_jacobian(bend, arm), moving - holding_tensions(bend, arm))
+    np.testing.assert_allclose(by_rate, extra.bending_stiffness / arm.length * rate, rtol=1e-10)
+
+
+def test_too_few_links_cannot_be_held_by_pulling():
+    with pytest.raises(InputError, match="more links"):
+        holding_tensions(arc.from_polar(2.9, 0.1), Arm(links=3))

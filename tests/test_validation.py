@@ -1,0 +1,109 @@
+"""The comparison: its parts add up, its limits bite, and the stated accuracy is reached over the dome."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from contarm_sim.arm import Arm
+from contarm_sim.kinematics import arc, chain
+from contarm_sim.simulation.equilibrium import poses_at_rest
+from contarm_sim.validation.compare import compare, rotation_angle, summarise
+from contarm_sim.validation.scenarios import convergence, dome_grid, examine, scenarios
+from contarm_sim.validation.verdict import at_most, guided_sag
+
+
+def _silent(steps, what):
+    return steps
+
+
+@pytest.fixture(scope="module")
+def outcomes():
+    bends = dome_grid(4)
+    return {s.name: examine(s, bends, _silent) for s in scenarios(Arm())}
+
+
+def test_ideal_reaches_the_stated_accuracy_over_the_whole_dome(outcomes):
+    s = outcomes["ideal"].summary
+    assert s["chain_error"]["max_m"] <= 2e-5
+    assert s["tip_error"]["max_percent"] <= 0.1
+    assert s["orientation_error_deg"]["max"] <= 0.05
+    assert s["muscle"]["pushes"] == 0
+    assert s["muscle"]["slack_fraction"] == 0
+    assert s["verdict"] == "pass"
+
+
+def test_discretisation_converges_with_second_order():
+    study = convergence(Arm(), dome_grid(3), _silent)
+    assert study["links"] == [12, 24, 48]
+    np.testing.assert_allclose(study["observed_orders"], 2, atol=0.1)
+
+
+def test_the_papers_lengths_in_plain_servos_push_and_miss_more(outcomes):
+    naive, ideal = outcomes["naive"].summary, outcomes["ideal"].summary
+    assert naive["tip_error"]["max_m"] > 5 * ideal["tip_error"]["max_m"]
+    assert naive["muscle"]["min_force_n"] < -80
+    assert naive["muscle"]["pushes"] > 0
+    assert naive["verdict"] == "shown"
+
+
+@pytest.mark.parametrize("name", ["gravity", "payload", "upright"])
+def test_gravity_is_all_in_the_shape_term(outcomes, name):
+    s = outcomes[name].summary
+    assert s["servo"]["max_percent"] < 0.001
+    assert s["shape"]["max_percent"] > 5
+    assert s["shape"]["max_percent"] == pytest.approx(s["tip_error"]["max_percent"], rel=0.01)
+    assert s["verdict"] == "pass"
+
+
+def test_budget_vectors_add_up(outcomes):
+    outcome = outcomes["payload"]
+    c, arm = outcome.comparison, outcome.scenario.arm
+    followed = chain.tip(c.measured_bend, arm.length, arm.links)
+    total = (c.chain_tip - c.analytic_tip) + (followed - c.chain_tip) + (c.simulated_tip - followed)
+    np.testing.assert_allclose(np.linalg.norm(total, axis=-1), c.tip_error, atol=1e-15)
+    assert np.all(c.tip_error <= c.discretisation + c.servo + c.shape + 1e-15)
+
+
+def test_small_sag_is_that_of_the_guided_beam():
+    """A straight arm under a little sideways gravity: the linear beam predicts the tip deflection to 1 %."""
+    arm = Arm(gravity=(0.05, 0, 0), payload=0.1, links=48)
+    samples = poses_at_rest(arm, np.zeros((1, 2)), np.array([[0, 0, arm.length]]))
+    assert samples.stations[0, -1, 0] == pytest.approx(guided_sag(arm), rel=0.01)
+    assert np.degrees(rotation_angle(samples.tip_rotation[0], np.eye(3))) < 1e-3
+
+
+def test_a_wrong_simulation_fails_the_verdict(outcomes):
+    """Samples held against an arm 1 % longer: the checks must notice."""
+    outcome = outcomes["ideal"]
+    arm = replace(outcome.scenario.arm, length=outcome.scenario.arm.length * 1.01)
+    summary = summarise(arm, outcome.samples, compare(arm, outcome.samples))
+    summary["chain_error"] = summary["tip_error"]
+    assert not all(check.passed for check in outcome.scenario.checks(arm, summary))
+    assert not at_most("x", float("nan"), 1.0, "-").passed
+
+
+def test_rotation_angle_is_accurate_for_small_angles():
+    for angle in (1e-9, 1e-4, 1.0, 3.0):
+        R = arc.rotation([angle, 0.0])
+        assert rotation_angle(R, np.eye(3)) == pytest.approx(angle, rel=1e-6)
+
+
+def test_summaries_are_strict_json(outcomes):
+    for outcome in outcomes.values():
+        json.dumps(outcome.summary, allow_nan=False)
+
+
+@pytest.mark.parametrize("links", [6, 9, 14, 25])
+def test_other_link_counts_pass_limits_scaled_to_them(links):
+    outcome = examine(scenarios(Arm(links=links))[0], dome_grid(3), _silent)
+    assert outcome.summary["verdict"] == "pass", outcome.summary["checks"]
+
+
+def test_an_arm_with_its_own_gravity_is_judged_under_it():
+    given = scenarios(Arm(gravity=(1.0, 0, 0), payload=0.05))
+    assert [s.name for s in given] == ["ideal", "naive", "gravity", "payload"]
+    assert given[0].arm.gravity == (0, 0, 0)
+    assert given[2].arm.gravity == (1.0, 0, 0)
+    assert given[3].arm.payload == 0.05
