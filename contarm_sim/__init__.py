@@ -27,7 +27,7 @@ _HOMES = {
     "poses_at_rest": "simulation.equilibrium",
     "compare": "validation.compare",
 }
-_MODULES = ("kinematics", "mechanics", "mjcf", "paths", "rendering", "simulation", "validation")
+_MODULES = ("kinematics", "mechanics", "mjcf", "paths", "rendering", "simulation", "validation", "waypoints")
 
 __all__ = [*_HOMES, "kinematics", "paths"]
 

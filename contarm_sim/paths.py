@@ -1,4 +1,4 @@
-"""Paths of the tip: shapes in closed form, or waypoints from a CSV file.
+"""Paths of the tip: shapes in closed form, travelled evenly.
 
 A path is a curve of targets over a parameter in [0, 1], travelled at even tip speed, slower in tight turns,
 with a soft start and stop. Curves on the dome are drawn in bend space, where they are exact.
@@ -6,17 +6,15 @@ with a soft start and stop. Curves on the dome are drawn in bend space, where th
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path as FilePath
 
 import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
-from contarm_sim.kinematics.arrays import Array, sinc
+from contarm_sim.kinematics.arrays import Array
 
 RAMP = 0.1
 """Fraction of the duration spent in each of the soft start and stop."""
@@ -148,7 +146,7 @@ def named(
     Raises:
         InputError: unknown name, or a number out of range.
     """
-    _require_duration(duration)
+    require_duration(duration)
     _require("turns", turns, turns > 0, "a positive number")
     _require("max_bend", max_bend, 0 < max_bend < math.pi, "0 < max_bend < pi [rad]")
     radius = length if sphere_radius is None else sphere_radius
@@ -173,114 +171,6 @@ def _require(name: str, value: float, ok: bool, allowed: str) -> None:
         raise InputError(name, value, allowed)
 
 
-def _require_duration(duration: float) -> None:
+def require_duration(duration: float) -> None:
+    """Refuse a duration [s] that is not positive, or absurd."""
     _require("duration", duration, 0 < duration <= LONGEST, f"more than 0 and at most {LONGEST:g} s")
-
-
-@dataclass(frozen=True)
-class Waypoints:
-    """Tip positions from a file.
-
-    Attributes:
-        positions: [m], shape (T, 3).
-        times: [s], shape (T,), or None where the file has no column t.
-        places: file and row of each, for messages.
-    """
-
-    positions: Array
-    times: Array | None
-    places: list[str]
-
-
-def read_csv(file: str | FilePath) -> Waypoints:
-    """Read tip positions from a CSV file with a header: `x,y,z` or `t,x,y,z`, in m and s.
-
-    Raises:
-        InputError: unreadable, empty, a missing column, or a bad cell, with its row and column.
-    """
-    where = str(file)
-    try:
-        text = FilePath(file).read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        raise InputError("file", f"unreadable ({error.strerror})", "a CSV file with columns x,y,z", where) from error
-    except UnicodeDecodeError as error:
-        raise InputError("file", "not text", "a CSV file with columns x,y,z", where) from error
-    if "\0" in text:
-        raise InputError("file", "not text", "a CSV file with columns x,y,z", where)
-    rows = [(number, row) for number, row in enumerate(csv.reader(text.splitlines()), 1) if any(c.strip() for c in row)]
-    if not rows:
-        raise InputError("file", "empty", "a CSV file with columns x,y,z or t,x,y,z", where)
-    header = [cell.strip().lower() for cell in rows[0][1]]
-    missing = [name for name in "xyz" if name not in header]
-    if missing:
-        raise InputError(
-            "header", repr(",".join(header)), f"columns x,y,z or t,x,y,z (missing: {', '.join(missing)})", where
-        )
-    if len(rows) < 2:
-        raise InputError("file", "without rows below its header", "at least one row of x,y,z", where)
-    names = [name for name in "txyz" if name in header]
-    values = np.array(
-        [[_cell(row, header.index(name), name, number, where) for name in names] for number, row in rows[1:]]
-    )
-    times = values[:, 0] if "t" in names else None
-    if times is not None and np.any(np.diff(times) <= 0):
-        bad = int(np.argmax(np.diff(times) <= 0)) + 1
-        raise InputError(
-            f"t in row {rows[bad + 1][0]}",
-            values[bad, 0],
-            f"more than the row before ({values[bad - 1, 0]:g} s)",
-            where,
-        )
-    return Waypoints(values[:, -3:], times, [f"{where}, row {number}" for number, _ in rows[1:]])
-
-
-def _cell(row: list[str], column: int, name: str, number: int, where: str) -> float:
-    text = row[column].strip() if column < len(row) else ""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(f"row {number}, column {name}", repr(text), "a finite number", where)
-    return value
-
-
-def from_waypoints(waypoints: Waypoints, length: float, duration: float | None = None) -> Path:
-    """Return a smooth path through waypoints.
-
-    Interpolates direction and distance relative to the dome with monotone cubics, so that between waypoints on
-    the dome the path stays on it.
-
-    Args:
-        duration: [s]; default what the waypoints' times span, or 10 without times (then at even speed).
-
-    Raises:
-        InputError: fewer than two waypoints, or a duration that is not positive.
-    """
-    from scipy.interpolate import PchipInterpolator
-
-    positions, times = waypoints.positions, waypoints.times
-    if len(positions) < 2:
-        raise InputError("waypoints", len(positions), "at least two rows")
-    rho = np.hypot(positions[:, 0], positions[:, 1])
-    half = np.arctan2(rho, positions[:, 2])
-    lateral = positions[:, :2] * np.divide(half, rho, out=np.zeros_like(rho), where=rho != 0)[:, None]
-    ratio = np.hypot(rho, positions[:, 2]) / (length * sinc(half))
-    steps = np.diff(times) if times is not None else np.linalg.norm(np.diff(positions, axis=0), axis=1)
-    if np.any(steps <= 0):
-        bad = int(np.argmax(steps <= 0)) + 2
-        raise InputError(
-            "x,y,z", positions[bad - 1].tolist(), "a position other than the one before", waypoints.places[bad - 1]
-        )
-    knots = np.concatenate([[0.0], np.cumsum(steps)])
-    smooth = PchipInterpolator(knots / knots[-1], np.column_stack([lateral, ratio]))
-
-    def curve(s: Array) -> Array:
-        value = smooth(s)
-        half = np.hypot(value[:, 0], value[:, 1])
-        distance = value[:, 2] * length * sinc(half)
-        return distance[:, None] * np.column_stack([sinc(half)[:, None] * value[:, :2], np.cos(half)])
-
-    total = duration if duration is not None else (knots[-1] if times is not None else 10.0)
-    _require_duration(total)
-    return Path("waypoints", curve, total, even=times is None)

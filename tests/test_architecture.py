@@ -14,14 +14,15 @@ MAY = {
     "arm_file": {"arm", "errors"},
     "kinematics": {"errors"},
     "paths": {"errors", "kinematics"},
+    "waypoints": {"errors", "kinematics", "paths"},
     "mechanics": {"errors", "arm", "kinematics"},
     "mjcf": {"errors", "arm"},
     "simulation": {"errors", "arm", "kinematics", "mechanics", "mjcf"},
     "validation": {"errors", "arm", "kinematics", "simulation"},
     "rendering": {"errors", "arm", "kinematics", "mjcf", "simulation"},
     "report": {"errors", "arm", "kinematics", "simulation", "validation"},
-    "cli": {"errors", "arm", "arm_file", "kinematics", "paths", "mjcf", "simulation", "validation", "rendering",
-            "report"},
+    "cli": {"errors", "arm", "arm_file", "kinematics", "paths", "waypoints", "mjcf", "simulation", "validation",
+            "rendering", "report"},
 }  # fmt: skip
 
 

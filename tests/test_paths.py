@@ -6,6 +6,7 @@ import pytest
 from contarm_sim import paths
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, dome
+from contarm_sim.waypoints import from_waypoints, read_csv
 
 LENGTH = 0.37
 
@@ -66,8 +67,8 @@ def test_waypoints_are_passed_and_the_way_between_them_stays_on_the_dome(tmp_pat
     bends = arc.from_polar(np.array([0.0, 0.8, 1.6, 2.0]), np.array([0.0, 0.5, 1.5, 3.0]))
     points = arc.position(bends, LENGTH)
     rows = "\n".join(f"{t},{x!r},{y!r},{z!r}" for t, (x, y, z) in zip((0, 1, 3, 4), points.tolist(), strict=True))
-    waypoints = paths.read_csv(_write(tmp_path, f"t, x ,Y,z\n{rows}\n"))
-    path = paths.from_waypoints(waypoints, LENGTH)
+    waypoints = read_csv(_write(tmp_path, f"t, x ,Y,z\n{rows}\n"))
+    path = from_waypoints(waypoints, LENGTH)
     assert path.duration == 4
     time, targets = path.targets(100)
     np.testing.assert_allclose(targets[[0, 100, 300, 400]], points, atol=1e-12)
@@ -76,7 +77,7 @@ def test_waypoints_are_passed_and_the_way_between_them_stays_on_the_dome(tmp_pat
 
 
 def test_columns_may_come_in_any_order_and_with_a_byte_order_mark(tmp_path):
-    waypoints = paths.read_csv(_write(tmp_path, b"\xef\xbb\xbfname,z,y,x\na,3,2,1\n\nb,6,5,4\n"))
+    waypoints = read_csv(_write(tmp_path, b"\xef\xbb\xbfname,z,y,x\na,3,2,1\n\nb,6,5,4\n"))
     np.testing.assert_array_equal(waypoints.positions, [[1, 2, 3], [4, 5, 6]])
     assert waypoints.times is None
     assert waypoints.places[1].endswith("row 4")
@@ -93,7 +94,7 @@ def test_columns_may_come_in_any_order_and_with_a_byte_order_mark(tmp_path):
 def test_bad_files_are_one_clear_line(tmp_path, text, said):
     file = _write(tmp_path, text)
     with pytest.raises(InputError) as caught:
-        paths.read_csv(file)
+        read_csv(file)
     assert said in str(caught.value)
     assert str(file) in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -101,11 +102,11 @@ def test_bad_files_are_one_clear_line(tmp_path, text, said):
 
 def test_missing_files_single_rows_and_standing_still_are_refused(tmp_path):
     with pytest.raises(InputError, match="No such file"):
-        paths.read_csv(tmp_path / "none.csv")
+        read_csv(tmp_path / "none.csv")
     with pytest.raises(InputError, match="at least two rows"):
-        paths.from_waypoints(paths.read_csv(_write(tmp_path, "x,y,z\n0,0,0.37\n")), LENGTH)
+        from_waypoints(read_csv(_write(tmp_path, "x,y,z\n0,0,0.37\n")), LENGTH)
     with pytest.raises(InputError, match="row 3"):
-        paths.from_waypoints(paths.read_csv(_write(tmp_path, "x,y,z\n0,0,0.37\n0,0,0.37\n")), LENGTH)
+        from_waypoints(read_csv(_write(tmp_path, "x,y,z\n0,0,0.37\n0,0,0.37\n")), LENGTH)
 
 
 @pytest.mark.parametrize(

@@ -152,7 +152,7 @@ def _targets(tip: Any, file: str | None) -> tuple[Any, list[str] | None]:
 
     if file is None:
         return np.array([tip]), None
-    from contarm_sim.paths import read_csv
+    from contarm_sim.waypoints import read_csv
 
     waypoints = read_csv(file)
     return waypoints.positions, waypoints.places

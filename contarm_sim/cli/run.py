@@ -101,13 +101,14 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
 
 def _path(arm: Arm, name: str, duration: float | None, shape: dict[str, Any]) -> tuple[Any, list[str] | None]:
     from contarm_sim import paths
+    from contarm_sim.waypoints import from_waypoints, read_csv
 
     if name in paths.NAMES:
         return paths.named(name, arm.length, 10.0 if duration is None else duration, **shape), None
     if not name.endswith(".csv") and not Path(name).exists():
         raise InputError("path", repr(name), ", ".join(paths.NAMES) + ", or a CSV file")
-    waypoints = paths.read_csv(name)
-    return paths.from_waypoints(waypoints, arm.length, duration), waypoints.places
+    waypoints = read_csv(name)
+    return from_waypoints(waypoints, arm.length, duration), waypoints.places
 
 
 def _commands(arm: Arm, path: Any, project: Any, places: list[str] | None) -> tuple[Any, Any]:

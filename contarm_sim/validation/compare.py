@@ -78,13 +78,13 @@ def compare(arm: Arm, samples: Samples) -> Comparison:
     )
 
 
-def motion_part(arm: Arm, samples: Samples, controller: Controller, every: int = 10) -> tuple[Array, Array]:
-    """Return what motion adds: (times [s], distances [m]), each of shape (T/every,).
+def motion_part(arm: Arm, samples: Samples, controller: Controller, poses: int = 100) -> tuple[Array, Array]:
+    """Return what motion adds: (times [s], distances [m]), each of shape (K,), K about `poses`.
 
-    Distances are from every `every`-th simulated tip to where it would rest under the same commanded bend and
+    Distances are from simulated tips, evenly picked, to where they would rest under the same commanded bend and
     controller: inertia, damping and lag.
     """
-    chosen = slice(None, None, every)
+    chosen = slice(None, None, max(1, len(samples) // poses))
     rest = poses_at_rest(arm, samples.bend[chosen], samples.target[chosen], controller)
     return samples.time[chosen], _norm(samples.stations[chosen, -1] - rest.stations[:, -1])
 

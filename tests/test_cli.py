@@ -1,0 +1,302 @@
+"""The command line as a user types it: documents, exit codes, files, and one clear line for everything wrong."""
+
+import json
+import math
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from contarm_sim.cli.main import main
+from contarm_sim.kinematics import arc
+
+
+@pytest.fixture
+def contarm(monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+
+    def call(*words):
+        monkeypatch.setattr(sys, "argv", ["contarm", *map(str, words)])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        printed = capsys.readouterr()
+        return ended.value.code, printed.out, printed.err
+
+    return call
+
+
+def test_fk_by_bend_and_by_deltas_agree(contarm):
+    code, out, err = contarm("fk", "--bend", 1.2, -2.5, "--json")
+    one = json.loads(out)
+    assert (code, err) == (0, "")
+    assert one["bend_angle"] == pytest.approx(1.2)
+    assert one["plane_angle"] == pytest.approx(-2.5)
+    assert one["curvature"] == pytest.approx(1.2 / 0.37)
+    assert np.shape(one["transform"]) == (4, 4)
+    np.testing.assert_allclose(np.array(one["transform"])[:3, 3], one["tip"])
+    two = json.loads(contarm("fk", "--deltas", *one["muscle_deltas"], "--json")[1])
+    np.testing.assert_allclose(two["tip"], one["tip"], atol=1e-15)
+    np.testing.assert_allclose(np.array(two["muscle_lengths"]) - 0.37, one["muscle_deltas"])
+
+
+def test_fk_lists_transforms_over_xi(contarm):
+    found = json.loads(contarm("fk", "--bend", 2, 1, "--xi", 0, "0.5", 1, "--json")[1])
+    np.testing.assert_allclose(found["transform"], arc.transform(arc.from_polar(2, 1), 0.37, [0, 0.5, 1]))
+
+
+def test_fk_takes_the_arm_from_flags_and_toml_with_flags_winning(contarm, tmp_path):
+    (tmp_path / "arm.toml").write_text("length = 0.5\nmuscle_radius = 0.02\n[muscle]\nmin_tension = 1\n")
+    found = json.loads(contarm("fk", "--bend", 1, 0, "--arm", "arm.toml", "--length", 1.0, "--json")[1])
+    assert found["curvature"] == 1.0
+    assert found["muscle_deltas"][0] == -0.02
+
+
+def test_ik_inverts_fk_and_prints_a_list(contarm):
+    tip = json.loads(contarm("fk", "--bend", 1.5, 2.0, "--json")[1])["tip"]
+    (solution,) = json.loads(contarm("ik", "--tip", *tip, "--json")[1])
+    assert solution["bend_angle"] == pytest.approx(1.5, abs=1e-12)
+    assert solution["reachable"] is True
+    assert solution["miss"] < 1e-12
+    for key in ("target", "plane_angle", "curvature", "muscle_deltas", "muscle_lengths", "tip", "transform"):
+        assert key in solution
+
+
+def test_ik_of_a_file_writes_solutions(contarm, tmp_path):
+    tips = arc.position(arc.from_polar(np.array([0.0, 1.0, 2.0]), 0.3), 0.37)
+    rows = "\n".join(",".join(map(repr, row)) for row in tips.tolist())
+    (tmp_path / "t.csv").write_text("x,y,z\n" + rows)
+    code, out, _ = contarm("ik", "--file", "t.csv", "--out", "s.csv", "--json")
+    assert code == 0
+    assert len(json.loads(out)) == 3
+    table = np.genfromtxt(tmp_path / "s.csv", delimiter=",", names=True)
+    np.testing.assert_allclose(table["bend_angle_rad"], [0, 1, 2], atol=1e-12)
+    code, _, err = contarm("ik", "--file", "t.csv", "--out", "s.csv")
+    assert code == 2
+    assert "does not exist yet" in err
+
+
+@pytest.mark.parametrize("project", ["nearest", "ray", "paper"])
+def test_ik_projects_on_request_and_says_the_miss(contarm, project):
+    code, out, _ = contarm("ik", "--tip", 0.1, 0.1, 0.3, "--project", project, "--json")
+    (solution,) = json.loads(out)
+    assert code == 0
+    assert solution["reachable"] is False
+    miss = np.linalg.norm(np.subtract(solution["tip"], solution["target"]))
+    assert solution["miss"] == pytest.approx(miss)
+
+
+def test_human_output_has_units(contarm):
+    _, out, _ = contarm("ik", "--tip", 0.2355, 0, 0.2355)
+    assert "bend angle               90.0000 deg" in out
+    assert "mm" in out
+
+
+def test_build_writes_models_that_compile(contarm, tmp_path):
+    import mujoco
+
+    code, out, _ = contarm("build", "--links", 8, "--out", "new/model", "--json")
+    assert code == 0
+    assert len(json.loads(out)["files"]) == 3
+    for name in ("arm.xml", "scene.xml"):
+        assert mujoco.MjModel.from_xml_path(str(tmp_path / "new/model" / name)).nv == 16
+    assert "contarm" not in " ".join(os.listdir(tmp_path))
+
+
+RUN_FILES = {
+    "summary.json",
+    "samples.csv",
+    "trajectory.npz",
+    "arm.xml",
+    "arm.toml",
+    "path.png",
+    "budget.png",
+    "muscles.png",
+}
+
+
+@pytest.mark.parametrize(
+    "words",
+    [(), ("--path", "sphere-spiral", "--project", "nearest"), ("--path", "circle", "--gravity", 0, 0, 9.81, "--fast")],
+)
+def test_run_leaves_everything_it_promises(contarm, tmp_path, words):
+    code, out, err = contarm(
+        "run", *words, "--duration", 2, "--turns", 0.5, "--max-bend", 0.4, "--no-video", "--out", "r", "--json"
+    )
+    assert code == 0, err
+    summary = json.loads(out)
+    assert set(os.listdir(tmp_path / "r")) == RUN_FILES
+    assert json.loads((tmp_path / "r/summary.json").read_text()) == summary
+    for name in ("tip_error", "discretisation", "servo", "shape", "motion", "miss"):
+        assert set(summary[name]) == {"max_m", "rms_m", "max_percent", "rms_percent"}
+    for name in ("orientation_error_deg", "real_time_factor", "arm", "versions", "command", "verdict", "muscle"):
+        assert name in summary
+    assert {"min_force_n", "max_force_n", "pushes", "slack_fraction"} <= set(summary["muscle"])
+    table = np.genfromtxt(tmp_path / "r/samples.csv", delimiter=",", names=True)
+    assert len(table) == 201
+    assert table["tip_error_m"].max() == pytest.approx(summary["tip_error"]["max_m"], rel=1e-6)
+    if "sphere-spiral" in words:
+        assert summary["miss"]["max_m"] > 0.001
+
+
+def test_run_of_a_csv_path(contarm, tmp_path):
+    tips = arc.position(arc.from_polar(np.array([0.0, 0.1, 0.2]), np.array([0.0, 0.3, 1.0])), 0.37)
+    (tmp_path / "t.csv").write_text(
+        "t,x,y,z\n" + "\n".join(f"{t},{x!r},{y!r},{z!r}" for t, (x, y, z) in enumerate(tips.tolist()))
+    )
+    code, out, err = contarm("run", "--path", "t.csv", "--no-video", "--json")
+    assert code == 0, err
+    assert json.loads(out)["duration"] == 2
+
+
+def test_validate_nests_scenarios_and_passes(contarm):
+    code, out, err = contarm("validate", "--quick", "--links", 12, "--out", "v", "--json")
+    summary = json.loads(out)
+    assert code == 0, err
+    for scenario in ("ideal", "gravity", "payload"):
+        assert summary[scenario]["verdict"] == "pass"
+        assert {"tip_error", "discretisation", "servo", "shape", "muscle", "orientation_error_deg"} <= set(
+            summary[scenario]
+        )
+    assert summary["verdict"] == "pass"
+    assert summary["convergence"]["observed_orders"][-1] == pytest.approx(2, abs=0.1)
+
+
+def test_doctor_reports_versions_backends_and_encoder(contarm):
+    code, out, _ = contarm("doctor", "--json")
+    found = json.loads(out)
+    assert found["versions"]["mujoco"].startswith("3.")
+    assert found["cores"] >= 1
+    assert found["gl"]["attempts"]
+    assert code == (0 if found["verdict"] == "pass" else 1)
+
+
+WRONG = {
+    "fk --bend nan 0": "bend_angle",
+    "fk --bend 3.1416 0": "bend_angle",
+    "fk --bend -1 0": "bend_angle",
+    "fk --bend 1 inf": "plane_angle",
+    "fk --bend 1": "2 arguments",
+    "fk --bend a b": "'a' is not a valid float",
+    "fk": "just one of --deltas, --bend",
+    "fk --bend 1 0 --deltas 0 0 0": "just one of",
+    "fk --deltas 0.001 0.001 0.001": "sum is 0.003 m",
+    "fk --deltas nan 0 0": "finite",
+    "fk --deltas -0.06 0.03 0.03": "below pi",
+    "fk --bend 1 0 --xi 2": "xi",
+    "fk --bend 1 0 --length 0": "greater than 0",
+    "fk --bend 1 0 --length -0.37": "greater than 0",
+    "fk --bend 1 0 --mass nan": "finite",
+    "fk --bend 1 0 --links 0": "2 to 400",
+    "fk --bend 1 0 --links 1": "2 to 400",
+    "fk --bend 1 0 --links 1000000": "2 to 400",
+    "fk --bend 1 0 --links 2.5": "not a valid integer",
+    "fk --bend 1 0 --gravity 0 0 inf": "gravity",
+    "fk --bend 1 0 --arm missing.toml": "No such file",
+    "fk --bend 1 0 --arm typo.toml": "did you mean 'length'",
+    "fk --bend 1 0 --lenght 1": "did you mean",
+    "ik --tip 0.1 0.1 0.3": "26.49 mm off the dome",
+    "ik --tip 0 0 0": "off the dome",
+    "ik --tip nan 0 0": "finite",
+    "ik --file missing.csv": "No such file",
+    "ik --file cell.csv": "row 3, column y is 'two'",
+    "ik --file off.csv": "off.csv, row 3",
+    "ik --file empty.csv": "empty",
+    "ik --file binary.csv": "not text",
+    "ik --file column.csv": "missing: z",
+    "ik --tip 0 0 0.37 --project sideways": "sideways",
+    "run --duration 0": "duration",
+    "run --duration -1": "duration",
+    "run --path nowhere": "figure-eight",
+    "run --path sphere-spiral": "mm off the dome",
+    "run --path off.csv": "off.csv",
+    "run --path column.csv": "missing: z",
+    "run --max-bend 4": "max_bend",
+    "run --out taken": "does not exist yet",
+    "run --out /proc/none": "can be written",
+    "run --controller pid": "pid",
+    "run --links 3 --max-bend 2.9": "more links",
+    "validate --grid 1": "grid",
+    "validate --out taken": "does not exist yet",
+    "validate --links 3": "more links",
+    "build --out taken": "does not exist yet",
+    "dance": "No such command",
+}
+
+
+@pytest.mark.parametrize("line", WRONG)
+def test_wrong_input_is_one_clear_line_and_exit_2_and_nothing_is_written(contarm, tmp_path, line):
+    (tmp_path / "typo.toml").write_text("lenght = 1\n")
+    (tmp_path / "cell.csv").write_text("x,y,z\n0,0,0.37\n0,two,0\n")
+    (tmp_path / "off.csv").write_text("x,y,z\n0,0,0.37\n0.1,0.1,0.3\n")
+    (tmp_path / "column.csv").write_text("x,y\n0,0\n")
+    (tmp_path / "empty.csv").write_text("")
+    (tmp_path / "binary.csv").write_bytes(bytes(range(256)))
+    (tmp_path / "taken").mkdir()
+    before = sorted(tmp_path.rglob("*"))
+    code, out, err = contarm(*line.split())
+    assert (code, out) == (2, "")
+    assert WRONG[line].lower() in err.lower()
+    assert err.startswith("contarm: ")
+    assert err.count("\n") == 1
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_negative_verdict_is_exit_code_1(contarm):
+    """A heavy arm on a fast path strays from the arc by more than 1 % of its length: not a pass, not a crash."""
+    code, _, err = contarm("run", "--duration", 2, "--turns", 4, "--max-bend", 2.5, "--mass", 1, "--no-video")
+    assert code == 1
+    assert "Traceback" not in err
+
+
+def test_help_teaches(contarm):
+    for command in ("fk", "ik", "build", "run", "validate", "doctor"):
+        code, out, _ = contarm(command, "--help")
+        assert code == 0
+        assert "--json" in out
+    _, out, _ = contarm("run", "--help")
+    assert "Arm (SI units):" in out
+    assert "--muscle.max-pressure" in out
+    assert "[N m^2]" in out
+
+
+def test_ctrl_c_in_a_run_keeps_a_whole_folder(tmp_path):
+    """A real signal to a real process in the middle of a long run."""
+    import signal
+    import time
+
+    words = [sys.executable, "-m", "contarm_sim.cli.main", "run", "--duration", "600", "--no-video", "--out", "kept"]
+    process = subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+    time.sleep(4)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130, err
+    assert "interrupted at" in err
+    summary = json.loads((tmp_path / "kept/summary.json").read_text())
+    assert summary["interrupted"] is True
+    assert set(os.listdir(tmp_path / "kept")) == RUN_FILES
+    assert os.listdir(tmp_path) == ["kept"]
+
+
+def test_outputs_are_whole_or_absent(tmp_path):
+    from contarm_sim.report.output import output_file, output_folder
+
+    def fail(open_output, error):
+        with open_output as scratch:
+            (scratch / "half" if scratch.is_dir() else scratch).write_text("x")
+            raise error
+
+    for error in (RuntimeError, KeyboardInterrupt):
+        with pytest.raises(error):
+            fail(output_folder(tmp_path / "a/b/c"), error)
+        with pytest.raises(error):
+            fail(output_file(tmp_path / "d.csv"), error)
+    assert os.listdir(tmp_path) == []
+
+
+def test_numbers_shown_are_finite():
+    from contarm_sim.report.output import to_json
+
+    with pytest.raises(ValueError, match="JSON compliant"):
+        to_json({"x": math.nan})
