@@ -8,7 +8,7 @@ import pytest
 
 from contarm_sim.arm import Arm
 from contarm_sim.mjcf import arm_spec, exact_xml, scene_spec, write_models
-from contarm_sim.simulation.plant import quiet_engine
+from contarm_sim.simulation.plant import engine_room
 
 MODELS = Path(__file__).parents[1] / "models" / "contarm"
 HEAVY = Arm(links=9, payload=0.2, torsional_stiffness=0.03, gravity=(1.0, 2.0, 9.0), length=1 / 3)
@@ -44,7 +44,7 @@ def test_committed_models_survive_a_second_of_random_control(name):
     mujoco.mj_resetDataKeyframe(model, data, 0)
     rng = np.random.default_rng(0)
     low, high = model.actuator_ctrlrange.T
-    with quiet_engine():
+    with engine_room():
         while data.time < 1.0:
             data.ctrl[:] = rng.uniform(low, high)
             mujoco.mj_step(model, data)

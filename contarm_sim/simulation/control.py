@@ -88,5 +88,7 @@ class Correction:
     def update(self, wanted: Array, measured: Array, tensions: Array, gain: float) -> None:
         """Integrate one interval; `gain` is its length over the time constant (1: correct fully, at rest)."""
         error = wanted - measured
-        slack = (self._least - tensions.min()) * self._per_newton
-        self.value += gain * (error - (error.sum() / 3 + slack))
+        # Plain sums and work in place: this runs every tick.
+        error -= sum(error.tolist()) / 3 + (self._least - min(tensions.tolist())) * self._per_newton
+        error *= gain
+        self.value += error

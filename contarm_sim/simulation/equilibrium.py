@@ -11,7 +11,7 @@ from contarm_sim.arm import Arm
 from contarm_sim.errors import ConvergenceError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.simulation.control import Controller, Correction, command
-from contarm_sim.simulation.plant import Plant, quiet_engine
+from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.samples import Samples
 from contarm_sim.simulation.stiffness import TangentStiffness
 
@@ -101,12 +101,12 @@ def poses_at_rest(
     settle = Settler(plant)
     samples = Samples.empty(len(bend), arm.links, plant.model.nq)
     samples.bend[:], samples.target[:] = bend, target
-    with quiet_engine():
+    with engine_room():
         for i in ticks if ticks is not None else range(len(bend)):
             plant.reset(bend[i])
             samples.setpoint[i] = _hold(plant, settle, orders.setpoint[i], orders.lengths[i], orders.corrected)
-            plant.record(samples, i)
-            samples.muscle_tensions[i] = plant.muscle_tensions
+            plant.record_state(samples, i)
+            plant.record_derived(samples, i)
     samples.time[:] = 0.0
     return samples
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import DivergenceError
@@ -26,13 +27,19 @@ _FATAL = [
 
 
 @contextmanager
-def quiet_engine() -> Iterator[None]:
-    """Keep the engine from writing warnings to MUJOCO_LOG.TXT; `Plant.check` reads its counters instead."""
+def engine_room() -> Iterator[None]:
+    """Run simulations inside: no warnings written to MUJOCO_LOG.TXT, no BLAS threads.
+
+    `Plant.check` reads the engine's warning counters instead. The matrices here are small: a second BLAS thread gains
+    nothing, and spins beside the stepping loop until that takes twice as long.
+    """
+    previous = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda message: None)
     try:
-        yield
+        with threadpool_limits(1, user_api="blas"):
+            yield
     finally:
-        mujoco.set_mju_user_warning(None)
+        mujoco.set_mju_user_warning(previous)
 
 
 class Plant:
@@ -63,8 +70,12 @@ class Plant:
         if integrator is not None:
             self.model.opt.integrator = integrator
         self.data = mujoco.MjData(self.model)
-        self._stations = slice(self.model.body("base").id, self.model.body("tip").id + 1)
-        self._tip = self.model.body("tip").id
+        # Views into the engine's memory: they stay current, and cost nothing to look up in a loop.
+        stations = slice(self.model.body("base").id, self.model.body("tip").id + 1)
+        self._stations = self.data.xpos[stations]
+        self._tip_rotation = self.data.xmat[self.model.body("tip").id].reshape(3, 3)
+        self._qpos, self._lengths, self._forces = self.data.qpos, self.data.ten_length, self.data.actuator_force
+        self._warnings = self.data.warning.number
         self._bending = {
             axis: np.array([self.model.joint(f"joint_{i:02d}_{axis}").qposadr[0] for i in range(1, arm.links + 1)])
             for axis in "xy"
@@ -83,17 +94,17 @@ class Plant:
     @property
     def stations(self) -> Array:
         """Centres of base plate, disks and tip plate [m], shape (links + 1, 3)."""
-        return self.data.xpos[self._stations].copy()
+        return self._stations.copy()
 
     @property
     def tip(self) -> Array:
         """Tip position [m], shape (3,)."""
-        return self.data.xpos[self._tip].copy()
+        return self._stations[-1].copy()
 
     @property
     def tip_rotation(self) -> Array:
         """Orientation of the tip, shape (3, 3)."""
-        return self.data.xmat[self._tip].reshape(3, 3).copy()
+        return self._tip_rotation.copy()
 
     def reset(self, bend: Array) -> None:
         """Put the arm at rest with every joint bent alike, the first guess of a pose at this bend [rad]."""
@@ -101,14 +112,17 @@ class Plant:
         self.data.qpos[self._bending["x"]] = -bend[1] / self.arm.links
         self.data.qpos[self._bending["y"]] = bend[0] / self.arm.links
 
-    def record(self, samples: Samples, index: int) -> None:
-        """Copy the current kinematics and joint angles into row `index`; positions must be up to date."""
-        data = self.data
-        samples.time[index] = data.time
-        samples.qpos[index] = data.qpos
-        samples.muscle_lengths[index] = data.ten_length
-        samples.stations[index] = data.xpos[self._stations]
-        samples.tip_rotation[index] = data.xmat[self._tip].reshape(3, 3)
+    def record_state(self, samples: Samples, index: int) -> None:
+        """Copy time and joint angles into row `index`."""
+        samples.time[index] = self.data.time
+        samples.qpos[index] = self._qpos
+
+    def record_derived(self, samples: Samples, index: int) -> None:
+        """Copy what the engine last derived from a state, lengths, poses and tensions, into row `index`."""
+        samples.muscle_lengths[index] = self._lengths
+        samples.stations[index] = self._stations
+        samples.tip_rotation[index] = self._tip_rotation
+        np.negative(self._forces, out=samples.muscle_tensions[index])
 
     def check(self, settings: dict[str, Any]) -> None:
         """Raise if the engine met a bad state: it would reset the arm and carry on as if nothing had happened.
@@ -116,7 +130,7 @@ class Plant:
         Raises:
             DivergenceError: with the time, the degree of freedom and the settings.
         """
-        if self.data.warning.number[_FATAL].any():
+        if any(self._warnings.tolist()) and self._warnings[_FATAL].any():
             fatal = next(self.data.warning[i] for i in _FATAL if self.data.warning[i].number)
             dof = int(fatal.lastinfo)
             name = self.model.joint(self.model.dof_jntid[dof]).name if 0 <= dof < self.model.nv else "?"

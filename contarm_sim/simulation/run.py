@@ -15,7 +15,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf import TIMESTEP
 from contarm_sim.simulation.control import INTEGRAL_TIME, Command, Controller, Correction, command
 from contarm_sim.simulation.equilibrium import Settler
-from contarm_sim.simulation.plant import Plant, quiet_engine
+from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.samples import Samples
 
 CONTROL_RATE = 100.0
@@ -90,7 +90,7 @@ def simulate(
     plant = Plant(arm, pull_only=orders.pull_only, timestep=stepping.timestep, integrator=stepping.integrator)
     samples = Samples.empty(len(bend), arm.links, plant.model.nq)
     samples.bend[:], samples.target[:] = bend, target
-    with quiet_engine():
+    with engine_room():
         plant.reset(bend[0])
         Settler(plant)(command(arm, bend[:1], controller).setpoint[0])
         plant.data.time = 0.0
@@ -105,30 +105,29 @@ def _loop(
 ) -> tuple[int, bool]:
     """Step and record.
 
-    `mj_step1` brings positions up to date, so a sample costs nothing and is not one step old. Between ticks
-    set-points move in a straight line: a staircase would knock the muscles about by tens of newtons.
+    `mj_step` leaves poses and forces of the time that it started from, so those of a tick's first step belong to the
+    tick. Between ticks set-points move in a straight line: a staircase would knock the muscles about by tens of newtons.
     """
-    model, data = plant.model, plant.data
+    model, data, ctrl = plant.model, plant.data, plant.data.ctrl
+    lengths, tensions = samples.muscle_lengths, samples.muscle_tensions
     correction = Correction(plant.arm)
     gain = 1 / (rate * INTEGRAL_TIME)
     settings = {"timestep": model.opt.timestep, "integrator": mujoco.mjtIntegrator(model.opt.integrator).name}
     settings["servo_stiffness"] = plant.arm.muscle.servo_stiffness
-    fractions = np.arange(1, substeps)[:, None] / substeps
-    last = len(samples) - 1
+    ahead = np.diff(orders.setpoint, axis=0, append=orders.setpoint[-1:])
+    ramps = orders.setpoint[:, None] + np.arange(substeps)[:, None] / substeps * ahead[:, None]
     count = 0
     try:
-        for i in range(len(samples)):
-            mujoco.mj_step1(model, data)
-            plant.record(samples, i)
-            here = orders.setpoint[i] + correction.value
-            data.ctrl[:] = samples.setpoint[i] = here
-            mujoco.mj_step2(model, data)
-            samples.muscle_tensions[i] = plant.muscle_tensions
+        for i, ramp in enumerate(ramps):
+            ramp += correction.value
+            ctrl[:] = samples.setpoint[i] = ramp[0]
+            plant.record_state(samples, i)
+            mujoco.mj_step(model, data)
+            plant.record_derived(samples, i)
             if orders.corrected:
-                correction.update(orders.lengths[i], samples.muscle_lengths[i], samples.muscle_tensions[i], gain)
-            ahead = orders.setpoint[min(i + 1, last)] + correction.value
-            for ctrl in here + fractions * (ahead - here):
-                data.ctrl[:] = ctrl
+                correction.update(orders.lengths[i], lengths[i], tensions[i], gain)
+            for setpoint in ramp[1:]:
+                ctrl[:] = setpoint
                 mujoco.mj_step(model, data)
             plant.check(settings)
             count = i + 1
