@@ -47,9 +47,10 @@ def add_sensors(spec: mujoco.MjSpec) -> None:
     kind, site = mujoco.mjtSensor, mujoco.mjtObj.mjOBJ_SITE
     for name, what in (("tip_position", kind.mjSENS_FRAMEPOS), ("tip_orientation", kind.mjSENS_FRAMEQUAT)):
         spec.add_sensor(name=name, type=what, objtype=site, objname="tip", reftype=site, refname="base")
-    for muscle in MUSCLES:
-        for quantity, what in (("length", kind.mjSENS_TENDONPOS), ("velocity", kind.mjSENS_TENDONVEL)):
+    for quantity, what in (("length", kind.mjSENS_TENDONPOS), ("velocity", kind.mjSENS_TENDONVEL)):
+        for muscle in MUSCLES:
             spec.add_sensor(name=f"{muscle}_{quantity}", type=what, objtype=mujoco.mjtObj.mjOBJ_TENDON, objname=muscle)
+    for muscle in MUSCLES:
         spec.add_sensor(
             name=f"{muscle}_force", type=kind.mjSENS_ACTUATORFRC, objtype=mujoco.mjtObj.mjOBJ_ACTUATOR, objname=muscle
         )

@@ -85,10 +85,13 @@ class Correction:
         self._per_newton = 1 / arm.muscle.servo_stiffness
         self.value = np.zeros(3)
 
-    def update(self, wanted: Array, measured: Array, tensions: Array, gain: float) -> None:
-        """Integrate one interval; `gain` is its length over the time constant (1: correct fully, at rest)."""
+    def update(self, wanted: Array, measured: Array, forces: Array, gain: float) -> None:
+        """Integrate one interval from lengths [m] and muscle forces [N] (pulling < 0), each of shape (3,).
+
+        `gain` is the interval over the time constant; 1 corrects fully, as is right at rest.
+        """
         error = wanted - measured
         # Plain sums and work in place: this runs every tick.
-        error -= sum(error.tolist()) / 3 + (self._least - min(tensions.tolist())) * self._per_newton
+        error -= sum(error.tolist()) / 3 + (self._least + max(forces.tolist())) * self._per_newton
         error *= gain
         self.value += error

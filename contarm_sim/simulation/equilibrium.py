@@ -12,6 +12,7 @@ from contarm_sim.errors import ConvergenceError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.simulation.control import Controller, Correction, command
 from contarm_sim.simulation.plant import Plant, engine_room
+from contarm_sim.simulation.recorder import Recorder
 from contarm_sim.simulation.samples import Samples
 from contarm_sim.simulation.stiffness import TangentStiffness
 
@@ -99,16 +100,13 @@ def poses_at_rest(
     orders = command(arm, bend, controller)
     plant = Plant(arm, pull_only=orders.pull_only)
     settle = Settler(plant)
-    samples = Samples.empty(len(bend), arm.links, plant.model.nq)
-    samples.bend[:], samples.target[:] = bend, target
+    recorder, setpoint = Recorder(plant, len(bend)), np.empty((len(bend), 3))
     with engine_room():
         for i in ticks if ticks is not None else range(len(bend)):
             plant.reset(bend[i])
-            samples.setpoint[i] = _hold(plant, settle, orders.setpoint[i], orders.lengths[i], orders.corrected)
-            plant.record_state(samples, i)
-            plant.record_derived(samples, i)
-    samples.time[:] = 0.0
-    return samples
+            setpoint[i] = _hold(plant, settle, orders.setpoint[i], orders.lengths[i], orders.corrected)
+            recorder.take(i)
+    return recorder.samples(len(bend), np.zeros(len(bend)), target, bend, setpoint)
 
 
 def _hold(plant: Plant, settle: Settler, setpoint: Array, lengths: Array, corrected: bool) -> Array:
@@ -124,6 +122,6 @@ def _hold(plant: Plant, settle: Settler, setpoint: Array, lengths: Array, correc
         slack = abs(float(plant.muscle_tensions.min()) - plant.arm.muscle.min_tension)
         if error <= LENGTH_ERROR and slack <= TENSION_ERROR:
             return setpoint + correction.value
-        correction.update(lengths, plant.muscle_lengths, plant.muscle_tensions, gain=1.0)
+        correction.update(lengths, plant.muscle_lengths, -plant.muscle_tensions, gain=1.0)
         settle(setpoint + correction.value)
     raise ConvergenceError("the length servo at rest", error, LENGTH_ERROR, 50, "m")

@@ -14,7 +14,6 @@ from contarm_sim.arm import Arm
 from contarm_sim.errors import DivergenceError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf import arm_spec
-from contarm_sim.simulation.samples import Samples
 
 _FATAL = [
     int(warning)
@@ -71,10 +70,8 @@ class Plant:
             self.model.opt.integrator = integrator
         self.data = mujoco.MjData(self.model)
         # Views into the engine's memory: they stay current, and cost nothing to look up in a loop.
-        stations = slice(self.model.body("base").id, self.model.body("tip").id + 1)
-        self._stations = self.data.xpos[stations]
+        self._stations = self.data.xpos[self.model.body("base").id : self.model.body("tip").id + 1]
         self._tip_rotation = self.data.xmat[self.model.body("tip").id].reshape(3, 3)
-        self._qpos, self._lengths, self._forces = self.data.qpos, self.data.ten_length, self.data.actuator_force
         self._warnings = self.data.warning.number
         self._bending = {
             axis: np.array([self.model.joint(f"joint_{i:02d}_{axis}").qposadr[0] for i in range(1, arm.links + 1)])
@@ -111,18 +108,6 @@ class Plant:
         mujoco.mj_resetDataKeyframe(self.model, self.data, 0)
         self.data.qpos[self._bending["x"]] = -bend[1] / self.arm.links
         self.data.qpos[self._bending["y"]] = bend[0] / self.arm.links
-
-    def record_state(self, samples: Samples, index: int) -> None:
-        """Copy time and joint angles into row `index`."""
-        samples.time[index] = self.data.time
-        samples.qpos[index] = self._qpos
-
-    def record_derived(self, samples: Samples, index: int) -> None:
-        """Copy what the engine last derived from a state, lengths, poses and tensions, into row `index`."""
-        samples.muscle_lengths[index] = self._lengths
-        samples.stations[index] = self._stations
-        samples.tip_rotation[index] = self._tip_rotation
-        np.negative(self._forces, out=samples.muscle_tensions[index])
 
     def check(self, settings: dict[str, Any]) -> None:
         """Raise if the engine met a bad state: it would reset the arm and carry on as if nothing had happened.

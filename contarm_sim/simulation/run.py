@@ -16,6 +16,7 @@ from contarm_sim.mjcf import TIMESTEP
 from contarm_sim.simulation.control import INTEGRAL_TIME, Command, Controller, Correction, command
 from contarm_sim.simulation.equilibrium import Settler
 from contarm_sim.simulation.plant import Plant, engine_room
+from contarm_sim.simulation.recorder import Recorder
 from contarm_sim.simulation.samples import Samples
 
 CONTROL_RATE = 100.0
@@ -88,28 +89,33 @@ def simulate(
     substeps = stepping.substeps(rate)
     orders = command(arm, bend, controller, period=1 / rate)
     plant = Plant(arm, pull_only=orders.pull_only, timestep=stepping.timestep, integrator=stepping.integrator)
-    samples = Samples.empty(len(bend), arm.links, plant.model.nq)
-    samples.bend[:], samples.target[:] = bend, target
+    recorder, setpoint = Recorder(plant, len(bend)), np.empty((len(bend), 3))
     with engine_room():
         plant.reset(bend[0])
         Settler(plant)(command(arm, bend[:1], controller).setpoint[0])
         plant.data.time = 0.0
         start = time.perf_counter()
-        count, interrupted = _loop(plant, samples, orders, rate, substeps, on_tick)
+        count, interrupted = _loop(plant, recorder, orders, setpoint, rate, substeps, on_tick)
         elapsed = time.perf_counter() - start
-    return Run(samples.first(count), max(count - 1, 0) / rate / elapsed, interrupted)
+    samples = recorder.samples(count, np.arange(len(bend)) / rate, target, bend, setpoint)
+    return Run(samples, max(count - 1, 0) / rate / elapsed, interrupted)
 
 
 def _loop(
-    plant: Plant, samples: Samples, orders: Command, rate: float, substeps: int, on_tick: Callable[[int], object] | None
+    plant: Plant,
+    recorder: Recorder,
+    orders: Command,
+    setpoint: Array,
+    rate: float,
+    substeps: int,
+    on_tick: Callable[[int], object] | None,
 ) -> tuple[int, bool]:
     """Step and record.
 
     `mj_step` leaves poses and forces of the time that it started from, so those of a tick's first step belong to the
-    tick. Between ticks set-points move in a straight line: a staircase would knock the muscles about by tens of newtons.
+    tick. Between ticks set-points move in a straight line: a staircase would jolt the muscles by tens of newtons.
     """
     model, data, ctrl = plant.model, plant.data, plant.data.ctrl
-    lengths, tensions = samples.muscle_lengths, samples.muscle_tensions
     correction = Correction(plant.arm)
     gain = 1 / (rate * INTEGRAL_TIME)
     settings = {"timestep": model.opt.timestep, "integrator": mujoco.mjtIntegrator(model.opt.integrator).name}
@@ -120,14 +126,13 @@ def _loop(
     try:
         for i, ramp in enumerate(ramps):
             ramp += correction.value
-            ctrl[:] = samples.setpoint[i] = ramp[0]
-            plant.record_state(samples, i)
+            ctrl[:] = setpoint[i] = ramp[0]
             mujoco.mj_step(model, data)
-            plant.record_derived(samples, i)
+            recorder.take(i)
             if orders.corrected:
-                correction.update(orders.lengths[i], lengths[i], tensions[i], gain)
-            for setpoint in ramp[1:]:
-                ctrl[:] = setpoint
+                correction.update(orders.lengths[i], recorder.lengths, recorder.forces, gain)
+            for between in ramp[1:]:
+                ctrl[:] = between
                 mujoco.mj_step(model, data)
             plant.check(settings)
             count = i + 1

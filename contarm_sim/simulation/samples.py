@@ -37,18 +37,8 @@ class Samples:
     tip_rotation: Array
     qpos: Array
 
-    @classmethod
-    def empty(cls, count: int, links: int, dofs: int) -> Samples:
-        """Return uninitialised arrays for `count` samples."""
-        shapes = ((), (3,), (2,), (3,), (3,), (3,), (links + 1, 3), (3, 3), (dofs,))
-        return cls(*(np.empty((count, *shape)) for shape in shapes))
-
     def __len__(self) -> int:
         return len(self.time)
-
-    def first(self, count: int) -> Samples:
-        """Return the first `count` samples."""
-        return Samples(*(getattr(self, item.name)[:count] for item in fields(self)))
 
     def save(self, path: Path) -> None:
         """Write the arrays to a compressed .npz under their own names."""
