@@ -1,12 +1,9 @@
-import warnings
-
 import pytest
 
+from contarm_sim import engine
 from contarm_sim.arm import Arm
 
-with warnings.catch_warnings():
-    warnings.simplefilter("ignore")
-    import mujoco  # noqa: F401  imported once here, whatever MUJOCO_GL says
+engine.load()
 
 
 @pytest.fixture(scope="session")

@@ -10,17 +10,18 @@ ROOT = Path(__file__).parents[1] / "contarm_sim"
 # Each part may import itself and the parts named here.
 MAY = {
     "errors": set(),
+    "engine": set(),
     "arm": {"errors"},
     "arm_file": {"arm", "errors"},
     "kinematics": {"errors"},
     "paths": {"errors", "kinematics"},
     "waypoints": {"errors", "kinematics", "paths"},
     "mechanics": {"errors", "arm", "kinematics"},
-    "mjcf": {"errors", "arm"},
-    "simulation": {"errors", "arm", "kinematics", "mechanics", "mjcf"},
+    "mjcf": {"errors", "engine", "arm"},
+    "simulation": {"errors", "engine", "arm", "kinematics", "mechanics", "mjcf"},
     "validation": {"errors", "arm", "kinematics", "simulation"},
-    "rendering": {"errors", "arm", "kinematics", "mjcf", "simulation"},
-    "report": {"errors", "arm", "kinematics", "simulation", "validation"},
+    "rendering": {"errors", "engine", "arm", "kinematics", "mjcf", "simulation"},
+    "report": {"errors", "arm", "arm_file", "kinematics", "mjcf", "simulation", "validation", "rendering"},
     "cli": {"errors", "arm", "arm_file", "kinematics", "paths", "waypoints", "mjcf", "simulation", "validation",
             "rendering", "report"},
 }  # fmt: skip

@@ -67,26 +67,28 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
     contarm run --path sphere-spiral --project nearest --duration 20
     contarm run --gravity 0 0 9.81 --payload 0.1 --no-video --json
     """
-    from contarm_sim.cli.terminal import say
+    from contarm_sim.cli.terminal import command_line, progress, say
     from contarm_sim.report.output import check_output, default_folder, output_folder, to_json
+    from contarm_sim.report.run import RunReport
     from contarm_sim.simulation.run import ACCURATE, CONTROL_RATE, FAST, simulate
-    from contarm_sim.validation.compare import compare
 
     target = Path(out) if out is not None else default_folder("run")
     check_output(target)
     path, places = _path(arm, path_name, duration, shape)
     targets, bend = _commands(arm, path, project, places)
     stepping = FAST if fast else ACCURATE
-    with _progress(len(bend)) as on_tick:
-        recorded = simulate(arm, targets, bend, controller, stepping=stepping, on_tick=on_tick)
+    with progress("simulating") as show:
+        recorded = simulate(
+            arm, targets, bend, controller, stepping=stepping, on_tick=lambda count: show(count, len(bend))
+        )
     if len(recorded.samples) < 2:
         raise KeyboardInterrupt
-    comparison = compare(arm, recorded.samples)
-    summary, motion = _summary(arm, recorded, comparison, controller, stepping)
-    summary |= {"path": path.name if places is None else path_name, "duration": path.duration, "rate": CONTROL_RATE}
+    job = RunReport(arm, recorded, controller)
+    summary = job.summary | {"path": path.name if places is None else path_name, "duration": path.duration}
+    summary |= {"timestep": stepping.timestep, "rate": CONTROL_RATE, "command": command_line()}
     with output_folder(target) as folder:
-        _write(folder, arm, recorded.samples, comparison, motion)
-        summary["video"] = _film(folder, arm, recorded.samples) if not no_video else "not asked for"
+        job.write(folder)
+        summary["video"] = "not asked for" if no_video or recorded.interrupted else _film(job, folder)
         (folder / "summary.json").write_text(to_json(summary) + "\n")
     if as_json:
         click.echo(to_json(summary))
@@ -128,71 +130,17 @@ def _commands(arm: Arm, path: Any, project: Any, places: list[str] | None) -> tu
     return targets, arc.as_bend(bend)
 
 
-def _progress(ticks: int) -> Any:
-    from contextlib import contextmanager
-
-    from rich.console import Console
-    from rich.progress import Progress
-
-    @contextmanager
-    def shown() -> Any:
-        console = Console(stderr=True)
-        with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-            task = bar.add_task("simulating", total=ticks)
-            every = max(1, ticks // 100)
-            yield lambda count: bar.update(task, completed=count) if count % every == 0 else None
-
-    return shown()
-
-
-def _summary(arm: Arm, recorded: Any, comparison: Any, controller: Any, stepping: Any) -> tuple[dict[str, Any], Any]:
-    from contarm_sim.arm_file import arm_to_dict
-    from contarm_sim.cli.terminal import command_line
-    from contarm_sim.report.output import versions
-    from contarm_sim.validation.compare import motion_part, spread, summarise
-    from contarm_sim.validation.verdict import run_checks, verdict
-
-    summary = summarise(arm, recorded.samples, comparison)
-    motion = motion_part(arm, recorded.samples, controller)
-    summary["motion"] = spread(motion[1], arm.length)
-    summary |= {
-        "controller": controller,
-        "timestep": stepping.timestep,
-        "real_time_factor": recorded.real_time_factor,
-        "interrupted": recorded.interrupted,
-        "arm": arm_to_dict(arm),
-        "versions": versions(),
-        "command": command_line(),
-    }
-    return summary | verdict(run_checks(arm, summary)), motion
-
-
-def _write(folder: Path, arm: Arm, samples: Any, comparison: Any, motion: Any) -> None:
-    from contarm_sim.arm_file import arm_to_toml
-    from contarm_sim.mjcf import arm_spec, exact_xml
-    from contarm_sim.report.figures import draw_budget, draw_muscles, draw_path
-    from contarm_sim.report.samples_csv import write_samples
-
-    samples.save(folder / "trajectory.npz")
-    write_samples(folder / "samples.csv", {"run": (samples, comparison)})
-    (folder / "arm.xml").write_text(exact_xml(arm_spec(arm)))
-    (folder / "arm.toml").write_text(arm_to_toml(arm))
-    draw_path(folder / "path.png", arm, samples, comparison)
-    draw_budget(folder / "budget.png", arm, samples, comparison, motion)
-    draw_muscles(folder / "muscles.png", arm, samples, comparison)
-
-
-def _film(folder: Path, arm: Arm, samples: Any) -> str:
-    """Write video.mp4; return its name, or why there is none: numbers are never lost for want of a picture."""
-    from contarm_sim.cli.terminal import say
-    from contarm_sim.rendering.video import write_video
+def _film(job: Any, folder: Path) -> str:
+    """Film the run; return the file's name, or why there is none: numbers are never lost for want of a picture."""
+    from contarm_sim.cli.terminal import progress, say
 
     try:
-        write_video(arm, samples, folder / "video.mp4")
-    except RenderingError as error:
-        say(f"no video: {error}")
-        return f"none: {error}"
-    return "video.mp4"
+        with progress("filming") as on_frame:
+            return str(job.film(folder, on_frame))
+    except (RenderingError, KeyboardInterrupt) as error:
+        reason = str(error) or "interrupted"
+        say(f"no video: {reason}")
+        return f"none: {reason}"
 
 
 def _show(summary: dict[str, Any]) -> None:

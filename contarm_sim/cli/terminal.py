@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 
@@ -25,6 +26,23 @@ def track(steps: Iterable[int], what: str) -> Iterator[int]:
 
     console = Console(stderr=True)
     return iter(rich_track(list(steps), what, console=console, transient=True, disable=not console.is_terminal))
+
+
+@contextmanager
+def progress(what: str) -> Iterator[Callable[[int, int], None]]:
+    """Yield a function of (done, total) that shows progress on stderr; silent where stderr is no terminal."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(what, total=None)
+
+        def show(done: int, total: int) -> None:
+            if done % max(1, total // 100) == 0:
+                bar.update(task, completed=done, total=total)
+
+        yield show
 
 
 def table(title: str, columns: list[str], rows: list[list[Any]], caption: str | None = None) -> None:

@@ -1,6 +1,10 @@
 """The generated MJCF of the arm. Never imports the kinematics: the comparison is between two derivations."""
 
-from contarm_sim.mjcf.build import TIMESTEP, arm_spec, scene_spec
-from contarm_sim.mjcf.xml import exact_xml, write_models
+from contarm_sim import engine
+
+engine.load()
+
+from contarm_sim.mjcf.build import TIMESTEP, arm_spec, scene_spec  # noqa: E402
+from contarm_sim.mjcf.xml import exact_xml, write_models  # noqa: E402
 
 __all__ = ["TIMESTEP", "arm_spec", "exact_xml", "scene_spec", "write_models"]

@@ -1,0 +1,58 @@
+"""What a run leaves behind: numbers, samples, model, figures, film."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from contarm_sim.arm import Arm
+from contarm_sim.arm_file import arm_to_dict, arm_to_toml
+from contarm_sim.mjcf import arm_spec, exact_xml
+from contarm_sim.report.figures import draw_budget, draw_muscles, draw_path
+from contarm_sim.report.output import versions
+from contarm_sim.report.samples_csv import write_samples
+from contarm_sim.simulation.control import Controller
+from contarm_sim.simulation.run import Run
+from contarm_sim.validation.compare import compare, motion_part, spread, summarise
+from contarm_sim.validation.verdict import run_checks, verdict
+
+
+class RunReport:
+    """A run beside the closed forms.
+
+    Attributes:
+        summary: every number shown, plain values, SI units but where the name says otherwise; with verdict and checks.
+    """
+
+    def __init__(self, arm: Arm, run: Run, controller: Controller) -> None:
+        self._arm, self._samples = arm, run.samples
+        self._comparison = compare(arm, run.samples)
+        self._motion = motion_part(arm, run.samples, controller)
+        summary = summarise(arm, run.samples, self._comparison)
+        summary["motion"] = spread(self._motion[1], arm.length)
+        summary |= verdict(run_checks(arm, summary))
+        summary |= {"controller": controller, "real_time_factor": run.real_time_factor, "interrupted": run.interrupted}
+        self.summary: dict[str, Any] = summary | {"arm": arm_to_dict(arm), "versions": versions()}
+
+    def write(self, folder: Path) -> None:
+        """Write trajectory.npz, samples.csv, arm.xml, arm.toml and the figures."""
+        arm, samples, comparison = self._arm, self._samples, self._comparison
+        samples.save(folder / "trajectory.npz")
+        write_samples(folder / "samples.csv", {"run": (samples, comparison)})
+        (folder / "arm.xml").write_text(exact_xml(arm_spec(arm)))
+        (folder / "arm.toml").write_text(arm_to_toml(arm))
+        draw_path(folder / "path.png", arm, samples, comparison)
+        draw_budget(folder / "budget.png", arm, samples, comparison, self._motion)
+        draw_muscles(folder / "muscles.png", arm, samples, comparison)
+
+    def film(self, folder: Path, on_frame: Callable[[int, int], object]) -> str:
+        """Write video.mp4 and return its name.
+
+        Raises:
+            RenderingError: nothing draws or encodes here.
+        """
+        from contarm_sim.rendering.video import write_video
+
+        write_video(self._arm, self._samples, folder / "video.mp4", on_frame=on_frame)
+        return "video.mp4"
