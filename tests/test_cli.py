@@ -300,3 +300,9 @@ def test_numbers_shown_are_finite():
 
     with pytest.raises(ValueError, match="JSON compliant"):
         to_json({"x": math.nan})
+
+
+def test_tables_keep_their_units(contarm):
+    _, out, _ = contarm("validate", "--quick", "--links", 6)
+    for unit in ("[mm]", "[%]", "[deg]", "[N]"):
+        assert unit in out

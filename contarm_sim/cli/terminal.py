@@ -49,15 +49,16 @@ def table(title: str, columns: list[str], rows: list[list[Any]], caption: str | 
     """Print a table to stdout; numbers are aligned right."""
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
+    from rich.markup import escape  # or it would take [mm] for markup
     from rich.table import Table
 
     made = Table(
         title=title, caption=caption, box=SIMPLE_HEAD, title_justify="left", caption_justify="left", pad_edge=False
     )
     for index, column in enumerate(columns):
-        made.add_column(column, justify="left" if index == 0 else "right", overflow="fold")
+        made.add_column(escape(column), justify="left" if index == 0 else "right", overflow="fold")
     for row in rows:
-        made.add_row(*(value if isinstance(value, str) else f"{value:.4g}" for value in row))
+        made.add_row(*(escape(value) if isinstance(value, str) else f"{value:.4g}" for value in row))
     console = Console()
     Console(width=console.width if console.is_terminal else 110).print(made)
 

@@ -16,12 +16,15 @@ OFFSCREEN = (1920, 1080)
 CLEARANCE = 0.15
 """Distance from the floor to the lowest point that the arm can touch [lengths]."""
 
-_OUTLINE = ((0.12, 1.06), (0.45, 0.95), (0.68, 0.75), (0.80, 0.45), (0.82, 0.20), (0.74, -0.07))
-"""Radius and height of a surface of revolution around all poses of the arm up to half a turn [lengths]."""
+_OUTLINE = ((0.0, 1.0), (0.32, 0.94), (0.56, 0.78), (0.69, 0.53), (0.73, 0.31), (0.64, 0.0))
+"""Radius and height of a surface of revolution around all centrelines bent by up to half a turn [lengths]."""
 
 _HORIZON = [0.94, 0.95, 0.965]
+_FLOOR = [0.92, 0.925, 0.935]
 _FOVY = 28.0
 _ASPECT = 1.4
+_MARGIN = 1.12
+"""Field of view [deg]; the narrowest picture, width over height, that shows all; room for a caption along the top."""
 
 
 def base_quaternion(arm: Arm) -> np.ndarray:
@@ -54,7 +57,7 @@ def add_scene(spec: mujoco.MjSpec, arm: Arm) -> np.ndarray:
     length = arm.length
     along = np.zeros(3)
     mujoco.mju_rotVecQuat(along, np.array([0.0, 0.0, 1.0]), base_quaternion(arm))
-    reach = _reach(along)
+    reach = _reach(along, disk_radius(arm) / length)
     base = np.array([0.0, 0.0, length * (CLEARANCE - reach[:, 2].min())])
     spec.visual.global_.offwidth, spec.visual.global_.offheight = OFFSCREEN
     spec.visual.map.znear = 0.01
@@ -71,13 +74,15 @@ def add_scene(spec: mujoco.MjSpec, arm: Arm) -> np.ndarray:
     return base
 
 
-def _reach(along: np.ndarray) -> np.ndarray:
-    """Return points around all that the arm can touch, relative to the base [lengths], shape (T, 3)."""
+def _reach(along: np.ndarray, thickness: float) -> np.ndarray:
+    """Return points around all that an arm of a radius can touch, relative to the base [lengths], shape (T, 3)."""
     side = np.cross(along, [0.0, 1.0, 0.0] if abs(along[1]) < 0.9 else [1.0, 0.0, 0.0])
     side /= np.linalg.norm(side)
     turn = np.linspace(0, 2 * math.pi, 24, endpoint=False)[:, None]
     ring = np.cos(turn) * side + np.sin(turn) * np.cross(along, side)
-    return np.vstack([radius * ring + height * along for radius, height in _OUTLINE])
+    wider = [(radius + thickness, height) for radius, height in _OUTLINE]
+    longer = [(radius, height + math.copysign(thickness, height - 0.1)) for radius, height in _OUTLINE]
+    return np.vstack([radius * ring + height * along for radius, height in wider + longer])
 
 
 def _add_surroundings(spec: mujoco.MjSpec) -> None:
@@ -91,7 +96,7 @@ def _add_surroundings(spec: mujoco.MjSpec) -> None:
     )  # fmt: skip
     spec.add_texture(
         name="floor", type=texture.mjTEXTURE_2D, builtin=kind.mjBUILTIN_FLAT, width=512, height=512,
-        rgb1=[0.92, 0.925, 0.935], rgb2=[0.92, 0.925, 0.935], mark=mujoco.mjtMark.mjMARK_EDGE, markrgb=[0.76, 0.78, 0.82],
+        rgb1=_FLOOR, rgb2=_FLOOR, mark=mujoco.mjtMark.mjMARK_EDGE, markrgb=[0.76, 0.78, 0.82],
     )  # fmt: skip
     floor = spec.add_material(name="floor", texuniform=True, texrepeat=[10, 10], specular=0.0)  # a line every 0.1 m
     floor.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "floor"
@@ -99,38 +104,48 @@ def _add_surroundings(spec: mujoco.MjSpec) -> None:
 
 
 def _add_lights(spec: mujoco.MjSpec, centre: np.ndarray, length: float) -> None:
-    """Add a key light with shadow from the left, a weak one from the right, and light from the camera."""
-    spec.visual.headlight.ambient = [0.40, 0.40, 0.40]
+    """Add a key light with shadow from the right, a weak one from the left, and light from the camera."""
+    spec.visual.headlight.ambient = [0.37, 0.37, 0.37]
     spec.visual.headlight.diffuse = [0.14, 0.14, 0.14]
     spec.visual.headlight.specular = [0.05, 0.05, 0.05]
     spec.visual.quality.shadowsize = 2048
-    for name, towards, strength, shadow in (("key", [0.8, 1.0, -2.4], 0.50, True), ("fill", [-1.2, 0.6, -1.0], 0.16, False)):
+    for name, towards, strength, shadow in (
+        ("key", [-0.6, 0.5, -2.0], 0.50, True),
+        ("fill", [1.2, 0.9, -1.0], 0.24, False),
+    ):
+        direction = np.array(towards) / np.linalg.norm(towards)
         spec.worldbody.add_light(
-            name=name, pos=centre - 3 * length * np.array(towards) / np.linalg.norm(towards), dir=towards,
+            name=name, pos=centre - 3 * length * direction, dir=direction, castshadow=shadow,
             type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, diffuse=[strength] * 3, specular=[0.5 * strength] * 3,
-            castshadow=shadow,
         )  # fmt: skip
 
 
 def _add_mount(spec: mujoco.MjSpec, arm: Arm, base: np.ndarray, along: np.ndarray) -> None:
     """Add a flange behind the base plate on a column from the floor, or from above if the arm points down."""
-    mount = spec.add_material(name="mount", rgba=[0.40, 0.43, 0.47, 1], specular=0.3, shininess=0.4)
-    radius, length = disk_radius(arm), arm.length
+    spec.add_material(name="mount", rgba=[0.40, 0.43, 0.47, 1], specular=0.3, shininess=0.4)
+    radius, length, up = disk_radius(arm), arm.length, np.array([0.0, 0.0, 1.0])
     elbow = base - 0.1 * length * along
-    column = elbow * [1, 1, 0] if along[2] > -0.1 else elbow + [0, 0, 1.5 * length]
-    parts = (
-        ("flange", base - 0.002 * along, base - 0.010 * along, 1.2 * radius),
-        ("mount", base - 0.010 * along, elbow, 0.55 * radius),
-        ("column", elbow, column, 0.55 * radius),
-    )
-    for name, start, end, thickness in parts:
-        spec.worldbody.add_geom(
-            name=name, type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[thickness, 0, 0], material=mount.name,
-            fromto=[*start, *end], contype=0, conaffinity=0,
-        )  # fmt: skip
+    _add_rod(spec, "flange", 1.2 * radius, base - 0.005 * length * along, -along, 0.022 * length)
+    _add_rod(spec, "mount", 0.55 * radius, base - 0.027 * length * along, -along, 0.073 * length)
+    if along[2] > -0.1:
+        _add_rod(spec, "column", 0.55 * radius, elbow, -up, elbow[2])
+    else:
+        _add_rod(spec, "column", 0.55 * radius, elbow, up, 1.5 * length)
     spec.worldbody.add_geom(
-        name="elbow", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.55 * radius, 0, 0], pos=elbow, material=mount.name,
+        name="elbow", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.55 * radius, 0, 0], pos=elbow, material="mount",
         contype=0, conaffinity=0,
+    )  # fmt: skip
+
+
+def _add_rod(
+    spec: mujoco.MjSpec, name: str, radius: float, start: np.ndarray, direction: np.ndarray, length: float
+) -> None:
+    """Add a cylinder that begins at a point and runs in a direction; all in m."""
+    quat = np.zeros(4)
+    mujoco.mju_quatZ2Vec(quat, direction)
+    spec.worldbody.add_geom(
+        name=name, type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[radius, 0.5 * length, 0], quat=quat,
+        pos=start + 0.5 * length * direction, material="mount", contype=0, conaffinity=0,
     )  # fmt: skip
 
 
@@ -140,12 +155,12 @@ def _add_camera(spec: mujoco.MjSpec, name: str, seen: np.ndarray, azimuth: float
     back = np.array([math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)])
     right = np.array([-math.sin(a), math.cos(a), 0.0])
     frame = np.stack([right, np.cross(back, right), back])
-    middle = 0.5 * (seen.min(axis=0) + seen.max(axis=0))
-    x, y, z = frame @ (seen - middle).T
-    x, y = x - 0.5 * (x.min() + x.max()), y - 0.5 * (y.min() + y.max())
+    place = frame @ seen.T
+    centre = 0.5 * (place.min(axis=1) + place.max(axis=1))
+    x, y, z = place - centre[:, None]
     slope = math.tan(math.radians(0.5 * _FOVY))
     distance = float(np.max(z + np.maximum(np.abs(y), np.abs(x) / _ASPECT) / slope))
-    x0, y0 = (0.5 * (v.min() + v.max()) for v in (frame @ (seen - middle).T)[:2])
     quat = np.zeros(4)
     mujoco.mju_mat2Quat(quat, frame.T.ravel())
-    spec.worldbody.add_camera(name=name, pos=middle + frame.T @ [x0, y0, 1.04 * distance], quat=quat, fovy=_FOVY)
+    pos = frame.T @ (centre + np.array([0.0, 0.0, _MARGIN * distance]))
+    spec.worldbody.add_camera(name=name, pos=pos, quat=quat, fovy=_FOVY)

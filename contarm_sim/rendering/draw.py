@@ -2,34 +2,35 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contarm_sim.arm import Arm
-from contarm_sim.errors import InputError
+from contarm_sim.errors import InputError, RenderingError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.rendering.gl import choose_backend
-from contarm_sim.rendering.overlays import Colour, add_ball, add_line, add_tube, thin
-from contarm_sim.simulation.samples import Samples
+from contarm_sim.rendering.overlays import MAX_SEGMENTS, Colour, add_ball, add_line, add_tube, thin
 
-Image = NDArray[np.uint8]
+if TYPE_CHECKING:
+    from contarm_sim.simulation.samples import Samples
+
+Pixels = NDArray[np.uint8]
 Quality = Literal["draft", "final"]
 QUALITIES: tuple[Quality, ...] = get_args(Quality)
 
 PATH: Colour = (0.30, 0.33, 0.40, 1.0)
-TRACE: Colour = (0.00, 0.72, 0.42, 1.0)
+TRACE: Colour = (0.00, 0.78, 0.45, 1.0)
 TARGET: Colour = (0.46, 0.16, 0.80, 1.0)
-GHOST: Colour = (0.46, 0.16, 0.80, 0.22)
+GHOST: Colour = (0.46, 0.16, 0.80, 0.40)
 
 _SLACK = np.array([0.55, 0.55, 0.57])
 _NARROWEST = 1.4
-_GHOST_SEGMENTS = 48
+_GHOST_SEGMENTS = 24
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ class ArmRenderer:
 
     Raises:
         InputError: an unknown camera or quality, or a size that is no positive whole number.
-        RenderingError: no GL library draws here.
+        RenderingError: no GL library draws here, or none so large a picture.
     """
 
     def __init__(
@@ -88,7 +89,10 @@ class ArmRenderer:
         self._colours = self._model.tendon_rgba[:, :3].copy()
         self._widths = self._model.tendon_width.copy()
         self._data = mujoco.MjData(self._model)
-        self._renderer = mujoco.Renderer(self._model, height, width)
+        try:
+            self._renderer = mujoco.Renderer(self._model, height, width)
+        except mujoco.FatalError as error:
+            raise RenderingError(f"no picture of {width} x {height} pixels: {str(error).splitlines()[0]}") from error
 
     def __enter__(self) -> ArmRenderer:
         return self
@@ -96,25 +100,25 @@ class ArmRenderer:
     def __exit__(self, *_: object) -> None:
         self._renderer.close()
 
-    def frame(self, samples: Samples, index: int, overlays: Overlays = ALL) -> Image:
+    def frame(self, samples: Samples, index: int, overlays: Overlays = ALL) -> Pixels:
         """Draw sample `index`, muscles coloured by tension; return the picture, shape (height, width, 3)."""
         self._pose(samples.qpos[index])
         self._colour_muscles(samples.muscle_tensions[index] / max(samples.muscle_tensions.max(), 1e-9))
         self._renderer.update_scene(self._data, self._camera)
-        scene, length = self._renderer.scene, self.arm.length
+        scene, pixel = self._renderer.scene, self._renderer.height / 720
         if overlays.path:
-            add_line(scene, thin(self.to_world(samples.target)), 0.0022 * length, PATH, glow=0.3)
+            add_line(scene, thin(self.to_world(samples.target)), 1.6 * pixel, PATH)
         if overlays.trace:
-            stride = -(-len(samples) // 200)  # fixed over the film, so that the line does not crawl
+            stride = -(-len(samples) // MAX_SEGMENTS)  # the same for all of a film, so that the line does not crawl
             tips = np.vstack([samples.stations[:index:stride, -1], samples.stations[index, -1]])
-            add_line(scene, self.to_world(tips), 0.0045 * length, TRACE, glow=0.5)
+            add_line(scene, self.to_world(tips), 3.2 * pixel, TRACE)
         if overlays.target:
-            add_ball(scene, self.to_world(samples.target[index]), 0.016 * length, TARGET, glow=0.4)
+            add_ball(scene, self.to_world(samples.target[index]), 0.02 * self.arm.length, TARGET)
         if overlays.ghost:
             self._add_ghost(samples.bend[index])
         return self._renderer.render()
 
-    def pose(self, qpos: Array) -> Image:
+    def pose(self, qpos: Array) -> Pixels:
         """Draw the arm alone with joint angles [rad], shape (dofs,)."""
         self._pose(qpos)
         self._colour_muscles(np.ones(3))
@@ -131,8 +135,11 @@ class ArmRenderer:
 
     def to_world(self, points: Array) -> Array:
         """Turn points of the base frame [m], shape (..., 3), into points of the world that is drawn."""
-        base = self._data.body("base")
-        return base.xpos + points @ base.xmat.reshape(3, 3).T
+        return self._data.body("base").xpos + points @ self._base_rotation.T
+
+    @property
+    def _base_rotation(self) -> Array:
+        return self._data.body("base").xmat.reshape(3, 3)
 
     def _pose(self, qpos: Array) -> None:
         """Place every body, camera, light and muscle; no step is simulated."""
@@ -145,24 +152,24 @@ class ArmRenderer:
     def _colour_muscles(self, share: Array) -> None:
         """Draw each muscle the thicker and the brighter the larger its share of the largest tension, shape (3,)."""
         share = np.clip(share, 0.0, 1.0)
-        self._model.tendon_width[:] = self._widths * (0.55 + 0.45 * share)
-        self._model.tendon_rgba[:, :3] = _SLACK + (0.25 + 0.75 * share)[:, None] * (self._colours - _SLACK)
+        self._model.tendon_width[:] = self._widths * (0.6 + 0.4 * share)
+        self._model.tendon_rgba[:, :3] = _SLACK + (0.45 + 0.55 * share)[:, None] * (self._colours - _SLACK)
 
     def _add_ghost(self, bend: Array) -> None:
-        """Draw the analytic arc as a see-through hose about the arm."""
-        points = arc.position(bend, self.arm.length, np.linspace(0.0, 1.0, _GHOST_SEGMENTS + 1))
+        """Draw the analytic arc as a glass tube about the arm."""
+        xi = np.linspace(0.0, 1.0, _GHOST_SEGMENTS + 1)
+        points = self.to_world(arc.position(bend, self.arm.length, xi))
+        frames = self._base_rotation @ arc.rotation(bend, xi)
         radius = 1.25 * (self.arm.muscle_radius + 0.5 * self.arm.muscle.diameter)
-        add_tube(self._renderer.scene, self.to_world(points), radius, GHOST)
+        add_tube(self._renderer.scene, points, frames, radius, GHOST)
 
 
-def still(
-    arm: Arm, bend: Array, path: Path, width: int = 1280, height: int = 720, camera: str = "front"
-) -> None:
+def still(arm: Arm, bend: Array, path: Path, width: int = 1280, height: int = 720, camera: str = "front") -> None:
     """Write a picture (.png) of the arm bent alike everywhere by `bend` [rad], shape (2,)."""
-    from PIL import Image as PillowImage
+    from PIL import Image
 
     with ArmRenderer(arm, width, height, camera, "final") as renderer:
-        PillowImage.fromarray(renderer.pose(renderer.bent(bend))).save(path, optimize=True)
+        Image.fromarray(renderer.pose(renderer.bent(bend))).save(path, optimize=True)
 
 
 def check_size(width: int, height: int) -> None:
@@ -180,9 +187,9 @@ def _set_quality(model: Any, quality: Quality) -> None:
     """Set samples a pixel, shadow size and roundness: together they decide the time of a frame in software GL."""
     sight = model.vis.quality
     if quality == "draft":
-        sight.offsamples, sight.shadowsize, sight.numslices, sight.numstacks = 0, 1024, 14, 6
+        sight.offsamples, sight.shadowsize, sight.numslices, sight.numstacks = 0, 1024, 16, 6
     else:
-        sight.offsamples, sight.shadowsize, sight.numslices, sight.numstacks = 4, 4096, 40, 20
+        sight.offsamples, sight.shadowsize, sight.numslices, sight.numstacks = 4, 4096, 32, 14
 
 
 def _fit(model: Any, width: int, height: int) -> None:

@@ -1,8 +1,7 @@
 """Which GL library draws: EGL (GPU or software), OSMesa, or a window system, decided by really drawing.
 
-MuJoCo picks its library once, from MUJOCO_GL, while it is being imported, and a wrong pick breaks even the physics. So
-`neutralise_environment` imports it without any, and `choose_backend` tries one library after the other in this
-process. The name it sets is private to MuJoCo; this file alone knows it.
+MuJoCo picks a library from MUJOCO_GL while it is being imported; `engine.load` keeps it from that, and here one library
+after the other is tried in this process. The name that is set is private to MuJoCo; this file alone knows it.
 """
 
 from __future__ import annotations
@@ -15,6 +14,7 @@ import warnings
 from dataclasses import dataclass
 from typing import Any
 
+from contarm_sim import engine
 from contarm_sim.errors import RenderingError
 from contarm_sim.rendering.egl import why_egl_fails
 
@@ -41,22 +41,6 @@ class Backend:
     attempts: tuple[tuple[str, str | None], ...]
 
 
-def neutralise_environment() -> None:
-    """Import mujoco so that no value of MUJOCO_GL can break it; call before anything else imports mujoco.
-
-    MuJoCo loads the library that MUJOCO_GL names while it is imported, and fails if that is missing, also when
-    nothing is to be drawn. The variable itself is left as it was found.
-    """
-    if "mujoco" in sys.modules:
-        return
-    wish = os.environ.get("MUJOCO_GL")
-    os.environ["MUJOCO_GL"] = "disable"
-    try:
-        importlib.import_module("mujoco")
-    finally:
-        _restore("MUJOCO_GL", wish)
-
-
 @functools.cache
 def choose_backend() -> Backend:
     """Find a GL library that draws, and make `mujoco.Renderer` use it; the answer is kept for the process.
@@ -64,9 +48,9 @@ def choose_backend() -> Backend:
     Tries MUJOCO_GL first if it names one, then EGL, OSMesa and, where there is a display, GLFW.
 
     Raises:
-        RenderingError: none draws; says why each failed and what to install.
+        RenderingError: none draws; says why each failed and what to install, and carries `attempts` as `Backend` does.
     """
-    neutralise_environment()
+    engine.load()
     platform = os.environ.pop("PYOPENGL_PLATFORM", None)
     attempts: list[tuple[str, str | None]] = []
     try:
@@ -76,11 +60,16 @@ def choose_backend() -> Backend:
             if reason is None:
                 return Backend(name, tuple(attempts))
     finally:
-        _restore("PYOPENGL_PLATFORM", platform)
+        if platform is None:
+            os.environ.pop("PYOPENGL_PLATFORM", None)
+        else:
+            os.environ["PYOPENGL_PLATFORM"] = platform
     said = ", ".join(f"{name} ({reason})" for name, reason in attempts)
-    raise RenderingError(
+    error = RenderingError(
         f"nothing to draw with: tried {said}; on Debian and Ubuntu this helps: apt-get install {PACKAGES}"
     )
+    error.attempts = tuple(attempts)  # type: ignore[attr-defined]
+    raise error
 
 
 def _candidates() -> list[str]:
@@ -109,7 +98,10 @@ def _attempt(name: str) -> str | None:
             gl_context.GLContext = backend.GLContext
             _prove()
     except Exception as error:  # a missing library shows as almost any exception, AttributeError among them
-        gl_context.GLContext = before
+        if before is None:
+            vars(gl_context).pop("GLContext", None)
+        else:
+            gl_context.GLContext = before
         _forget()
         return _explain(name, error)
     return None
@@ -162,11 +154,3 @@ def _explain(name: str, error: Exception) -> str:
     if name == "glfw":
         return "the display cannot be opened"
     return (str(error).strip() or type(error).__name__).splitlines()[0][:80]
-
-
-def _restore(variable: str, value: str | None) -> None:
-    """Set an environment variable back to what it was."""
-    if value is None:
-        os.environ.pop(variable, None)
-    else:
-        os.environ[variable] = value

@@ -1,7 +1,8 @@
-"""What is drawn over the model: lines, balls and tubes that exist in the picture only."""
+"""What is drawn over the model: lines, balls and glass tubes, which exist in the picture only and cast no shadow."""
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,12 @@ Colour = tuple[float, float, float, float]
 MAX_SEGMENTS = 200
 """Segments that a line is drawn with at most: more cost time and show nothing."""
 
+TUBE_SIDES = 18
+CLEAR = 0.06
+"""Opacity of a tube where it faces the camera, as a fraction of that at its outline."""
+
+_ORIGIN, _UPRIGHT, _UNIT = np.zeros(3), np.eye(3).ravel(), np.ones(3)
+
 
 def thin(points: Array, limit: int = MAX_SEGMENTS) -> Array:
     """Return every n-th of the points and the last, shape (..., 3), such that at most `limit` segments remain."""
@@ -23,43 +30,63 @@ def thin(points: Array, limit: int = MAX_SEGMENTS) -> Array:
     return kept if (len(points) - 1) % stride == 0 else np.vstack([kept, points[-1]])
 
 
-def add_line(scene: Any, points: Array, radius: float, colour: Colour, glow: float = 0.0) -> None:
-    """Draw a line through points of the world [m], shape (T, 3), as capsules of a radius [m]."""
-    from mujoco import mjtGeom
+def add_line(scene: Any, points: Array, width: float, colour: Colour) -> None:
+    """Draw a line through points of the world [m], shape (T, 3), `width` pixels wide: a fifth of a capsule's time.
 
-    for start, end in zip(points[:-1], points[1:], strict=True):
-        if not np.array_equal(start, end):
-            _connect(scene, mjtGeom.mjGEOM_CAPSULE, radius, start, end, colour, glow)
-
-
-def add_tube(scene: Any, points: Array, radius: float, colour: Colour) -> None:
-    """Draw a see-through tube along points of the world [m], shape (T, 3); open pipes, so that no seams show."""
-    from mujoco import mjtGeom
-
-    for start, end in zip(points[:-1], points[1:], strict=True):
-        _connect(scene, mjtGeom.mjGEOM_CYLINDER, radius, start, end, colour, 0.0)
-
-
-def add_ball(scene: Any, centre: Array, radius: float, colour: Colour, glow: float = 0.0) -> None:
-    """Draw a ball about a point of the world [m], shape (3,)."""
+    An opaque line would be drawn once more, brighter, for the light that casts shadows.
+    """
     import mujoco
 
-    geom = _next(scene)
-    mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_SPHERE, np.full(3, radius), centre, np.eye(3).ravel(), colour)
-    geom.emission = glow
+    kind = mujoco.mjtGeom.mjGEOM_LINE
+    for start, end in pairwise(points):
+        geom = _add(scene, kind, _UNIT, _ORIGIN, _UPRIGHT, (*colour[:3], min(colour[3], 0.98)))
+        mujoco.mjv_connector(geom, kind, width, start, end)
 
 
-def _connect(scene: Any, kind: int, radius: float, start: Array, end: Array, colour: Colour, glow: float) -> None:
+def add_ball(scene: Any, centre: Array, radius: float, colour: Colour) -> None:
+    """Draw a ball of a radius [m] about a point of the world [m], shape (3,)."""
     import mujoco
 
-    geom = _next(scene)
-    mujoco.mjv_initGeom(geom, kind, np.zeros(3), np.zeros(3), np.eye(3).ravel(), colour)
-    mujoco.mjv_connector(geom, kind, radius, start, end)
-    geom.emission = glow
+    _add(scene, mujoco.mjtGeom.mjGEOM_SPHERE, np.full(3, radius), centre, _UPRIGHT, colour)
 
 
-def _next(scene: Any) -> Any:
-    """Return the scene's next free geom."""
+def add_tube(scene: Any, points: Array, frames: Array, radius: float, colour: Colour) -> None:
+    """Draw a glass tube along points of the world [m], shape (T, 3), each with its frame, shape (T, 3, 3).
+
+    It is clear in the middle and takes its colour towards its outline, so that what is inside stays visible. Only the
+    side that faces the camera is drawn, as triangles: see-through cylinders would show each other's lids.
+    """
+    import mujoco
+
+    turn = np.linspace(0.0, 2 * np.pi, TUBE_SIDES, endpoint=False)
+    outward = np.stack([np.cos(turn), np.sin(turn), np.zeros(TUBE_SIDES)], axis=1) @ frames.swapaxes(1, 2)
+    rim = points[:, None] + radius * outward
+    a, b, c, d = (_flat(edge) for edge in (rim[:-1], np.roll(rim, -1, 1)[:-1], rim[1:], np.roll(rim, -1, 1)[1:]))
+    normal = _unit(np.cross(b - a, c - a))
+    facing = np.sum(normal * _unit(np.mean([eye.pos for eye in scene.camera], axis=0) - 0.25 * (a + b + c + d)), axis=1)
+    opacity = colour[3] * (CLEAR + (1 - CLEAR) * (1 - facing) ** 2)
+    for corner, one, other in ((a, b - a, c - a), (d, c - d, b - d)):
+        sides = np.stack([one, other, normal], axis=2).reshape(-1, 9)
+        for i in np.flatnonzero(facing > 0):
+            tint = (*colour[:3], opacity[i])
+            _add(scene, mujoco.mjtGeom.mjGEOM_TRIANGLE, _UNIT, corner[i], sides[i], tint)
+
+
+def _flat(points: Array) -> Array:
+    return points.reshape(-1, 3)
+
+
+def _unit(vectors: Array) -> Array:
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+def _add(scene: Any, kind: int, size: Array, centre: Array, matrix: Array, colour: Colour) -> Any:
+    """Append a geom to the scene and return it."""
+    import mujoco
+
     geom = scene.geoms[scene.ngeom]
+    mujoco.mjv_initGeom(geom, kind, size, centre, matrix, colour)
+    geom.category = mujoco.mjtCatBit.mjCAT_DECOR  # casts no shadow
+    geom.emission = 0.5
     scene.ngeom += 1
     return geom

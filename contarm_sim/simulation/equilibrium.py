@@ -28,6 +28,9 @@ LENGTH_ERROR = 1e-9
 TENSION_ERROR = 1e-3
 """Largest deviation left of the slackest muscle's tension [N]."""
 
+CORRECTIONS = 300
+"""Most corrections of a set-point; a handful do at 24 links, but with few links each gains little."""
+
 
 class Settler:
     """Moves a plant to the equilibrium near its current pose: Newton with the closed-form stiffness.
@@ -116,7 +119,7 @@ def _hold(plant: Plant, settle: Settler, setpoint: Array, lengths: Array, correc
     if not corrected:
         return setpoint
     error = slack = np.inf
-    for _ in range(50):
+    for _ in range(CORRECTIONS):
         deviation = lengths - plant.muscle_lengths
         error = float(np.abs(deviation - deviation.mean()).max())
         slack = abs(float(plant.muscle_tensions.min()) - plant.arm.muscle.min_tension)
@@ -124,4 +127,4 @@ def _hold(plant: Plant, settle: Settler, setpoint: Array, lengths: Array, correc
             return setpoint + correction.value
         correction.update(lengths, plant.muscle_lengths, -plant.muscle_tensions, gain=1.0)
         settle(setpoint + correction.value)
-    raise ConvergenceError("the length servo at rest", error, LENGTH_ERROR, 50, "m")
+    raise ConvergenceError("the length servo at rest", error, LENGTH_ERROR, CORRECTIONS, "m")

@@ -1,0 +1,61 @@
+"""A strip of text along the top of a picture: numbers on the left, what the colours mean on the right."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contarm_sim.rendering.overlays import Colour
+
+_BACKGROUND, _INK = (250, 250, 251), (28, 30, 34)
+_SMALLEST = 7.0
+
+
+class Caption:
+    """Writes into pictures of one size. The letters shrink to fit; a legend that still does not fit is left out.
+
+    Args:
+        width, height: size of the pictures [pixels].
+        longest: the longest text that will be written.
+        legend: names and colours of the lines to explain.
+    """
+
+    def __init__(self, width: int, height: int, longest: str, legend: dict[str, Colour]) -> None:
+        from PIL import Image, ImageDraw
+
+        size = max(0.026 * height, 9.0)
+        gap = round(size)
+        room = width - 2 * gap
+        needed = _font(size).getlength(longest)
+        self._font = _font(max(min(size, size * room / needed), _SMALLEST))
+        self._gap = gap
+        self._strip = Image.new("RGB", (width, round(1.9 * size)), _BACKGROUND)
+        draw = ImageDraw.Draw(self._strip)
+        x = width - gap - sum(self._font.getlength(name) + 3.5 * gap for name in legend) + gap
+        if x > 3 * gap + needed:
+            for name, colour in legend.items():
+                middle = self._strip.height / 2
+                tint = tuple(round(255 * value) for value in colour[:3])
+                draw.line([(x, middle), (x + 1.8 * gap, middle)], fill=tint, width=max(2, round(0.25 * size)))
+                draw.text((x + 2.2 * gap, middle), name, fill=_INK, font=self._font, anchor="lm")
+                x += self._font.getlength(name) + 3.5 * gap
+
+    def write(self, image: NDArray[np.uint8], text: str) -> None:
+        """Write a text into the top rows of a picture, shape (height, width, 3)."""
+        from PIL import ImageDraw
+
+        strip = self._strip.copy()
+        ImageDraw.Draw(strip).text((self._gap, strip.height / 2), text, fill=_INK, font=self._font, anchor="lm")
+        rows = min(strip.height, len(image))
+        image[:rows] = np.asarray(strip)[:rows]
+
+
+def _font(size: float) -> Any:
+    """Return matplotlib's sans serif, whose digits are all equally wide: numbers do not jump about."""
+    import matplotlib
+    from PIL import ImageFont
+
+    return ImageFont.truetype(str(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"), size)

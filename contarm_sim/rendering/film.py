@@ -1,0 +1,101 @@
+"""From samples to a sequence of pictures: which samples, drawn how, and a file that appears only when it is whole."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from contarm_sim.arm import Arm
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics import arc
+from contarm_sim.rendering.caption import Caption
+from contarm_sim.rendering.draw import PATH, TARGET, TRACE, ArmRenderer, Pixels, Quality
+
+if TYPE_CHECKING:
+    from contarm_sim.simulation.samples import Samples
+
+LEGEND = {"planned path": PATH, "simulated tip": TRACE, "analytic arc": TARGET}
+
+Progress = Callable[[int, int], object]
+"""Called with the number of frames done and their total."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """How the frames of a film are drawn: size [pixels], a camera of the scene, draft or final."""
+
+    width: int
+    height: int
+    camera: str
+    quality: Quality
+
+
+def frame_indices(samples: Samples, fps: float, speed: float = 1.0) -> list[int]:
+    """Return the sample nearest to each frame's time, the first at the first sample, none beyond the last.
+
+    A frame lasts speed/fps of simulated time. Poses at rest have no time: each is one frame, at any `fps`.
+
+    Raises:
+        InputError: no samples, or fps or speed not a positive number.
+    """
+    if len(samples) == 0:
+        raise InputError("samples", "empty", "at least one sample")
+    for name, value in (("fps", fps), ("speed", speed)):
+        if not (math.isfinite(value) and value > 0):
+            raise InputError(name, value, "a positive number")
+    span = float(samples.time[-1] - samples.time[0])
+    if span == 0:
+        return list(range(len(samples)))
+    frames = math.floor(span * fps / speed + 1e-6) + 1
+    places = np.arange(frames) * (speed / fps) * (len(samples) - 1) / span
+    return [int(i) for i in np.minimum(np.floor(places + 0.5), len(samples) - 1)]
+
+
+def film(
+    arm: Arm, samples: Samples, indices: list[int], look: Look, on_frame: Progress | None = None
+) -> Generator[Pixels, None, None]:
+    """Draw samples one after the other, with a caption; one picture exists at a time.
+
+    Raises:
+        InputError: an unknown camera or quality, or a size that is no positive whole number.
+        RenderingError: no GL library draws here.
+    """
+    error = np.linalg.norm(samples.stations[:, -1] - arc.position(samples.bend, arm.length), axis=1)
+    moving = samples.time[-1] > samples.time[0]
+    texts = [
+        (f"t = {samples.time[i]:.2f} s" if moving else f"pose {i + 1} of {len(samples)}, at rest")
+        + f"    tip error {1e3 * error[i]:.2f} mm"
+        for i in indices
+    ]
+    with ArmRenderer(arm, look.width, look.height, look.camera, look.quality) as renderer:
+        caption = Caption(look.width, look.height, max(texts, key=len), LEGEND)
+        for done, (i, text) in enumerate(zip(indices, texts, strict=True), 1):
+            image = renderer.frame(samples, i)
+            caption.write(image, text)
+            yield image
+            if on_frame is not None:
+                on_frame(done, len(indices))
+
+
+@contextmanager
+def appearing(path: Path) -> Iterator[Path]:
+    """Yield a path beside `path` to write to; rename it when all went well, remove it otherwise, Ctrl-C included.
+
+    Raises:
+        InputError: the folder does not exist.
+    """
+    if not path.parent.is_dir():
+        raise InputError("path", path, "a file in an existing folder")
+    temporary = path.with_name(f".{path.stem}-{os.getpid()}{path.suffix}")
+    try:
+        yield temporary
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)

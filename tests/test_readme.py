@@ -1,0 +1,45 @@
+"""What the README tells people to type, typed; and what it says is printed, printed."""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+README = (Path(__file__).parents[1] / "README.md").read_text()
+COMMANDS = re.findall(r"^\$ contarm (.*?)(?:\s{2,}#.*)?$", README, re.MULTILINE)
+
+
+def test_the_python_example_prints_what_it_says():
+    code, printed = re.search(r"```python\n(.*?)```\s*```text\n(.*?)```", README, re.DOTALL).groups()
+    done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == printed
+
+
+@pytest.mark.parametrize("line", COMMANDS)
+def test_commands_work(line, tmp_path):
+    words = shlex.split(line)
+    if words[0] == "run":
+        words.append("--no-video")  # filming is tested elsewhere
+    done = subprocess.run(
+        [sys.executable, "-m", "contarm_sim.cli.main", *words], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert done.returncode == 0 or words[0] == "doctor", done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_there_are_commands_and_no_gaps_left():
+    assert len(COMMANDS) >= 7
+    assert not re.search(r"@[A-Z]+@", README)
+
+
+def test_every_parameter_has_its_reason():
+    from dataclasses import fields
+
+    from contarm_sim.arm import Arm, Muscle
+
+    table = README.split("## Assumptions")[1].split("## ")[0]
+    for name in [item.name for kind in (Arm, Muscle) for item in fields(kind)]:
+        assert name in ("muscle", "base_orientation") or f"`{name}`" in table, name

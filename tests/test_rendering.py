@@ -1,0 +1,472 @@
+import ctypes
+import json
+import os
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from contarm_sim.arm import Arm
+from contarm_sim.errors import InputError, RenderingError
+from contarm_sim.kinematics import arc
+from contarm_sim.mjcf import scene_spec
+from contarm_sim.rendering.caption import Caption
+from contarm_sim.rendering.draw import ArmRenderer, Overlays, still
+from contarm_sim.rendering.film import LEGEND, frame_indices
+from contarm_sim.rendering.gl import choose_backend
+from contarm_sim.rendering.overlays import thin
+from contarm_sim.rendering.video import encoder, write_gif, write_video
+from contarm_sim.simulation.samples import Samples
+
+NOTHING = Overlays(path=False, trace=False, target=False, ghost=False)
+DOWNS = [(0.0, 0.0, 0.0), (0.0, 0.0, 9.81), (9.81, 0.0, 0.0)]
+
+
+@pytest.fixture(scope="session")
+def gl():
+    try:
+        return choose_backend()
+    except RenderingError as error:
+        pytest.skip(str(error))
+
+
+def samples_of(arm, bend, bent=None, rate=100.0):
+    """Samples of an arm commanded to `bend` and found bent alike everywhere by `bent`, without a simulation."""
+    bend = np.atleast_2d(np.asarray(bend, dtype=float))
+    bent = bend if bent is None else np.broadcast_to(bent, bend.shape)
+    count, model = len(bend), scene_spec(arm).compile()
+    qpos = np.zeros((count, model.nq))
+    for i in range(1, arm.links + 1):
+        qpos[:, model.joint(f"joint_{i:02d}_x").qposadr[0]] = -bent[:, 1] / arm.links
+        qpos[:, model.joint(f"joint_{i:02d}_y").qposadr[0]] = bent[:, 0] / arm.links
+    return Samples(
+        time=np.arange(count) / rate,
+        target=arc.position(bend, arm.length),
+        bend=bend,
+        setpoint=np.zeros((count, 3)),
+        muscle_lengths=np.zeros((count, 3)),
+        muscle_tensions=np.tile([5.0, 20.0, 40.0], (count, 1)),
+        stations=arc.position(bent[:, None], arm.length, np.linspace(0, 1, arm.links + 1)),
+        tip_rotation=arc.rotation(bent),
+        qpos=qpos,
+    )
+
+
+def spiral(arm, count=51):
+    angle = np.linspace(0, 2 * np.pi, count)
+    return samples_of(arm, (0.2 + 0.2 * angle)[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+
+
+def project(arm, points, width, height, camera="front"):
+    """Pixels (x right, y down) of points of the base frame, by the pinhole formula and the compiled scene."""
+    import mujoco
+
+    model = scene_spec(arm).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    base, eye = data.body("base"), data.camera(camera)
+    seen = (base.xpos + points @ base.xmat.reshape(3, 3).T - eye.xpos) @ eye.xmat.reshape(3, 3)
+    half_height = np.tan(np.radians(0.5 * model.camera(camera).fovy[0])) * max(1.0, 1.4 * height / width)
+    x, y = seen[..., 0] / -seen[..., 2], seen[..., 1] / -seen[..., 2]
+    return np.stack([width / 2 + x / half_height * height / 2, height / 2 - y / half_height * height / 2], axis=-1)
+
+
+def changed(picture, plain):
+    return np.abs(picture.astype(int) - plain.astype(int)).max(axis=2) > 25
+
+
+def same(picture, other):
+    """Equal but for what software GL rounds differently in the first picture of a context."""
+    return np.abs(picture.astype(int) - other.astype(int)).max() <= 3
+
+
+# --- GL libraries: each case in a process of its own, for a process has one GL library for good.
+
+
+def run_python(code, **environment):
+    kept = {
+        k: v for k, v in os.environ.items() if k not in ("MUJOCO_GL", "PYOPENGL_PLATFORM", "DISPLAY", "WAYLAND_DISPLAY")
+    }
+    return subprocess.run(
+        [sys.executable, "-W", "error", "-c", code], env=kept | environment, capture_output=True, text=True, timeout=120
+    )
+
+
+CHOOSE = """
+import json
+from contarm_sim.errors import RenderingError
+from contarm_sim.rendering.gl import choose_backend
+try:
+    backend = choose_backend()
+except RenderingError as error:
+    print(json.dumps({"error": str(error), "attempts": error.attempts}))
+else:
+    print(json.dumps({"name": backend.name, "attempts": backend.attempts}))
+"""
+
+
+def choose(before="", **environment):
+    done = run_python(before + CHOOSE, **environment)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    return json.loads(done.stdout)
+
+
+def needs(library):
+    try:
+        ctypes.CDLL(library)
+    except OSError:
+        pytest.skip(f"{library} is not installed")
+
+
+@pytest.mark.gl
+def test_egl_and_osmesa_draw_the_same_picture(tmp_path):
+    needs("libEGL.so.1")
+    needs("libOSMesa.so.8")
+    code = """
+import numpy as np
+from contarm_sim.arm import Arm
+from contarm_sim.rendering.draw import ArmRenderer
+from contarm_sim.rendering.gl import choose_backend
+with ArmRenderer(Arm(), 160, 120) as renderer:
+    np.save({path!r}, renderer.pose(renderer.bent([1.5, 0.5])))
+print(choose_backend().name)
+"""
+    pictures = []
+    for name in ("egl", "osmesa"):
+        found = choose(MUJOCO_GL=name)
+        if found["name"] != name:
+            pytest.skip(f"{name} does not work here: {found['attempts'][0][1]}")
+        file = tmp_path / f"{name}.npy"
+        done = run_python(code.format(path=str(file)), MUJOCO_GL=name)
+        assert (done.returncode, done.stdout.strip(), done.stderr) == (0, name, "")
+        pictures.append(np.load(file).astype(float))
+    assert pictures[0].std() > 20
+    assert np.abs(pictures[0] - pictures[1]).mean() < 1
+
+
+@pytest.mark.gl
+def test_osmesa_takes_over_where_egl_has_no_driver(tmp_path):
+    needs("libOSMesa.so.8")
+    found = choose(MUJOCO_GL="egl", __EGL_VENDOR_LIBRARY_DIRS=str(tmp_path))
+    assert found["name"] == "osmesa"
+    assert found["attempts"][0][0] == "egl"
+    assert "driver" in found["attempts"][0][1]
+
+
+@pytest.mark.gl
+def test_osmesa_takes_over_after_a_failing_egl_module():
+    needs("libOSMesa.so.8")
+    found = choose("import sys; sys.modules['mujoco.egl'] = None\n", MUJOCO_GL="egl")
+    assert [found["name"], found["attempts"][0][0]] == ["osmesa", "egl"]
+
+
+@pytest.mark.gl
+def test_a_window_system_is_not_believed_without_a_display(gl):
+    found = choose(MUJOCO_GL="glfw", DISPLAY=":9876")
+    assert found["attempts"][0] == ["glfw", "the display cannot be opened"]
+    assert found["name"] in ("egl", "osmesa")
+
+
+def test_without_any_library_there_is_one_line_that_helps(tmp_path):
+    found = choose("import sys; sys.modules['mujoco.osmesa'] = None\n", __EGL_VENDOR_LIBRARY_DIRS=str(tmp_path))
+    assert "\n" not in found["error"]
+    assert "apt-get install libegl1 libopengl0 libgl1-mesa-dri" in found["error"]
+    assert [name for name, _ in found["attempts"]] == ["egl", "osmesa"]
+    assert all(reason in found["error"] for _, reason in found["attempts"])
+
+
+@pytest.mark.parametrize("wish", ["egl", "osmesa", "nonsense"])
+def test_the_physics_needs_no_gl_library_whatever_the_user_wishes(wish, tmp_path):
+    (tmp_path / "OpenGL.py").write_text("raise AttributeError('as PyOpenGL does without its library')")
+    broken = f"import os, sys; sys.path.insert(0, {str(tmp_path)!r})\n"
+    assert run_python(broken + "import mujoco", MUJOCO_GL=wish).returncode != 0  # what there is to protect from
+    done = run_python(broken + "import contarm_sim.simulation.run; print(os.environ['MUJOCO_GL'])", MUJOCO_GL=wish)
+    assert (done.stdout.strip(), done.stderr) == (wish, "")
+
+
+def test_importing_the_package_loads_no_engine():
+    heavy = "{'mujoco', 'mediapy', 'PIL', 'scipy'}"
+    done = run_python(f"import sys, contarm_sim.rendering.video; print(*{heavy}.intersection(sys.modules))")
+    assert (done.stdout.strip(), done.stderr) == ("", "")
+
+
+# --- Pictures.
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("gravity", DOWNS)
+@pytest.mark.parametrize("camera", ["front", "side", "top"])
+def test_the_target_is_drawn_where_the_closed_form_says(gl, gravity, camera):
+    arm = Arm(gravity=gravity)
+    samples = samples_of(arm, [1.2, 0.9], bent=[-1.2, -0.9])
+    with ArmRenderer(arm, 320, 240, camera) as renderer:
+        plain = renderer.frame(samples, 0, NOTHING)
+        picture = renderer.frame(samples, 0, replace(NOTHING, target=True))
+    rows, columns = np.nonzero(changed(picture, plain))
+    found = [columns.mean() + 0.5, rows.mean() + 0.5]
+    np.testing.assert_allclose(found, project(arm, arc.position([1.2, 0.9], arm.length), 320, 240, camera), atol=1.5)
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("gravity", DOWNS)
+def test_the_ghost_lies_along_the_analytic_arc(gl, gravity):
+    arm, bend = Arm(gravity=gravity), np.array([1.2, 0.9])
+    samples = samples_of(arm, bend, bent=-bend)
+    with ArmRenderer(arm, 320, 240) as renderer:
+        plain = renderer.frame(samples, 0, NOTHING)
+        picture = renderer.frame(samples, 0, replace(NOTHING, ghost=True))
+    rows, columns = np.nonzero(np.abs(picture.astype(int) - plain.astype(int)).max(axis=2) > 2)
+    line = project(arm, arc.position(bend, arm.length, np.linspace(0, 1, 100)), 320, 240)
+    distance = np.linalg.norm(np.stack([columns + 0.5, rows + 0.5], axis=1)[:, None] - line, axis=2)
+    pixels = 320 / (2 * arm.length)  # more than a tube's radius covers anywhere in the picture
+    assert distance.min(axis=1).max() < 1.3 * 1.25 * 0.0245 * pixels
+    assert np.median(distance.min(axis=0)) < 2  # towards its mouth one may look into the tube
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("gravity", DOWNS)
+def test_the_arm_is_drawn_along_its_arc(gl, gravity):
+    arm, bend = Arm(gravity=gravity), np.array([1.2, 0.9])
+    with ArmRenderer(arm, 320, 240) as renderer:
+        one, other = renderer.pose(renderer.bent(bend)), renderer.pose(renderer.bent(-bend))
+    samples = replace(samples_of(arm, bend), muscle_tensions=np.ones((1, 3)))
+    with ArmRenderer(arm, 320, 240) as renderer:
+        assert same(renderer.frame(samples, 0, NOTHING), one)
+    rows, columns = np.nonzero(changed(one, other))
+    pixels = np.stack([columns + 0.5, rows + 0.5], axis=1)
+    for side in (bend, -bend):
+        line = project(arm, arc.position(side, arm.length, np.linspace(0.3, 1, 50)), 320, 240)
+        assert np.linalg.norm(pixels[:, None] - line, axis=2).min(axis=0).max() < 3
+
+
+@pytest.mark.gl
+def test_a_sample_is_replayed_and_its_trace_ends_at_its_tip(gl, arm):
+    samples = spiral(arm)
+    with ArmRenderer(arm, 320, 240) as renderer:
+        plain = renderer.frame(samples, 40, NOTHING)
+        picture = renderer.frame(samples, 40, replace(NOTHING, trace=True))
+        again = renderer.frame(samples, 40, NOTHING)
+        other = renderer.frame(samples, 10, NOTHING)
+    assert same(again, plain)
+    assert changed(plain, other).sum() > 200
+    rows, columns = np.nonzero(changed(picture, plain))
+    pixels = np.stack([columns + 0.5, rows + 0.5], axis=1)
+    tips = project(arm, samples.stations[:41, -1], 320, 240)
+    distance = np.linalg.norm(pixels[:, None] - tips, axis=2)
+    assert distance.min(axis=1).max() < 6
+    assert np.median(distance.min(axis=0)) < 2
+
+
+@pytest.mark.gl
+def test_muscles_show_their_tension(gl, arm):
+    samples = samples_of(arm, np.zeros((2, 2)))
+    samples.muscle_tensions[0], samples.muscle_tensions[1] = (40.0, 0.0, 0.0), (0.0, 0.0, 40.0)
+    with ArmRenderer(arm, 320, 240) as renderer:
+        red, amber = (renderer.frame(samples, i, NOTHING).astype(int) for i in (0, 1))
+    redness = [np.sum((p[..., 0] > 140) & (p[..., 1] < 60) & (p[..., 2] < 60)) for p in (red, amber)]
+    yellowness = [np.sum((p[..., 0] > 160) & (p[..., 1] > 100) & (p[..., 2] < 60)) for p in (red, amber)]
+    assert redness[0] > 2 * redness[1]
+    assert yellowness[1] > 2 * yellowness[0]
+
+
+@pytest.mark.parametrize("gravity", [*DOWNS, (0.0, 0.0, -9.81), (0.0, 9.81, 0.0), (5.0, 5.0, 5.0)])
+@pytest.mark.parametrize("size", [(1280, 720), (640, 480), (400, 400), (360, 640)])
+@pytest.mark.parametrize("shape", [{}, {"length": 0.06, "muscle_radius": 0.01}, {"length": 3.0}], ids=str)
+def test_no_camera_clips_the_arm(gravity, size, shape):
+    arm = Arm(gravity=gravity, **shape)
+    bend = np.concatenate(
+        [arc.from_polar(angle, np.linspace(0, 2 * np.pi, 16)) for angle in np.radians(range(0, 171, 10))]
+    )
+    turn = np.linspace(0, 2 * np.pi, 12)
+    rim = (arm.muscle_radius + 0.5 * arm.muscle.diameter + 0.0015) * np.stack(
+        [np.cos(turn), np.sin(turn), 0 * turn], axis=1
+    )
+    for xi in np.linspace(0, 1, 9):
+        edge = arc.position(bend, arm.length, xi)[:, None] + rim @ arc.rotation(bend, xi).swapaxes(1, 2)
+        for camera in ("front", "side", "top"):
+            places = project(arm, edge, *size, camera)
+            caption = 0.05 * size[1]
+            assert np.all((places > [0, caption]) & (places < size)), (camera, xi)
+
+
+@pytest.mark.gl
+def test_a_still_is_a_png_of_the_size_asked_for(gl, arm, tmp_path):
+    from PIL import Image
+
+    still(arm, [1.5, 0.5], tmp_path / "arm.png", 160, 120)
+    with Image.open(tmp_path / "arm.png") as picture:
+        assert (picture.format, picture.size) == ("PNG", (160, 120))
+        assert np.asarray(picture).std() > 20
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize(
+    ("given", "name"),
+    [
+        ({"width": 0}, "width"),
+        ({"height": 1.5}, "height"),
+        ({"camera": "back"}, "camera"),
+        ({"quality": "best"}, "quality"),
+    ],
+)
+def test_a_renderer_refuses_what_it_cannot_draw(gl, arm, given, name):
+    with pytest.raises(InputError) as caught:
+        ArmRenderer(arm, **{"width": 160, "height": 120} | given)
+    assert caught.value.name == name
+
+
+@pytest.mark.gl
+def test_a_picture_beyond_the_library_is_refused_in_one_line(gl, arm):
+    with pytest.raises(RenderingError, match="100000 x 16") as caught:
+        ArmRenderer(arm, 100_000, 16)
+    assert "\n" not in str(caught.value)
+
+
+def test_lines_keep_their_ends():
+    for count in (2, 200, 201, 202, 1001, 1234):
+        points = np.arange(3.0 * count).reshape(count, 3)
+        kept = thin(points)
+        assert len(kept) <= 202
+        assert np.array_equal(kept[[0, -1]], points[[0, -1]])
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (480, 270), (160, 120), (360, 640)])
+def test_a_caption_is_not_clipped(size):
+    text = "t = 10.00 s    tip error 100.00 mm"
+    picture = np.zeros((size[1], size[0], 3), np.uint8)
+    caption = Caption(*size, text, LEGEND)
+    caption.write(picture, text)
+    strip = picture[: np.flatnonzero(picture.any(axis=(1, 2)))[-1] + 1].min(axis=2)
+    assert len(strip) < 0.2 * size[1]
+    assert strip.min() < 120
+    assert strip[[0, -1]].min() > 240
+    assert strip[:, [0, -1]].min() > 240
+
+
+# --- Films.
+
+
+def test_frames_show_the_nearest_samples(arm):
+    samples = samples_of(arm, np.zeros((401, 2)))
+    for fps, speed in ((30, 1.0), (24, 0.5), (25, 3.0), (200, 1.0)):
+        indices = frame_indices(samples, fps, speed)
+        assert len(indices) == int(4.0 * fps / speed) + 1
+        times = np.arange(len(indices)) * speed / fps
+        assert np.abs(samples.time[indices] - times).max() <= 0.005 + 1e-9
+    assert frame_indices(samples_of(arm, np.zeros((1, 2))), 30) == [0]
+    assert frame_indices(replace(samples, time=np.zeros(401)), 30) == list(range(401))
+
+
+@pytest.mark.parametrize("given", [{"fps": 0.0}, {"fps": 30.0, "speed": -1.0}, {"fps": float("nan")}])
+def test_a_film_refuses_impossible_rates(arm, given):
+    with pytest.raises(InputError):
+        frame_indices(spiral(arm), **given)
+
+
+@pytest.mark.gl
+def test_a_video_has_every_frame(gl, arm, tmp_path):
+    seen, film = [], tmp_path / "v.mp4"
+    write_video(arm, spiral(arm), film, 30, 160, 120, on_frame=lambda done, total: seen.append((done, total)))
+    assert [file.name for file in tmp_path.iterdir()] == ["v.mp4"]
+    assert seen == [(i, 16) for i in range(1, 17)]
+    decode = [encoder(), "-i", str(film), "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
+    decoded = subprocess.run(decode, capture_output=True, check=True)
+    about = decoded.stderr.decode()
+    assert re.search(r"Video: h264.*yuv420p.*160x120.*30 fps", about)
+    frames = np.frombuffer(decoded.stdout, np.uint8).reshape(-1, 120, 160, 3).astype(int)
+    assert len(frames) == 16
+    with ArmRenderer(arm, 160, 120) as renderer:
+        drawn = renderer.frame(spiral(arm), 50)
+    assert np.abs(frames[-1] - drawn)[30:].mean() < 4
+
+
+@pytest.mark.gl
+def test_an_interrupted_video_leaves_what_was_there(gl, arm, tmp_path):
+    def stop(done, total):
+        if done == 3:
+            raise KeyboardInterrupt
+
+    (tmp_path / "v.mp4").write_text("before")
+    for write, name in ((write_video, "v.mp4"), (write_video, "new.mp4"), (write_gif, "v.gif")):
+        with pytest.raises(KeyboardInterrupt):
+            write(arm, spiral(arm), tmp_path / name, width=160, height=120, quality="draft", on_frame=stop)
+    assert [file.name for file in tmp_path.iterdir()] == ["v.mp4"]
+    assert (tmp_path / "v.mp4").read_text() == "before"
+
+
+@pytest.mark.gl
+def test_a_gif_has_every_frame_at_its_time(gl, arm, tmp_path):
+    from PIL import Image
+
+    write_gif(arm, spiral(arm), tmp_path / "v.gif", 15, 160, 120, quality="draft")
+    assert [file.name for file in tmp_path.iterdir()] == ["v.gif"]
+    with Image.open(tmp_path / "v.gif") as film:
+        assert (film.size, film.n_frames, film.info["loop"]) == ((160, 120), 8, 0)
+        durations = []
+        for i in range(film.n_frames):
+            film.seek(i)
+            durations.append(film.info["duration"])
+    assert sum(durations) == 530  # 8/15 s in hundredths
+    assert set(durations) <= {60, 70}
+
+
+@pytest.mark.parametrize(
+    ("path", "size", "name"),
+    [
+        ("v.mp4", (161, 120), "width"),
+        ("v.mp4", (160, 121), "height"),
+        ("v.avi", (160, 120), "path"),
+        ("no/v.mp4", (160, 120), "path"),
+    ],
+)
+def test_a_video_is_refused_before_anything_is_written(arm, tmp_path, path, size, name):
+    with pytest.raises(InputError) as caught:
+        write_video(arm, spiral(arm), tmp_path / path, 30, *size)
+    assert caught.value.name == name
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_missing_encoder_is_reported_in_one_line(arm, tmp_path, monkeypatch):
+    import imageio_ffmpeg
+
+    def missing():
+        raise RuntimeError("No ffmpeg exe could be found.\nInstall it.")
+
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert Path(encoder()).is_file()
+    monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", missing)
+    with pytest.raises(RenderingError, match="install ffmpeg") as caught:
+        write_video(arm, spiral(arm), tmp_path / "v.mp4", 30, 160, 120)
+    assert "\n" not in str(caught.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.gl
+def test_a_failing_encoder_is_quoted(gl, tmp_path):
+    program = tmp_path / "ffmpeg"
+    program.write_text("#!/bin/sh\necho 'Unknown encoder' >&2\nexit 1\n")
+    program.chmod(0o755)
+    folder = tmp_path / "films"
+    folder.mkdir()
+    code = f"""
+import sys
+sys.path.insert(0, {str(Path(__file__).parent)!r})
+from pathlib import Path
+from contarm_sim.arm import Arm
+from contarm_sim.errors import RenderingError
+from contarm_sim.rendering.video import write_video
+from test_rendering import spiral
+try:
+    write_video(Arm(), spiral(Arm()), Path({str(folder)!r}) / "v.mp4", 30, 320, 240)
+except RenderingError as error:
+    print(error)
+"""
+    done = run_python(code, PATH=str(tmp_path))
+    assert "Unknown encoder" in done.stdout
+    assert done.stdout.count("\n") == 1
+    assert list(folder.iterdir()) == []
