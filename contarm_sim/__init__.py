@@ -24,7 +24,8 @@ _HOMES = {
     "arm_spec": "mjcf",
     "scene_spec": "mjcf",
     "simulate": "simulation.run",
-    "poses_at_rest": "simulation.equilibrium",
+    "poses_at_rest": "simulation.rest",
+    "equilibrium": "simulation.equilibrium",
     "compare": "validation.compare",
 }
 _MODULES = ("kinematics", "mechanics", "mjcf", "paths", "rendering", "simulation", "validation", "waypoints")

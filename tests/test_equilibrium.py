@@ -11,9 +11,12 @@ import pytest
 from contarm_sim.arm import Arm
 from contarm_sim.errors import ConvergenceError
 from contarm_sim.kinematics import arc, chain
+from contarm_sim.load import Load
 from contarm_sim.mechanics.statics import holding_tensions
-from contarm_sim.simulation.equilibrium import RESIDUAL, Settler, poses_at_rest
+from contarm_sim.simulation.loads import AppliedLoad
 from contarm_sim.simulation.plant import Plant
+from contarm_sim.simulation.rest import poses_at_rest
+from contarm_sim.simulation.solver import RESIDUAL, Solver
 from contarm_sim.simulation.stiffness import TangentStiffness
 
 ELASTICA = json.loads((Path(__file__).parent / "data" / "elastica.json").read_text())
@@ -48,7 +51,7 @@ def test_tangent_stiffness_is_the_derivative_of_the_forces(pull_only, torsion):
     data.qpos += np.random.default_rng(0).normal(size=model.nq) * 0.02
     data.ctrl[:] = plant.arm.length + np.array([-0.0195, -0.0025, 0.02])
     mujoco.mj_forward(model, data)
-    K, at, step = TangentStiffness(plant)(), data.qpos.copy(), 1e-6
+    K, at, step = TangentStiffness(plant, AppliedLoad(plant, Load()))(), data.qpos.copy(), 1e-6
     for j in range(model.nv):
         forces = []
         for sign in (1, -1):
@@ -115,7 +118,7 @@ def test_sagging_cantilever_converges_to_the_elastica_with_second_order(name):
         plant = _free_rod(links, tuple(case["gravity"]))
         for fraction in (0.25, 0.5, 1.0):
             plant.model.opt.gravity[:] = fraction * np.array(case["gravity"])
-            Settler(plant)(np.zeros(3))
+            Solver(plant)(np.zeros(3))
         errors.append(np.linalg.norm(plant.tip - case["tip"]) / ROD["length_m"])
     assert errors[1] < 6e-4
     if errors[1] > 1e-9:
@@ -126,9 +129,9 @@ def test_an_upright_arm_past_its_buckling_load_does_not_stand():
     """The reference rod weighs 2.8 % more than it can carry; straight is an equilibrium, but not a stable one."""
     plant = _free_rod(24, (0.0, 0.0, -9.81))
     with pytest.raises(ConvergenceError, match="unstable"):
-        Settler(plant)(np.zeros(3))
+        Solver(plant)(np.zeros(3))
     plant = _free_rod(24, (0.0, 0.0, -9.81 * 0.95))
-    assert Settler(plant)(np.zeros(3)) <= RESIDUAL
+    assert Solver(plant)(np.zeros(3)) <= RESIDUAL
 
 
 def test_torsional_compliance_lets_a_loaded_arm_twist():

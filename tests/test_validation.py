@@ -8,7 +8,7 @@ import pytest
 
 from contarm_sim.arm import Arm
 from contarm_sim.kinematics import arc, chain
-from contarm_sim.simulation.equilibrium import poses_at_rest
+from contarm_sim.simulation.rest import poses_at_rest
 from contarm_sim.validation.compare import compare, rotation_angle, summarise
 from contarm_sim.validation.scenarios import convergence, dome_grid, examine, scenarios
 from contarm_sim.validation.verdict import at_most, guided_sag

@@ -1,130 +1,139 @@
-"""The simulated arm at rest: the pose in which all forces balance, without waiting for it to swing out."""
+"""The static pose of the simulated arm under any load, without waiting for it to swing out."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import time
+from dataclasses import dataclass, replace
 
-import mujoco
 import numpy as np
 
 from contarm_sim.arm import Arm
-from contarm_sim.errors import ConvergenceError
+from contarm_sim.kinematics import arc, chain
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.simulation.control import Controller, Correction, command
+from contarm_sim.load import Load
+from contarm_sim.mechanics.statics import holding_tensions
 from contarm_sim.simulation.plant import Plant, engine_room
-from contarm_sim.simulation.recorder import Recorder
-from contarm_sim.simulation.samples import Samples
-from contarm_sim.simulation.stiffness import TangentStiffness
-
-MAX_STEP = 0.3
-"""Largest change of a joint angle in one Newton step [rad]."""
-
-RESIDUAL = 1e-9
-"""Largest generalised force left at rest [N m]."""
-
-LENGTH_ERROR = 1e-9
-"""Largest difference left between commanded and measured length differences [m]."""
-
-TENSION_ERROR = 1e-3
-"""Largest deviation left of the slackest muscle's tension [N]."""
-
-CORRECTIONS = 300
-"""Most corrections of a set-point; a handful do at 24 links, but with few links each gains little."""
+from contarm_sim.simulation.solver import Solver
 
 
-class Settler:
-    """Moves a plant to the equilibrium near its current pose: Newton with the closed-form stiffness.
+@dataclass(frozen=True)
+class Equilibrium:
+    """A static pose; positions [m] and frames in the base frame.
 
-    Steps are cut to `MAX_STEP` per joint and halved until the residual falls. An equilibrium that is
-    not a minimum of the energy is refused.
+    Attributes:
+        frames: 4x4 frames at s = i length/N: base, links, tip, shape (N + 1, 4, 4).
+        muscle_lengths: [m], shape (3,).
+        muscle_tensions: [N], pulling > 0, shape (3,).
+        residual: largest generalised force left [N m].
+        smallest_eigenvalue: of the stiffness matrix [N m/rad]; the pose is stable if it is positive.
+        iterations: evaluations of the stiffness matrix.
+        seconds: time to solve, building the model not counted.
+        qpos: joint angles [rad], shape (dofs,): a guess for a neighbouring load.
     """
 
-    def __init__(self, plant: Plant) -> None:
-        self._plant = plant
-        self._stiffness = TangentStiffness(plant)
+    frames: Array
+    muscle_lengths: Array
+    muscle_tensions: Array
+    residual: float
+    smallest_eigenvalue: float
+    iterations: int
+    seconds: float
+    qpos: Array
 
-    def __call__(self, setpoint: Array, iterations: int = 60) -> float:
-        """Settle under the servo set-points [m], shape (3,); return the residual [N m].
+    @property
+    def stable(self) -> bool:
+        """Whether the arm would stay there."""
+        return self.smallest_eigenvalue > 0
 
-        Raises:
-            ConvergenceError: the residual stayed above `RESIDUAL`, or the pose found is unstable.
-        """
-        data = self._plant.data
-        data.ctrl[:] = setpoint
-        residual = self._residual()
-        for _ in range(iterations):
-            K = self._stiffness()
-            if residual <= RESIDUAL:
-                return self._stable(K, residual)
-            step = np.linalg.solve(K, data.qfrc_smooth)
-            step *= min(1.0, MAX_STEP / np.abs(step).max())
-            start, before = data.qpos.copy(), residual
-            for _ in range(12):
-                data.qpos[:] = start + step
-                residual = self._residual()
-                if residual < before:
-                    break
-                step *= 0.5
-        raise ConvergenceError("settling", residual, RESIDUAL, iterations, "N m")
-
-    def _residual(self) -> float:
-        self._plant.data.qvel[:] = 0
-        mujoco.mj_forward(self._plant.model, self._plant.data)
-        return float(np.abs(self._plant.data.qfrc_smooth).max())
-
-    def _stable(self, K: Array, residual: float) -> float:
-        try:
-            np.linalg.cholesky(K)
-        except np.linalg.LinAlgError:
-            softest = float(np.linalg.eigvalsh(K)[0])
-            raise ConvergenceError(
-                f"settling found only an unstable pose (softest mode {softest:.3g} N m/rad) and",
-                residual,
-                RESIDUAL,
-                0,
-                "N m",
-            ) from None
-        return residual
+    @property
+    def tip(self) -> Array:
+        """Tip position [m], shape (3,)."""
+        return self.frames[-1, :3, 3]
 
 
-def poses_at_rest(
-    arm: Arm, bend: Array, target: Array, controller: Controller = "servo", ticks: Iterable[int] | None = None
-) -> Samples:
-    """Return the arm's poses at rest under commanded bends [rad], shape (T, 2).
+def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess: Array | None = None) -> Equilibrium:
+    """Return the static pose of an arm under its gravity, its payload and a load.
 
     Args:
-        target: tip positions that the bends stand for [m], shape (T, 3); passed through.
-        ticks: an iterable over range(T), for progress.
+        method: `auto`, `newton` or `pseudo-transient` (see `simulation.solver`).
+        guess: joint angles to start from [rad], shape (dofs,); default straight, or the uniform bend that
+            the muscles ask for.
 
     Raises:
-        ConvergenceError, DivergenceError: no equilibrium near the uniformly bent pose.
+        ConvergenceError: no stable equilibrium was reached; says how far it got.
         InputError: a bend that pulling muscles cannot hold.
     """
-    orders = command(arm, bend, controller)
-    plant = Plant(arm, pull_only=orders.pull_only)
-    settle = Settler(plant)
-    recorder, setpoint = Recorder(plant, len(bend)), np.empty((len(bend), 3))
+    load = load or Load()
+    plant, bend, ctrl = _driven(arm, load)
+    plant.reset(bend)
+    plant.data.ctrl[:] = ctrl
+    if guess is not None:
+        plant.data.qpos[:] = guess
     with engine_room():
-        for i in ticks if ticks is not None else range(len(bend)):
-            plant.reset(bend[i])
-            setpoint[i] = _hold(plant, settle, orders.setpoint[i], orders.lengths[i], orders.corrected)
-            recorder.take(i)
-    return recorder.samples(len(bend), np.zeros(len(bend)), target, bend, setpoint)
+        solver = Solver(plant, load)
+        start = time.perf_counter()
+        found = solver.solve(method)
+        seconds = time.perf_counter() - start
+    frames = np.tile(np.eye(4), (arm.links + 1, 1, 1))
+    frames[:, :3, 3] = plant.stations
+    frames[:, :3, :3] = plant.rotations
+    return Equilibrium(
+        frames, plant.muscle_lengths, plant.muscle_tensions, found.residual, found.smallest_eigenvalue,
+        found.iterations, seconds, plant.data.qpos.copy(),
+    )  # fmt: skip
 
 
-def _hold(plant: Plant, settle: Settler, setpoint: Array, lengths: Array, corrected: bool) -> Array:
-    """Settle, and correct the set-point until lengths and least tension are as commanded."""
-    correction = Correction(plant.arm)
-    settle(setpoint)
-    if not corrected:
-        return setpoint
-    error = slack = np.inf
-    for _ in range(CORRECTIONS):
-        deviation = lengths - plant.muscle_lengths
-        error = float(np.abs(deviation - deviation.mean()).max())
-        slack = abs(float(plant.muscle_tensions.min()) - plant.arm.muscle.min_tension)
-        if error <= LENGTH_ERROR and slack <= TENSION_ERROR:
-            return setpoint + correction.value
-        correction.update(lengths, plant.muscle_lengths, -plant.muscle_tensions, gain=1.0)
-        settle(setpoint + correction.value)
-    raise ConvergenceError("the length servo at rest", error, LENGTH_ERROR, CORRECTIONS, "m")
+def _driven(arm: Arm, load: Load) -> tuple[Plant, Array, Array]:
+    """Return a plant whose muscles are driven as the load says, the bend to start from, and its controls."""
+    kind, values = load.muscles.kind, np.array(load.muscles.values)
+    plant = Plant(arm)
+    model = plant.model
+    if kind in ("off", "tensions"):
+        model.actuator_gainprm[:, 0] = 1.0
+        model.actuator_biasprm[:] = 0.0
+        model.actuator_ctrllimited[:] = 0
+        model.actuator_gainprm[:, 0] = 0.0
+        model.actuator_biasprm[:, 0] = -values if kind == "tensions" else 0.0
+        return plant, np.zeros(2), np.zeros(3)
+    if kind == "bend":
+        bend = arc.from_polar(values[0], values[1])
+    else:
+        bend, _ = chain.bend_from_lengths(arm.length + values, arm.length, arm.muscle_radius, arm.links)
+    lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
+    return plant, bend, lengths - holding_tensions(bend, arm) / arm.muscle.servo_stiffness
+
+
+def extrapolated(arm: Arm, load: Load | None = None) -> tuple[Equilibrium, Equilibrium]:
+    """Return (the pose at N links improved by Richardson's extrapolation from N/2, the pose at N itself).
+
+    The error of the chain is of second order in 1/N, so x_N + (x_N - x_N/2)/(r^2 - 1), r the ratio of link counts,
+    is of fourth. Orientations extrapolate along the rotation from one to the other.
+    """
+    fine = equilibrium(arm, load)
+    coarse = equilibrium(replace(arm, links=max(2, arm.links // 2)), load)
+    gain = 1 / ((arm.links / (len(coarse.frames) - 1)) ** 2 - 1)
+    xi = np.arange(arm.links + 1) / arm.links
+    other = interpolate(coarse.frames, arm.length, xi)
+    frames = fine.frames.copy()
+    frames[:, :3, 3] += gain * (fine.frames[:, :3, 3] - other[:, :3, 3])
+    from scipy.spatial.transform import Rotation
+
+    here, there = Rotation.from_matrix(fine.frames[:, :3, :3]), Rotation.from_matrix(other[:, :3, :3])
+    frames[:, :3, :3] = (here * Rotation.from_rotvec(gain * (there.inv() * here).as_rotvec())).as_matrix()
+    return replace(fine, frames=frames, seconds=fine.seconds + coarse.seconds), fine
+
+
+def interpolate(frames: Array, length: float, xi: Array) -> Array:
+    """Return frames at normalised arc lengths, shape (K, 4, 4), of frames at s = i length/N, shape (N + 1, 4, 4).
+
+    Cubic Hermite between stations, whose tangents are the frames' z axes; orientations turn evenly.
+    """
+    from scipy.interpolate import CubicHermiteSpline
+    from scipy.spatial.transform import Rotation, Slerp
+
+    s = length * np.linspace(0, 1, len(frames))
+    at = length * np.asarray(xi, dtype=float)
+    out = np.tile(np.eye(4), (len(at), 1, 1))
+    out[:, :3, 3] = CubicHermiteSpline(s, frames[:, :3, 3], frames[:, :3, 2])(at)
+    out[:, :3, :3] = Slerp(s, Rotation.from_matrix(frames[:, :3, :3]))(at).as_matrix()
+    return out

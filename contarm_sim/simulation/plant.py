@@ -103,6 +103,12 @@ class Plant:
         """Orientation of the tip, shape (3, 3)."""
         return self._tip_rotation.copy()
 
+    @property
+    def rotations(self) -> Array:
+        """Orientations of base plate, links and tip, shape (links + 1, 3, 3)."""
+        first = self.model.body("base").id
+        return self.data.xmat[first : first + self.arm.links + 1].reshape(-1, 3, 3).copy()
+
     def reset(self, bend: Array) -> None:
         """Put the arm at rest with every joint bent alike, the first guess of a pose at this bend [rad]."""
         mujoco.mj_resetDataKeyframe(self.model, self.data, 0)

@@ -14,10 +14,10 @@ from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf import TIMESTEP
 from contarm_sim.simulation.control import INTEGRAL_TIME, Command, Controller, Correction, command
-from contarm_sim.simulation.equilibrium import Settler
 from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.recorder import Recorder
 from contarm_sim.simulation.samples import Samples
+from contarm_sim.simulation.solver import Solver
 
 CONTROL_RATE = 100.0
 """Control ticks, and samples, per second [Hz]."""
@@ -92,7 +92,7 @@ def simulate(
     recorder, setpoint = Recorder(plant, len(bend)), np.empty((len(bend), 3))
     with engine_room():
         plant.reset(bend[0])
-        Settler(plant)(command(arm, bend[:1], controller).setpoint[0])
+        Solver(plant)(command(arm, bend[:1], controller).setpoint[0])
         plant.data.time = 0.0
         start = time.perf_counter()
         count, interrupted = _loop(plant, recorder, orders, setpoint, rate, substeps, on_tick)

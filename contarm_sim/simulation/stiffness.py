@@ -12,14 +12,15 @@ import mujoco
 import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.simulation.loads import AppliedLoad
 from contarm_sim.simulation.plant import Plant
 
 
 class TangentStiffness:
     """Evaluates K = -dQ/dq [N m/rad], shape (dofs, dofs), at the plant's current positions and forces."""
 
-    def __init__(self, plant: Plant) -> None:
-        self._model, self._data = plant.model, plant.data
+    def __init__(self, plant: Plant, load: AppliedLoad) -> None:
+        self._model, self._data, self._load = plant.model, plant.data, load
         model = self._model
         self._base = model.body("base").id
         self._station_of_dof = model.dof_bodyid - self._base
@@ -34,7 +35,54 @@ class TangentStiffness:
         self._gain = model.actuator_gainprm[:, 0]
 
     def __call__(self) -> Array:
-        """Return K; `mj_forward` must be up to date."""
+        """Return K; positions and actuator forces must be up to date.
+
+        It is symmetric but for dead couples and follower moments, which no energy belongs to.
+        """
+        K = self._dead_loads()
+        if self._data.actuator_force.any() or self._gain.any():
+            K += self._muscles()
+        K[np.diag_indices_from(K)] += self._model.jnt_stiffness
+        return K
+
+    def _dead_loads(self) -> Array:
+        """Return what forces and couples that keep their direction add, muscle tensions as they are among them."""
+        data, model = self._data, self._model
+        axes, anchors = data.xaxis, data.xanchor
+        force, dyad, moment = self._load.distal()
+        links = slice(self._base, self._base + len(force))
+        weight = model.body_mass[links, None] * model.opt.gravity
+        force += weight
+        dyad += data.xipos[links, :, None] * weight[:, None, :]
+        if data.actuator_force.any():
+            pull, ends = self._pulls()
+            force += pull.sum(axis=1)
+            dyad += np.einsum("smi,smj->sij", ends, pull)
+        force = np.cumsum(force[::-1], axis=0)[::-1][self._station_of_dof]
+        dyad = np.cumsum(dyad[::-1], axis=0)[::-1][self._station_of_dof]
+        D = dyad - anchors[:, :, None] * force[:, None, :]
+        c = np.einsum("jab,jb->ja", D, axes) - np.trace(D, axis1=1, axis2=2)[:, None] * axes
+        dead = np.triu(axes @ c.T)
+        dead = dead + np.triu(dead, 1).T
+        if self._load.any_moment:  # dQ_i/dq_j = a_j . (a_i x M_i), j proximal to i
+            couple = np.cumsum(moment[::-1], axis=0)[::-1][self._station_of_dof]
+            dead += np.tril(np.cross(axes, couple) @ axes.T, -1)
+        if self._load.any_follower:  # dQ_i/dq_j = a_i . (a_j x M), j distal to i
+            dead += np.triu(axes @ np.cross(axes, self._load.follower()).T, 1)
+        return -dead
+
+    def _pulls(self) -> tuple[Array, Array]:
+        """Return the muscles' forces on their sites [N] and the sites' positions [m], shape (stations, 3, 3)."""
+        ends = self._data.site_xpos[self._sites]
+        spans = np.diff(ends, axis=0)
+        along = -self._data.actuator_force[None, :, None] * spans / np.linalg.norm(spans, axis=-1, keepdims=True)
+        force = np.zeros_like(ends)
+        force[:-1] += along
+        force[1:] -= along
+        return force, ends
+
+    def _muscles(self) -> Array:
+        """Return what the turning and stretching of muscle spans adds."""
         data, model = self._data, self._model
         axes, anchors = data.xaxis, data.xanchor
         ends = data.site_xpos[self._sites]  # (stations, muscles, 3)
@@ -42,23 +90,6 @@ class TangentStiffness:
         reach = np.linalg.norm(spans, axis=-1, keepdims=True)
         u = spans / reach
         tension = -data.actuator_force[None, :, None]
-
-        force = np.zeros_like(ends)
-        force[:-1] += tension * u
-        force[1:] -= tension * u
-        dyad = np.einsum("smi,smj->sij", ends, force)
-        force = force.sum(axis=1)
-        links = slice(self._base, self._base + len(ends))
-        weight = model.body_mass[links, None] * model.opt.gravity
-        force += weight
-        dyad += data.xipos[links, :, None] * weight[:, None, :]
-        force = np.cumsum(force[::-1], axis=0)[::-1][self._station_of_dof]
-        dyad = np.cumsum(dyad[::-1], axis=0)[::-1][self._station_of_dof]
-        D = dyad - anchors[:, :, None] * force[:, None, :]
-        c = np.einsum("jab,jb->ja", D, axes) - np.trace(D, axis1=1, axis2=2)[:, None] * axes
-        dead = np.triu(axes @ c.T)
-        K = -(dead + np.triu(dead, 1).T)
-
         # Velocities of each span's end relative to its start under each dof: (spans, muscles, dofs, 3).
         arm_of = np.where(
             self._own[:, None, :, None],
@@ -69,7 +100,7 @@ class TangentStiffness:
         relative -= (relative @ u[..., None]) * u[:, :, None, :]
         weighted = relative * np.sqrt(np.maximum(tension, 0) / reach)[..., None]
         flat = weighted.transpose(2, 0, 1, 3).reshape(len(axes), -1)
-        K += flat @ flat.T
+        K = flat @ flat.T
         if np.any(tension < 0):  # plain servos push
             pushed = relative * np.sqrt(np.maximum(-tension, 0) / reach)[..., None]
             flat = pushed.transpose(2, 0, 1, 3).reshape(len(axes), -1)
@@ -80,9 +111,7 @@ class TangentStiffness:
             low, high = model.actuator_forcerange.T
             free = (data.actuator_force > low) & (data.actuator_force < high)
         J = _dense_tendon_jacobian(model, data)
-        K += (J.T * (self._gain * free)) @ J
-        K[np.diag_indices_from(K)] += model.jnt_stiffness
-        return K
+        return K + (J.T * (self._gain * free)) @ J
 
 
 def _dense_tendon_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:

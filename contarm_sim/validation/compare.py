@@ -18,7 +18,7 @@ from contarm_sim.arm import Arm
 from contarm_sim.kinematics import arc, chain
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.simulation.control import Controller
-from contarm_sim.simulation.equilibrium import poses_at_rest
+from contarm_sim.simulation.rest import poses_at_rest
 from contarm_sim.simulation.samples import Samples
 
 SLACK_TENSION = 0.01

@@ -14,7 +14,7 @@ from contarm_sim.arm import Arm
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.simulation.control import Controller
-from contarm_sim.simulation.equilibrium import poses_at_rest
+from contarm_sim.simulation.rest import poses_at_rest
 from contarm_sim.simulation.samples import Samples
 from contarm_sim.validation import verdict as limits
 from contarm_sim.validation.compare import Comparison, compare, spread, summarise

@@ -1,0 +1,76 @@
+"""A `Load` on a plant: generalised forces at the current pose, and what the tangent stiffness needs of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.load import Load
+from contarm_sim.simulation.plant import Plant
+
+
+class AppliedLoad:
+    """Wrenches, follower and actuation moments on one plant, scaled by `fraction`.
+
+    A wrench acts on the link that its station lies on; one that falls on a joint is split half and half to both
+    sides, which keeps the second order of convergence.
+    """
+
+    def __init__(self, plant: Plant, load: Load) -> None:
+        self.fraction = 1.0
+        self._data = plant.data
+        model, arm = plant.model, plant.arm
+        self._base = model.body("base").id
+        self._station_of_dof = model.dof_bodyid - self._base
+        points = []  # station, z on that link, force, moment
+        for wrench in load.wrenches:
+            place = wrench.xi * arm.links
+            low, high = int(np.ceil(place - 0.5 - 1e-9)), int(np.floor(place + 0.5 + 1e-9))
+            for station in {max(low, 0), min(high, arm.links)}:
+                share = 1.0 if low == high else 0.5
+                z = (place - station) * arm.link_pitch
+                points.append((station, z, share * np.array(wrench.force), share * np.array(wrench.moment)))
+        self._stations = np.array([p[0] for p in points], dtype=int)
+        self._z = np.array([p[1] for p in points])
+        self._forces = np.array([p[2] for p in points]).reshape(-1, 3)
+        self._moments = np.array([p[3] for p in points]).reshape(-1, 3)
+        self._follower = np.array(load.follower_moment)
+        names = [model.joint(i).name[-1] for i in range(model.njnt)]
+        by_axis = {"x": load.actuation_moment[0], "y": load.actuation_moment[1], "z": 0.0}
+        self._actuation = np.array([by_axis[name] for name in names])
+        self.any_moment = bool(self._moments.any())
+        self.any_follower = bool(self._follower.any())
+
+    def distal(self) -> tuple[Array, Array, Array]:
+        """Return per station: dead forces (S, 3), their dyads p (x) f (S, 3, 3), dead moments (S, 3)."""
+        count = int(self._station_of_dof[-1]) + 1
+        force, dyad, moment = np.zeros((count, 3)), np.zeros((count, 3, 3)), np.zeros((count, 3))
+        if len(self._stations):
+            bodies = self._base + self._stations
+            along = self._data.xmat[bodies].reshape(-1, 3, 3)[:, :, 2]
+            points = self._data.xpos[bodies] + self._z[:, None] * along
+            scaled = self.fraction * self._forces
+            np.add.at(force, self._stations, scaled)
+            np.add.at(dyad, self._stations, points[:, :, None] * scaled[:, None, :])
+            np.add.at(moment, self._stations, self.fraction * self._moments)
+        return force, dyad, moment
+
+    def follower(self) -> Array:
+        """Return the follower moment [N m] in the base frame, shape (3,)."""
+        return self.fraction * self._data.xmat[self._base + self._station_of_dof[-1]].reshape(3, 3) @ self._follower
+
+    def generalised_forces(self) -> Array:
+        """Return the loads' generalised forces [N m], shape (dofs,); kinematics must be up to date."""
+        force, dyad, moment = (_beyond(part)[self._station_of_dof] for part in self.distal())
+        axes, anchors = self._data.xaxis, self._data.xanchor
+        about = dyad - anchors[:, :, None] * force[:, None, :]
+        couple = np.stack(
+            [about[:, 1, 2] - about[:, 2, 1], about[:, 2, 0] - about[:, 0, 2], about[:, 0, 1] - about[:, 1, 0]], -1
+        )
+        total = couple + moment + self.follower()
+        return np.einsum("ja,ja->j", axes, total) + self.fraction * self._actuation
+
+
+def _beyond(values: Array) -> Array:
+    """Sum over each station and all that are distal to it."""
+    return np.cumsum(values[::-1], axis=0)[::-1]

@@ -1,0 +1,201 @@
+"""Static equilibrium of a plant: Newton, then pseudo-transient, then load continuation.
+
+Newton with the closed-form stiffness converges in a handful of steps, but may land where the arm would not stay.
+Pseudo-transient steps (K + mu diag(k)) dq = Q follow the arm as a strongly damped one would move, so they end in stable
+poses only.
+Continuation raises the loads from nothing, each pose the guess for the next: the way a load is put on an arm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from contarm_sim.errors import ConvergenceError
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.load import Load
+from contarm_sim.simulation.loads import AppliedLoad
+from contarm_sim.simulation.plant import Plant
+from contarm_sim.simulation.stiffness import TangentStiffness
+
+RESIDUAL = 1e-9
+"""Largest generalised force left at rest [N m]."""
+
+TOTAL_STEP = 4.0
+"""Largest change of the joint angles' sum in one step, were all as large as the largest [rad]."""
+
+SMALLEST_INCREMENT = 1e-3
+"""Continuation gives up below this fraction of the load."""
+
+
+@dataclass(frozen=True)
+class Solution:
+    """How a solution ended.
+
+    Attributes:
+        residual: largest generalised force left [N m].
+        smallest_eigenvalue: of the stiffness matrix (its real part, where loads have no energy) [N m/rad].
+        iterations: evaluations of the stiffness matrix.
+    """
+
+    residual: float
+    smallest_eigenvalue: float
+    iterations: int
+
+    @property
+    def stable(self) -> bool:
+        """Whether the arm would stay there."""
+        return self.smallest_eigenvalue > 0
+
+
+class Solver:
+    """Moves a plant to the equilibrium near its current pose, under a load and the servos' set-points."""
+
+    def __init__(self, plant: Plant, load: Load | None = None) -> None:
+        self._plant = plant
+        self._load = AppliedLoad(plant, load or Load())
+        self._stiffness = TangentStiffness(plant, self._load)
+        self._gravity = plant.model.opt.gravity.copy()
+        self._scale = plant.model.jnt_stiffness.copy()
+        self._largest = TOTAL_STEP / plant.arm.links
+        self.iterations = 0
+
+    def __call__(self, setpoint: Array) -> float:
+        """Settle by Newton under set-points, shape (3,); return the residual [N m].
+
+        Raises:
+            ConvergenceError: no equilibrium near, or only an unstable one.
+        """
+        self._plant.data.ctrl[:] = setpoint
+        residual = self.newton()
+        if residual > RESIDUAL:
+            raise ConvergenceError("settling", residual, RESIDUAL, self.iterations, "N m")
+        try:
+            np.linalg.cholesky(self._stiffness())
+        except np.linalg.LinAlgError:
+            raise ConvergenceError(
+                f"settling found only an unstable pose (softest mode {self.softest():.3g} N m/rad) and",
+                residual, RESIDUAL, self.iterations, "N m",
+            ) from None  # fmt: skip
+        return residual
+
+    def solve(self, method: str = "auto") -> Solution:
+        """Find the equilibrium under the whole load.
+
+        Args:
+            method: `newton` or `pseudo-transient` alone from the current pose; `auto`: Newton, and
+                continuation where that fails or ends in an unstable pose.
+
+        Raises:
+            ConvergenceError: says how far it got.
+        """
+        start = self._plant.data.qpos.copy()
+        self.iterations = 0
+        residual = self.pseudo_transient() if method == "pseudo-transient" else self.newton()
+        if method != "auto":
+            if residual > RESIDUAL:
+                raise ConvergenceError(f"the {method} solver", residual, RESIDUAL, self.iterations, "N m")
+            return Solution(residual, self.softest(), self.iterations)
+        if residual <= RESIDUAL and self.softest() > 0:
+            return Solution(residual, self.softest(), self.iterations)
+        self._plant.data.qpos[:] = start
+        residual = self._continue()
+        return Solution(residual, self.softest(), self.iterations)
+
+    def newton(self, iterations: int = 40) -> float:
+        """Take Newton steps with backtracking; return the residual reached."""
+        data, residual = self._plant.data, self.residual()
+        for _ in range(iterations):
+            if residual <= RESIDUAL:
+                break
+            step = self._limited(np.linalg.solve(self._tangent(), self._forces))
+            start, before = data.qpos.copy(), residual
+            for _ in range(10):
+                data.qpos[:] = start + step
+                residual = self.residual()
+                if residual < before:
+                    break
+                step *= 0.5
+        return residual
+
+    def pseudo_transient(self, iterations: int = 400) -> float:
+        """Take damped steps, the less damped the smaller the residual; return the residual reached."""
+        data = self._plant.data
+        residual = first = self.residual()
+        damping = 1.0
+        for _ in range(iterations):
+            if residual <= RESIDUAL:
+                break
+            K = self._tangent()
+            K[np.diag_indices_from(K)] += damping * self._scale
+            step = np.linalg.solve(K, self._forces)
+            if np.abs(step).max() > self._largest or step @ self._forces < 0:
+                damping = max(4 * damping, 1e-3)
+                step = self._limited(step) if step @ self._forces > 0 else 0 * step
+            data.qpos[:] += step
+            before, residual = residual, self.residual()
+            first = max(first, residual)
+            damping = min(damping * np.clip(residual / max(before, 1e-300), 0.2, 2.0), 1e6)
+            if residual < 1e-4 * first:
+                damping *= 0.1
+        return residual
+
+    def _continue(self) -> float:
+        """Raise the load from nothing to the whole, each pose the guess for the next."""
+        data = self._plant.data
+        reached, increment, residual = 0.0, 0.25, np.inf
+        pose = data.qpos.copy()
+        while reached < 1.0:
+            fraction = min(1.0, reached + increment)
+            self._set_fraction(fraction)
+            data.qpos[:] = pose
+            residual = self.newton(12)
+            if residual > RESIDUAL or self.softest() <= 0:
+                self._nudge(pose)
+                residual = self.pseudo_transient()
+            if residual <= RESIDUAL and self.softest() > 0:
+                pose, reached, increment = data.qpos.copy(), fraction, 1.5 * increment
+            else:
+                increment *= 0.5
+                if increment < SMALLEST_INCREMENT:
+                    self._set_fraction(1.0)
+                    raise ConvergenceError(
+                        f"no stable equilibrium near the path beyond {100 * reached:.1f} % of the load: the solver",
+                        residual, RESIDUAL, self.iterations, "N m",
+                    )  # fmt: skip
+        return residual
+
+    def _nudge(self, pose: Array) -> None:
+        """Start a little bent towards +X beside a pose, so that a buckling arm has a side to fall to."""
+        names = [self._plant.model.joint(i).name[-1] for i in range(self._plant.model.njnt)]
+        self._plant.data.qpos[:] = pose + 0.05 / self._plant.arm.links * np.array([name == "y" for name in names])
+
+    def residual(self) -> float:
+        """Bring the plant's forces up to date with its pose; return the largest generalised force left [N m]."""
+        model, data = self._plant.model, self._plant.data
+        data.qvel[:] = 0
+        mujoco.mj_fwdPosition(model, data)
+        data.qfrc_applied[:] = self._load.generalised_forces()
+        mujoco.mj_fwdVelocity(model, data)
+        mujoco.mj_fwdActuation(model, data)
+        self._forces = data.qfrc_passive - data.qfrc_bias + data.qfrc_applied + data.qfrc_actuator
+        largest = float(np.abs(self._forces).max())
+        return largest if np.isfinite(largest) else np.inf
+
+    def softest(self) -> float:
+        """Return the smallest eigenvalue of the stiffness matrix at the current pose [N m/rad]."""
+        K = self._stiffness()
+        return float(np.linalg.eigvalsh(K)[0] if np.array_equal(K, K.T) else np.linalg.eigvals(K).real.min())
+
+    def _tangent(self) -> Array:
+        self.iterations += 1
+        return self._stiffness()
+
+    def _limited(self, step: Array) -> Array:
+        return step * min(1.0, self._largest / max(float(np.abs(step).max()), 1e-300))
+
+    def _set_fraction(self, fraction: float) -> None:
+        self._load.fraction = fraction
+        self._plant.model.opt.gravity[:] = fraction * self._gravity
