@@ -23,7 +23,7 @@ MAY = {
     "validation": {"errors", "arm", "kinematics", "simulation"},
     "rendering": {"errors", "engine", "arm", "kinematics", "mjcf", "simulation"},
     "report": {"errors", "arm", "arm_file", "kinematics", "mjcf", "simulation", "validation", "rendering"},
-    "cli": {"errors", "arm", "arm_file", "kinematics", "paths", "waypoints", "mjcf", "simulation", "validation",
+    "cli": {"errors", "arm", "arm_file", "load", "kinematics", "paths", "waypoints", "mjcf", "simulation", "validation",
             "rendering", "report"},
 }  # fmt: skip
 

@@ -221,6 +221,18 @@ WRONG = {
     "validate --out taken": "does not exist yet",
     "validate --links 3": "more links",
     "build --out taken": "does not exist yet",
+    "equilibrium --muscles on": "off, deltas, tensions, bend",
+    "equilibrium --muscles tensions 1 2": "3 finite numbers",
+    "equilibrium --muscles tensions -1 2 3": "pull",
+    "equilibrium --muscles bend 4 0": "bend_angle",
+    "equilibrium --wrench 2 0 0 0 0 0 0": "0 (base) to 1 (tip)",
+    "equilibrium --wrench 1 0 0": "7 arguments",
+    "equilibrium --wrench 1 nan 0 0 0 0 0": "finite",
+    "equilibrium --xi 1.5": "xi",
+    "equilibrium --file missing.json": "No such file",
+    "equilibrium --file binary.csv": "not text",
+    "equilibrium --file empty.csv": "not JSON",
+    "equilibrium --file empty.csv --muscles bend 1 0": "either --file, or flags",
     "dance": "No such command",
 }
 
@@ -251,7 +263,7 @@ def test_a_negative_verdict_is_exit_code_1(contarm):
 
 
 def test_help_teaches(contarm):
-    for command in ("fk", "ik", "build", "run", "validate", "doctor"):
+    for command in ("fk", "ik", "build", "run", "validate", "doctor", "equilibrium"):
         code, out, _ = contarm(command, "--help")
         assert code == 0
         assert "--json" in out
@@ -306,3 +318,48 @@ def test_tables_keep_their_units(contarm):
     _, out, _ = contarm("validate", "--quick", "--links", 6)
     for unit in ("[mm]", "[%]", "[deg]", "[N]"):
         assert unit in out
+
+
+def test_equilibrium_of_flags_and_of_a_file_agree(contarm, tmp_path):
+    flags = [
+        "--gravity",
+        0,
+        0,
+        9.81,
+        "--payload",
+        0.1,
+        "--wrench",
+        0.5,
+        0.1,
+        0,
+        0,
+        0,
+        0,
+        0,
+        "--muscles",
+        "bend",
+        1.0,
+        -0.5,
+    ]
+    code, out, err = contarm("equilibrium", *flags, "--xi", 0, 0.3, "--json")
+    assert code == 0, err
+    one = json.loads(out)
+    assert np.shape(one["backbone"]["frames"]) == (25, 4, 4)
+    assert np.shape(one["poses"]) == (2, 4, 4)
+    assert one["residual"] <= 1e-9
+    assert one["stable"] is True
+    case = {"gravity": [0, 0, 9.81], "payload": 0.1, "wrenches": [{"xi": 0.5, "force": [0.1, 0, 0]}]}
+    case["muscles"] = {"kind": "bend", "values": [1.0, -0.5]}
+    (tmp_path / "loads.json").write_text(json.dumps([case, {}]))
+    code, out, _ = contarm("equilibrium", "--file", "loads.json", "--json")
+    two, straight = json.loads(out)
+    assert two["tip"] == one["tip"]
+    np.testing.assert_allclose(straight["tip"], [0, 0, 0.37], atol=1e-12)
+    assert code == 0
+
+
+def test_equilibrium_without_one_is_exit_code_1(contarm):
+    words = ["--gravity", 0, 0, -9.81, "--mass", 1.0, "--method", "newton", "--json"]
+    code, out, _ = contarm("equilibrium", *words)
+    assert code == 1
+    assert json.loads(out)["stable"] is False

@@ -10,10 +10,11 @@ import sys
 
 import click
 
-from contarm_sim.cli import build, doctor, kinematics, run, validate
+from contarm_sim.cli import build, doctor, equilibrium, kinematics, run, validate
 from contarm_sim.errors import ContarmError, InputError
 
 _VARIADIC = ("--xi",)
+_JOINED = "--muscles"
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
@@ -31,18 +32,32 @@ def cli() -> None:
     """
 
 
-for command in (run.run, validate.validate, kinematics.fk, kinematics.ik, build.build, doctor.doctor):
+COMMANDS = (
+    run.run,
+    validate.validate,
+    equilibrium.equilibrium,
+    kinematics.fk,
+    kinematics.ik,
+    build.build,
+    doctor.doctor,
+)
+for command in COMMANDS:
     cli.add_command(command)
 
 
 def _spell_out(arguments: list[str]) -> list[str]:
-    """Repeat a flag that takes several numbers before each of them: --xi 0 1 becomes --xi 0 --xi 1."""
+    """Make flags that take any number of words digestible.
+
+    --xi 0 1 becomes --xi 0 --xi 1, and --muscles bend 1 0 becomes --muscles "bend 1 0".
+    """
     spelt: list[str] = []
     flag = None
     for word in arguments:
         if word.startswith("-") and not _is_number(word):
-            flag = word if word in _VARIADIC else None
+            flag = word if word in (*_VARIADIC, _JOINED) else None
             spelt.append(word)
+        elif flag == _JOINED and spelt[-1] != flag:
+            spelt[-1] += " " + word
         elif flag is not None and spelt[-1] != flag:
             spelt += [flag, word]
         else:

@@ -1,0 +1,222 @@
+"""Equilibria against converged solutions of the ideal rod, other formulas for the same forces, and each other."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from contarm_sim.arm import Arm
+from contarm_sim.errors import ConvergenceError, InputError
+from contarm_sim.kinematics import arc
+from contarm_sim.load import Load, Muscles, Wrench, load_from_dict
+from contarm_sim.simulation.equilibrium import equilibrium, extrapolated, interpolate
+from contarm_sim.simulation.loads import AppliedLoad
+from contarm_sim.simulation.plant import Plant
+from contarm_sim.simulation.solver import RESIDUAL, Solver
+from contarm_sim.simulation.stiffness import TangentStiffness
+
+REFERENCE = json.loads((Path(__file__).parent / "data" / "elastica.json").read_text())
+ROD = REFERENCE["parameters"]
+CASES = {case["name"]: case for case in REFERENCE["cases"]}
+BUCKLED = "B_up_M0_buckled_x"
+ORDINARY = [name for name in CASES if name != BUCKLED]
+
+
+def _posed(name, links):
+    case = CASES[name]
+    moment = tuple(case["moment_Nm"])
+    wrenches = [Wrench(xi=1, force=tuple(case["tip_force"]))] if any(case["tip_force"]) else []
+    given = {}
+    if case["kind"] == "act":
+        given["actuation_moment"] = moment[:2]
+    elif case["kind"] == "follower":
+        given["follower_moment"] = moment
+    else:
+        wrenches.append(Wrench(xi=1, moment=moment))
+    arm = Arm(
+        length=ROD["length_m"], bending_stiffness=ROD["bending_stiffness_Nm2"], mass=ROD["mass_kg_uniform"],
+        gravity=tuple(case["gravity"]), payload=case["payload"], links=links,
+    )  # fmt: skip
+    return arm, Load(wrenches=tuple(wrenches), **given)
+
+
+def _tip_error(name, links):
+    """Percent of length."""
+    return 100 * np.linalg.norm(equilibrium(*_posed(name, links)).tip - CASES[name]["tip"]) / ROD["length_m"]
+
+
+def test_all_cases_reach_the_stated_accuracy_at_24_links():
+    errors = [_tip_error(name, 24) for name in ORDINARY]
+    assert np.median(errors) <= 0.06
+    assert max(errors) <= 0.25
+
+
+@pytest.mark.parametrize("name", ORDINARY)
+def test_refinement_converges_with_second_order_in_position_and_orientation(name):
+    coarse, fine = _tip_error(name, 48), _tip_error(name, 96)
+    assert fine <= 0.02
+    if fine > 1e-6:
+        assert np.log2(coarse / fine) == pytest.approx(2, abs=0.15)
+    found = equilibrium(*_posed(name, 96)).frames
+    turn = found[-1, :3, :3].T @ np.array(CASES[name]["R_tip"])
+    assert np.degrees(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1))) < 0.02
+    offsets = np.linalg.norm(found[::4, :3, 3] - np.array(CASES[name]["centreline"]), axis=-1)
+    assert offsets.max() <= 2e-4 * ROD["length_m"]
+
+
+def test_extrapolation_from_half_the_links():
+    errors = []
+    for name in ORDINARY:
+        better, _ = extrapolated(*_posed(name, 24))
+        errors.append(100 * np.linalg.norm(better.tip - CASES[name]["tip"]) / ROD["length_m"])
+        np.testing.assert_allclose(
+            better.frames[:, :3, :3] @ better.frames[:, :3, :3].swapaxes(1, 2),
+            np.eye(3)[None].repeat(25, 0),
+            atol=1e-12,
+        )
+    assert np.median(errors) < 0.01
+
+
+def test_the_buckled_arm_falls_to_plus_x_and_the_straight_one_is_unstable():
+    found = equilibrium(*_posed(BUCKLED, 24))
+    assert found.stable
+    assert 100 * np.linalg.norm(found.tip - CASES[BUCKLED]["tip"]) / ROD["length_m"] <= 1.5
+    straight = equilibrium(*_posed(BUCKLED, 24), method="newton")
+    np.testing.assert_allclose(straight.tip, [0, 0, ROD["length_m"]], atol=1e-12)
+    assert not straight.stable
+
+
+def _loaded_plant(links=10):
+    load = Load(
+        wrenches=(
+            Wrench(xi=0.55, force=(0.3, -0.2, 0.1), moment=(0.01, 0.02, -0.03)),
+            Wrench(xi=1, force=(0, 0.4, -0.1), moment=(0, 0, 0.02)),
+        ),
+        follower_moment=(0.02, -0.01, 0.03), actuation_moment=(0.02, 0.05),
+    )  # fmt: skip
+    plant = Plant(Arm(links=links, gravity=(1, 2, -9), payload=0.1, torsional_stiffness=0.05))
+    plant.reset(np.array([0.8, -0.5]))
+    plant.data.qpos += np.random.default_rng(0).normal(size=plant.model.nq) * 0.02
+    return plant, load
+
+
+def test_generalised_forces_are_those_the_engine_computes_from_points():
+    """xi = 0.55 of 10 links lies on a joint: half on either side."""
+    plant, load = _loaded_plant()
+    model, data = plant.model, plant.data
+    mujoco.mj_forward(model, data)
+    expected = np.zeros(model.nv)
+    joint = data.joint("joint_06_x").xanchor
+    first, tip = load.wrenches
+    half_force, half_moment = 0.5 * np.array(first.force), 0.5 * np.array(first.moment)
+    for body in ("link_05", "link_06"):
+        mujoco.mj_applyFT(model, data, half_force, half_moment, joint, model.body(body).id, expected)
+    end = data.body("tip")
+    follower = end.xmat.reshape(3, 3) @ load.follower_moment
+    mujoco.mj_applyFT(model, data, np.array(tip.force), tip.moment + follower, end.xpos, end.id, expected)
+    for i in range(model.njnt):
+        axis = model.joint(i).name[-1]
+        expected[i] += {"x": load.actuation_moment[0], "y": load.actuation_moment[1], "z": 0.0}[axis]
+    np.testing.assert_allclose(AppliedLoad(plant, load).generalised_forces(), expected, atol=1e-14)
+
+
+def test_the_loaded_stiffness_is_the_derivative_of_the_forces():
+    plant, load = _loaded_plant()
+    solver = Solver(plant, load)
+    data = plant.data
+    data.ctrl[:] = plant.arm.length - 0.0002
+    solver.residual()
+    K, at, step = TangentStiffness(plant, AppliedLoad(plant, load))(), data.qpos.copy(), 1e-6
+    assert not np.allclose(K, K.T)  # dead couples and followers have no energy
+    for j in range(plant.model.nv):
+        forces = []
+        for sign in (1, -1):
+            data.qpos[:] = at
+            data.qpos[j] += sign * step
+            solver.residual()
+            forces.append(solver._forces.copy())
+        np.testing.assert_allclose(K[:, j], (forces[1] - forces[0]) / (2 * step), atol=1e-7 * np.abs(K).max())
+
+
+@pytest.mark.parametrize(
+    "drive", [Muscles(kind="bend", values=(1.2, 0.5)), Muscles(kind="tensions", values=(30, 5, 8)), Muscles()]
+)
+def test_both_solvers_find_the_same_pose(drive):
+    arm = Arm(gravity=(2, 1, 9), payload=0.05)
+    load = Load(wrenches=(Wrench(xi=0.4, force=(0.2, 0.1, 0)),), muscles=drive)
+    one, two = (equilibrium(arm, load, method) for method in ("newton", "pseudo-transient"))
+    np.testing.assert_allclose(one.tip, two.tip, atol=1e-8)
+    assert max(one.residual, two.residual) <= RESIDUAL
+
+
+def test_constant_tensions_bend_as_the_statics_say():
+    from contarm_sim.mechanics.statics import holding_tensions
+
+    arm, bend = Arm(), arc.from_polar(0.9, 0.0)
+    drive = Muscles(kind="tensions", values=tuple(holding_tensions(bend, arm)))
+    found = equilibrium(arm, Load(muscles=drive))
+    np.testing.assert_allclose(
+        found.tip, equilibrium(arm, Load(muscles=Muscles(kind="bend", values=(0.9, 0.0)))).tip, atol=1e-6
+    )
+    np.testing.assert_allclose(found.frames[-1, :3, :3], arc.rotation(bend), atol=1e-6)
+
+
+def test_a_wrench_turned_with_the_arm_gives_the_turned_pose():
+    load = Load(wrenches=(Wrench(xi=0.7, force=(0.5, 0.0, -0.2), moment=(0.0, 0.05, 0.02)),))
+    turned = Load(wrenches=(Wrench(xi=0.7, force=(-0.5, 0.0, -0.2), moment=(0.0, -0.05, 0.02)),))
+    one, two = equilibrium(Arm(), load), equilibrium(Arm(), turned)
+    np.testing.assert_allclose(one.tip * [-1, -1, 1], two.tip, atol=1e-8)
+
+
+def test_random_loads_all_converge_to_stable_poses():
+    rng = np.random.default_rng(7)
+    for _ in range(60):
+        arm = Arm(
+            links=int(rng.integers(8, 40)), bending_stiffness=10 ** rng.uniform(-1.5, 0), mass=rng.uniform(0.05, 0.3),
+            torsional_stiffness=None if rng.random() < 0.5 else 10 ** rng.uniform(-1.5, 0),
+            gravity=tuple(rng.normal(size=3) * 4), payload=rng.uniform(0, 0.05),
+        )  # fmt: skip
+        force = rng.normal(size=3) * arm.bending_stiffness / arm.length**2
+        moment = rng.normal(size=3) * 0.5 * arm.bending_stiffness / arm.length
+        found = equilibrium(arm, Load(wrenches=(Wrench(xi=rng.random(), force=tuple(force), moment=tuple(moment)),)))
+        assert found.residual <= RESIDUAL
+        assert found.stable
+
+
+def test_interpolation_meets_stations_and_the_arc_between_them():
+    bend, xi = arc.from_polar(2.0, 0.7), np.array([0.0, 0.123, 0.5, 0.77, 1.0])
+    stations = arc.transform(bend, 0.37, np.linspace(0, 1, 25))
+    np.testing.assert_allclose(interpolate(stations, 0.37, xi), arc.transform(bend, 0.37, xi), atol=2e-6)
+    np.testing.assert_allclose(interpolate(stations, 0.37, np.linspace(0, 1, 25)), stations, atol=1e-12)
+
+
+def test_what_cannot_be_solved_says_how_far_it_got():
+    """A couple that turns with a long soft arm, a hundred times its stiffness: it winds up, no pose holds it."""
+    load = Load(wrenches=(Wrench(xi=1, moment=(0, 0, 50.0), force=(0, 0, -300.0)),))
+    with pytest.raises(ConvergenceError, match="% of the load"):
+        equilibrium(Arm(torsional_stiffness=0.01), load)
+
+
+@pytest.mark.parametrize(
+    ("case", "said"),
+    [({"wrench": []}, "did you mean 'wrenches'"), ({"muscles": {"kind": "on"}}, "off, deltas"),
+     ({"muscles": {"kind": "tensions", "values": [1, 2]}}, "3 finite numbers"), ([], "an object"),
+     ({"muscles": {"kind": "tensions", "values": [-1, 2, 3]}}, "pull"), ({"wrenches": [{"xi": 2}]}, "0 (base) to 1"),
+     ({"wrenches": [{"force": [0, 0, 1]}]}, "an object {xi"), ({"wrenches": "x"}, "a list"),
+     ({"follower_moment": [0, 0]}, "3 finite numbers"),
+     ({"wrenches": [{"xi": 1, "farce": []}]}, "did you mean 'force'")],
+)  # fmt: skip
+def test_bad_cases_are_one_clear_line(case, said):
+    with pytest.raises(InputError) as caught:
+        load_from_dict(case, "loads.json, case 1")
+    assert said in str(caught.value)
+    assert str(caught.value).startswith("loads.json, case 1")
+
+
+def test_loads_leave_the_arm_alone():
+    arm = Arm(gravity=(0, 0, 9.81))
+    one = equilibrium(arm, Load(actuation_moment=(0.0, 0.1)))
+    np.testing.assert_array_equal(one.tip, equilibrium(replace(arm), Load(actuation_moment=(0.0, 0.1))).tip)
