@@ -94,12 +94,12 @@ class Solver:
         start = self._plant.data.qpos.copy()
         self.iterations = 0
         residual = self.pseudo_transient() if method == "pseudo-transient" else self.newton()
-        if method != "auto":
-            if residual > RESIDUAL:
-                raise ConvergenceError(f"the {method} solver", residual, RESIDUAL, self.iterations, "N m")
-            return Solution(residual, self.softest(), self.iterations)
-        if residual <= RESIDUAL and self.softest() > 0:
-            return Solution(residual, self.softest(), self.iterations)
+        if residual <= RESIDUAL:
+            found = Solution(residual, self.softest(), self.iterations)
+            if found.stable or method != "auto":
+                return found
+        elif method != "auto":
+            raise ConvergenceError(f"the {method} solver", residual, RESIDUAL, self.iterations, "N m")
         self._plant.data.qpos[:] = start
         residual = self._continue()
         return Solution(residual, self.softest(), self.iterations)
@@ -187,7 +187,7 @@ class Solver:
     def softest(self) -> float:
         """Return the smallest eigenvalue of the stiffness matrix at the current pose [N m/rad]."""
         K = self._stiffness()
-        return float(np.linalg.eigvalsh(K)[0] if np.array_equal(K, K.T) else np.linalg.eigvals(K).real.min())
+        return float(np.linalg.eigvalsh(K)[0] if self._stiffness.symmetric else np.linalg.eigvals(K).real.min())
 
     def _tangent(self) -> Array:
         self.iterations += 1

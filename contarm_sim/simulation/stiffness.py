@@ -28,9 +28,7 @@ class TangentStiffness:
             [[model.site(f"{model.body(self._base + s).name}_muscle_{m}").id for m in (1, 2, 3)]
              for s in range(plant.arm.links + 1)]
         )  # fmt: skip
-        stations = np.arange(1, plant.arm.links + 1)
-        self._own = self._station_of_dof == stations[:, None]  # span s crosses the joint of station s
-        self._proximal = self._station_of_dof < stations[:, None]
+        self.symmetric = not (load.any_moment or load.any_follower)
         self._limited = bool(model.actuator_forcelimited.any())
         self._gain = model.actuator_gainprm[:, 0]
 
@@ -43,7 +41,7 @@ class TangentStiffness:
         if self._data.actuator_force.any() or self._gain.any():
             K += self._muscles()
         K[np.diag_indices_from(K)] += self._model.jnt_stiffness
-        return K
+        return 0.5 * (K + K.T) if self.symmetric else K
 
     def _dead_loads(self) -> Array:
         """Return what forces and couples that keep their direction add, muscle tensions as they are among them."""
@@ -82,29 +80,32 @@ class TangentStiffness:
         return force, ends
 
     def _muscles(self) -> Array:
-        """Return what the turning and stretching of muscle spans adds."""
+        """Return what the turning and stretching of muscle spans adds.
+
+        A span of length l along u turns by (a_j x u) under a dof j proximal to it, which costs tension times
+        l (a_i . a_j - (a_i . u)(a_j . u)) for a pair: a sum over spans of a_i . G a_j, so again one cumulative sum.
+        The joint that a span crosses moves only its far end, by v = a x (end - anchor), and is treated apart.
+        """
         data, model = self._data, self._model
-        axes, anchors = data.xaxis, data.xanchor
+        axes, anchors, station = data.xaxis, data.xanchor, self._station_of_dof
         ends = data.site_xpos[self._sites]  # (stations, muscles, 3)
         spans = np.diff(ends, axis=0)
-        reach = np.linalg.norm(spans, axis=-1, keepdims=True)
-        u = spans / reach
-        tension = -data.actuator_force[None, :, None]
-        # Velocities of each span's end relative to its start under each dof: (spans, muscles, dofs, 3).
-        arm_of = np.where(
-            self._own[:, None, :, None],
-            ends[1:, :, None, :] - anchors,
-            self._proximal[:, None, :, None] * spans[:, :, None, :],
-        )
-        relative = np.cross(axes, arm_of)
-        relative -= (relative @ u[..., None]) * u[:, :, None, :]
-        weighted = relative * np.sqrt(np.maximum(tension, 0) / reach)[..., None]
-        flat = weighted.transpose(2, 0, 1, 3).reshape(len(axes), -1)
-        K = flat @ flat.T
-        if np.any(tension < 0):  # plain servos push
-            pushed = relative * np.sqrt(np.maximum(-tension, 0) / reach)[..., None]
-            flat = pushed.transpose(2, 0, 1, 3).reshape(len(axes), -1)
-            K -= flat @ flat.T
+        reach = np.linalg.norm(spans, axis=-1)
+        u = spans / reach[..., None]
+        tension = -data.actuator_force
+        weight = tension * reach
+        G = weight.sum(axis=1)[:, None, None] * np.eye(3) - np.einsum("sm,smi,smj->sij", weight, u, u)
+        beyond = np.zeros((len(ends), 3, 3))
+        beyond[:-1] = np.cumsum(G[::-1], axis=0)[::-1]  # of the spans distal to a station
+
+        own_u, own_reach = u[station - 1], reach[station - 1]  # (dofs, muscles, 3), (dofs, muscles)
+        v = np.cross(axes[:, None], ends[station] - anchors[:, None])
+        v -= (v * own_u).sum(axis=-1, keepdims=True) * own_u
+        through = np.einsum("jab,jb->ja", beyond[station], axes)
+        across = np.einsum("m,jma->ja", tension, np.cross(own_u, v))
+        proximal = (axes @ (through + across).T) * (station[:, None] < station)
+        flat = (v * (tension / own_reach)[..., None]).reshape(len(axes), -1) @ v.reshape(len(axes), -1).T
+        K = proximal + proximal.T + (axes @ through.T + flat) * (station[:, None] == station)
 
         free = np.ones(3, bool)
         if self._limited:
