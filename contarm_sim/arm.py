@@ -7,6 +7,7 @@ in its field's help and in the README's table. Imports nothing heavy: the comman
 from __future__ import annotations
 
 import math
+import operator
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -16,6 +17,9 @@ Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 MAX_LINKS = 400
+
+LARGEST = 1e9
+"""Largest value of any parameter, in its SI unit: beyond it arithmetic, not mechanics, decides."""
 
 
 def _number(
@@ -35,7 +39,7 @@ def _number(
 def _allowed(bounds: dict[str, float | None]) -> str:
     words = {"above": "greater than", "least": "at least", "below": "below"}
     said = [f"{words[key]} {value:g}" for key, value in bounds.items() if value is not None]
-    return "a finite number" + (", " + " and ".join(said) if said else "")
+    return f"a finite number, {' and '.join([*said, f'at most {LARGEST:g}'])}"
 
 
 def _check_number(owner: Any, name: str, prefix: str, bounds: dict[str, float | None], optional: bool) -> None:
@@ -45,7 +49,7 @@ def _check_number(owner: Any, name: str, prefix: str, bounds: dict[str, float | 
     ok = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
     ok = ok and (bounds["above"] is None or value > bounds["above"])
     ok = ok and (bounds["least"] is None or value >= bounds["least"])
-    ok = ok and (bounds["below"] is None or value < bounds["below"])
+    ok = ok and (bounds["below"] is None or value < bounds["below"]) and abs(value) <= LARGEST
     if not ok:
         raise InputError(prefix + name, value, _allowed(bounds))
     object.__setattr__(owner, name, float(value))
@@ -63,8 +67,8 @@ def _check_vector(owner: Any, name: str, size: int) -> None:
         vector = tuple(float(x) for x in value)
     except (TypeError, ValueError):
         vector = ()
-    if len(vector) != size or not all(math.isfinite(x) for x in vector):
-        raise InputError(name, value, f"{size} finite numbers")
+    if len(vector) != size or not all(abs(x) <= LARGEST for x in vector):
+        raise InputError(name, value, f"{size} finite numbers, at most {LARGEST:g}")
     object.__setattr__(owner, name, vector)
 
 
@@ -108,7 +112,7 @@ class Muscle:
 
     @property
     def braid_angle(self) -> float:
-        """Angle alpha0 between braid and axis at rest [rad], from eps_max = 1 - 1/(sqrt(3) cos alpha0) (design 6)."""
+        """Angle alpha0 between braid and axis at rest [rad], from eps_max = 1 - 1/(sqrt(3) cos alpha0)."""
         return math.acos(1 / (math.sqrt(3) * (1 - self.max_contraction)))
 
     @property
@@ -160,8 +164,13 @@ class Arm:
 
     def __post_init__(self) -> None:
         _check_numbers(self)
-        if isinstance(self.links, bool) or not isinstance(self.links, int) or not 2 <= self.links <= MAX_LINKS:
+        try:
+            links = 0 if isinstance(self.links, bool) else operator.index(self.links)
+        except TypeError:
+            links = 0
+        if not 2 <= links <= MAX_LINKS:
             raise InputError("links", self.links, f"a whole number from 2 to {MAX_LINKS}")
+        object.__setattr__(self, "links", links)
         _check_vector(self, "gravity", 3)
         if self.base_orientation is not None:
             _check_vector(self, "base_orientation", 4)

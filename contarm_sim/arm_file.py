@@ -62,7 +62,7 @@ def load_arm(path: str | Path) -> Arm:
         InputError: the file cannot be read, is not TOML, or holds an unknown key or a bad value.
     """
     try:
-        text = Path(path).read_bytes().decode()
+        text = Path(path).read_bytes().decode("utf-8-sig")
         return arm_from_dict(tomllib.loads(text), str(path))
     except OSError as error:
         raise InputError("file", f"unreadable ({error.strerror})", "a TOML file", str(path)) from error

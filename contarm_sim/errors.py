@@ -68,7 +68,8 @@ class ConvergenceError(ContarmError):
     """An iteration ended without an answer; says how far it got."""
 
     def __init__(self, what: str, residual: float, tolerance: float, iterations: int, unit: str) -> None:
-        self.residual, self.tolerance, self.iterations = residual, tolerance, iterations
+        self.what, self.residual, self.tolerance = what, residual, tolerance
+        self.iterations, self.unit = iterations, unit
         super().__init__(
             f"{what} did not converge: residual {residual:.3g} {unit} after {iterations} iterations "
             f"(allowed: {tolerance:.3g} {unit})"

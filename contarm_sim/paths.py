@@ -19,6 +19,8 @@ from contarm_sim.kinematics.arrays import Array
 RAMP = 0.1
 """Fraction of the duration spent in each of the soft start and stop."""
 
+MOST_TURNS = 100
+
 LONGEST = 3600.0
 """Longest path [s]: an hour of samples still fits in memory."""
 
@@ -43,6 +45,7 @@ class Path:
 
     def targets(self, rate: float) -> tuple[Array, Array]:
         """Return (times [s], shape (T,); targets [m], shape (T, 3)) at `rate` [Hz], both ends included."""
+        _require("rate", rate, rate > 0, "a positive number [Hz]")
         ticks = round(self.duration * rate)
         time = np.arange(ticks + 1) / rate
         if ticks < 1:
@@ -147,10 +150,12 @@ def named(
         InputError: unknown name, or a number out of range.
     """
     require_duration(duration)
-    _require("turns", turns, turns > 0, "a positive number")
+    _require("turns", turns, 0 < turns <= MOST_TURNS, f"more than 0, at most {MOST_TURNS}")
     _require("max_bend", max_bend, 0 < max_bend < math.pi, "0 < max_bend < pi [rad]")
     radius = length if sphere_radius is None else sphere_radius
     _require("sphere_radius", radius, radius > 0, "a positive radius [m]")
+    for value in sphere_centre:
+        _require("sphere_centre", value, abs(value) <= 1e3 * length, "three numbers [m]")
     if name == "spiral":
         curve = spiral(length, turns, max_bend)
     elif name == "sphere-spiral":

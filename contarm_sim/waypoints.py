@@ -45,7 +45,11 @@ def read_csv(file: str | Path) -> Waypoints:
         raise InputError("file", "not text", "a CSV file with columns x,y,z", where) from error
     if "\0" in text:
         raise InputError("file", "not text", "a CSV file with columns x,y,z", where)
-    rows = [(number, row) for number, row in enumerate(csv.reader(text.splitlines()), 1) if any(c.strip() for c in row)]
+    try:
+        lines = list(csv.reader(text.splitlines()))
+    except csv.Error as error:
+        raise InputError("file", f"not CSV ({error})", "a CSV file with columns x,y,z", where) from error
+    rows = [(number, row) for number, row in enumerate(lines, 1) if any(cell.strip() for cell in row)]
     if not rows:
         raise InputError("file", "empty", "a CSV file with columns x,y,z or t,x,y,z", where)
     header = [cell.strip().lower() for cell in rows[0][1]]
@@ -54,11 +58,16 @@ def read_csv(file: str | Path) -> Waypoints:
         raise InputError(
             "header", repr(",".join(header)), f"columns x,y,z or t,x,y,z (missing: {', '.join(missing)})", where
         )
+    if any(header.count(name) > 1 for name in "txyz"):
+        raise InputError("header", repr(",".join(header)), "each of x,y,z and t once", where)
     if len(rows) < 2:
         raise InputError("file", "without rows below its header", "at least one row of x,y,z", where)
     names = [name for name in "txyz" if name in header]
     values = np.array(
-        [[_cell(row, header.index(name), name, number, where) for name in names] for number, row in rows[1:]]
+        [
+            [_cell(row, header.index(name), name, number, where, len(header)) for name in names]
+            for number, row in rows[1:]
+        ]
     )
     times = values[:, 0] if "t" in names else None
     if times is not None and np.any(np.diff(times) <= 0):
@@ -72,7 +81,9 @@ def read_csv(file: str | Path) -> Waypoints:
     return Waypoints(values[:, -3:], times, [f"{where}, row {number}" for number, _ in rows[1:]])
 
 
-def _cell(row: list[str], column: int, name: str, number: int, where: str) -> float:
+def _cell(row: list[str], column: int, name: str, number: int, where: str, width: int) -> float:
+    if len(row) > width:
+        raise InputError(f"row {number}", f"{len(row)} cells", f"{width}, as in the header", where)
     text = row[column].strip() if column < len(row) else ""
     try:
         value = float(text)

@@ -3,8 +3,10 @@
 import json
 import math
 import os
+import signal
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -118,12 +120,14 @@ RUN_FILES = {
 
 @pytest.mark.parametrize(
     "words",
-    [(), ("--path", "sphere-spiral", "--project", "nearest"), ("--path", "circle", "--gravity", 0, 0, 9.81, "--fast")],
+    [
+        ("--turns", 0.5),
+        ("--turns", 0.5, "--path", "sphere-spiral", "--project", "nearest"),
+        ("--path", "circle", "--gravity", 0, 0, 9.81, "--fast"),
+    ],
 )
 def test_run_leaves_everything_it_promises(contarm, tmp_path, words):
-    code, out, err = contarm(
-        "run", *words, "--duration", 2, "--turns", 0.5, "--max-bend", 0.4, "--no-video", "--out", "r", "--json"
-    )
+    code, out, err = contarm("run", *words, "--duration", 2, "--max-bend", 0.4, "--no-video", "--out", "r", "--json")
     assert code == 0, err
     summary = json.loads(out)
     assert set(os.listdir(tmp_path / "r")) == RUN_FILES
@@ -196,7 +200,7 @@ WRONG = {
     "fk --bend 1 0 --arm missing.toml": "No such file",
     "fk --bend 1 0 --arm typo.toml": "did you mean 'length'",
     "fk --bend 1 0 --lenght 1": "did you mean",
-    "ik --tip 0.1 0.1 0.3": "26.49 mm off the dome",
+    "ik --tip 0.1 0.1 0.3": "26.17 mm off the dome",
     "ik --tip 0 0 0": "off the dome",
     "ik --tip nan 0 0": "finite",
     "ik --file missing.csv": "No such file",
@@ -275,10 +279,7 @@ def test_help_teaches(contarm):
 
 def test_ctrl_c_in_a_run_keeps_a_whole_folder(tmp_path):
     """A real signal to a real process in the middle of a long run."""
-    import signal
-    import time
-
-    words = [sys.executable, "-m", "contarm_sim.cli.main", "run", "--duration", "600", "--no-video", "--out", "kept"]
+    words = [sys.executable, "-m", "contarm_sim", "run", "--duration", "600", "--no-video", "--out", "kept"]
     process = subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
     time.sleep(4)
     process.send_signal(signal.SIGINT)
@@ -292,16 +293,17 @@ def test_ctrl_c_in_a_run_keeps_a_whole_folder(tmp_path):
 
 
 def test_outputs_are_whole_or_absent(tmp_path):
-    from contarm_sim.report.output import output_file, output_folder
+    from contarm_sim.report.output import OutputFolder, output_file
 
     def fail(open_output, error):
-        with open_output as scratch:
-            (scratch / "half" if scratch.is_dir() else scratch).write_text("x")
+        with open_output as opened:
+            scratch = opened.folder / "half" if isinstance(opened, OutputFolder) else opened
+            scratch.write_text("x")
             raise error
 
     for error in (RuntimeError, KeyboardInterrupt):
         with pytest.raises(error):
-            fail(output_folder(tmp_path / "a/b/c"), error)
+            fail(OutputFolder(tmp_path / "a/b/c"), error)
         with pytest.raises(error):
             fail(output_file(tmp_path / "d.csv"), error)
     assert os.listdir(tmp_path) == []
@@ -363,3 +365,41 @@ def test_equilibrium_without_one_is_exit_code_1(contarm):
     code, out, _ = contarm("equilibrium", *words)
     assert code == 1
     assert json.loads(out)["stable"] is False
+
+
+def test_a_name_taken_meanwhile_costs_no_results(tmp_path):
+    from contarm_sim.report.output import OutputFolder
+
+    with OutputFolder(tmp_path / "run") as one:
+        with OutputFolder(tmp_path / "run") as two:
+            (two.folder / "b").write_text("b")
+        (one.folder / "a").write_text("a")
+    assert (two.target / "b").exists()
+    assert (one.target / "a").exists()
+    assert sorted(os.listdir(tmp_path)) == ["run", "run-1"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_stopped_while_writing_nothing_half_made_is_left(tmp_path, number):
+    words = [sys.executable, "-m", "contarm_sim", "run", "--duration", "20", "--out", "stopped"]
+    process = subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+    while process.poll() is None and not any((f / "muscles.png").exists() for f in tmp_path.iterdir()):
+        time.sleep(0.05)
+    time.sleep(1.0)  # filming by now
+    process.send_signal(number)
+    _, err = process.communicate(timeout=60)
+    assert "Traceback" not in err
+    if number == signal.SIGTERM:
+        assert process.returncode == 143
+        assert os.listdir(tmp_path) == []
+    else:
+        assert process.returncode == 130
+        assert set(os.listdir(tmp_path / "stopped")) == RUN_FILES
+        assert "interrupted" in json.loads((tmp_path / "stopped/summary.json").read_text())["video"]
+
+
+@pytest.mark.parametrize("redirect", [">/dev/full", ">&-"])
+def test_a_stdout_that_takes_nothing_is_no_traceback(tmp_path, redirect):
+    words = f"{sys.executable} -m contarm_sim fk --bend 1 0 {redirect}"
+    done = subprocess.run(words, shell=True, cwd=tmp_path, capture_output=True, text=True)
+    assert "Traceback" not in done.stderr

@@ -23,9 +23,7 @@ def test_commands_work(line, tmp_path):
     words = shlex.split(line)
     if words[0] == "run":
         words.append("--no-video")  # filming is tested elsewhere
-    done = subprocess.run(
-        [sys.executable, "-m", "contarm_sim.cli.main", *words], cwd=tmp_path, capture_output=True, text=True
-    )
+    done = subprocess.run([sys.executable, "-m", "contarm_sim", *words], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0 or words[0] == "doctor", done.stderr
     assert "Traceback" not in done.stderr
 

@@ -9,6 +9,7 @@ from sampling import bends
 from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, chain
+from contarm_sim.mechanics.pneumatics import force, pressure_for
 from contarm_sim.mechanics.statics import cocontraction, holding_tensions, length_jacobian
 
 STEP = 1e-6
@@ -60,3 +61,21 @@ def test_damping_is_carried_along_the_motion(arm):
 def test_too_few_links_cannot_be_held_by_pulling():
     with pytest.raises(InputError, match="more links"):
         holding_tensions(arc.from_polar(2.9, 0.1), Arm(links=3))
+
+
+def test_mckibben_force_and_its_inverse(arm):
+    """Blocked force at rest length, nothing at full contraction, and pressure_for undoes force."""
+    rest = arm.muscle_rest_length
+    assert force(arm.muscle.max_pressure, rest, arm) == pytest.approx(arm.muscle.blocked_force)
+    assert force(arm.muscle.max_pressure, rest * (1 - arm.muscle.max_contraction), arm) == pytest.approx(0, abs=1e-9)
+    assert force(7e5, rest * 0.7, arm) == 0
+    lengths = np.linspace(0.76, 1.1, 50) * rest
+    np.testing.assert_allclose(pressure_for(force(3e5, lengths, arm), lengths, arm), 3e5, rtol=1e-12)
+    assert pressure_for(1.0, rest * 0.7, arm) == np.inf
+
+
+def test_700_kpa_holds_bends_to_about_155_degrees(arm):
+    angle = np.radians(np.arange(100, 171))
+    bend = arc.from_polar(angle, 0.0)
+    pressure = pressure_for(holding_tensions(bend, arm), _lengths(bend, arm), arm).max(axis=-1)
+    assert np.degrees(angle[np.argmax(pressure > 7e5)]) == pytest.approx(155, abs=4)

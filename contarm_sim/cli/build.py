@@ -23,11 +23,12 @@ def build(arm: Arm, out: str | None, as_json: bool) -> None:
     """
     from contarm_sim.arm_file import arm_to_toml
     from contarm_sim.mjcf import write_models
-    from contarm_sim.report.output import default_folder, output_folder, to_json
+    from contarm_sim.report.output import OutputFolder, default_folder, to_json
 
     target = Path(out) if out is not None else default_folder("build")
-    with output_folder(target) as folder:
+    with OutputFolder(target) as out_folder:
+        folder = out_folder.folder
         write_models(arm, folder)
         (folder / "arm.toml").write_text(arm_to_toml(arm))
-    files = [str(target / name) for name in ("arm.xml", "scene.xml", "arm.toml")]
+    files = [str(out_folder.target / name) for name in ("arm.xml", "scene.xml", "arm.toml")]
     click.echo(to_json({"files": files}) if as_json else "\n".join(files))

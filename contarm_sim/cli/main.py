@@ -6,6 +6,7 @@ Exit codes: 0 done; 1 the job ran and its verdict is negative, or it could not f
 from __future__ import annotations
 
 import os
+import signal
 import sys
 
 import click
@@ -75,9 +76,11 @@ def _is_number(word: str) -> bool:
 
 def main() -> None:
     """Run `contarm` and exit."""
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # as an exception, so that scratch folders are removed
     try:
         code = cli.main(args=_spell_out(sys.argv[1:]), prog_name="contarm", standalone_mode=False)
-        sys.stdout.flush()
+        if sys.stdout is not None:
+            sys.stdout.flush()
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.ctx.get_help() if error.ctx else error.format_message())
         sys.exit(2)
@@ -92,16 +95,21 @@ def main() -> None:
     except (KeyboardInterrupt, click.Abort):
         _fail("interrupted", 130)
     except BrokenPipeError:  # the reader of our output went away
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _silence_stdout()
         sys.exit(141)
+    except OSError as error:  # no space left, say
+        _silence_stdout()
+        _fail(f"cannot write: {error.strerror}", 1)
     else:
         sys.exit(code if isinstance(code, int) else 0)
+
+
+def _silence_stdout() -> None:
+    """Keep Python from trying once more to write what could not be written."""
+    if sys.stdout is not None:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _fail(message: str, code: int) -> None:
     click.echo(f"contarm: {message}", err=True)
     sys.exit(code)
-
-
-if __name__ == "__main__":
-    main()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Any
 
@@ -21,25 +20,10 @@ from contarm_sim.errors import InputError, RenderingError, UnreachableError
 @click.option(
     "--duration", type=float, metavar="S", help="Time for the path [s]; default 10, or what the CSV file says."
 )
-@click.option("--turns", type=float, default=2.0, show_default=True, metavar="X", help="Turns of the spirals.")
-@click.option(
-    "--max-bend",
-    type=float,
-    default=math.radians(120),
-    metavar="X",
-    help="Largest bend angle [rad]; default 2.094 (120 deg).",
-)
-@click.option(
-    "--sphere-radius", type=float, metavar="X", help="Radius of the sphere-spiral's shell [m]; default length."
-)
-@click.option(
-    "--sphere-centre",
-    type=float,
-    nargs=3,
-    default=(0.0, 0.0, 0.0),
-    metavar="X Y Z",
-    help="Its centre [m]; default the base.",
-)
+@click.option("--turns", type=float, metavar="X", help="Turns of the spirals; default 2.")
+@click.option("--max-bend", type=float, metavar="X", help="Largest bend angle [rad]; default 2.094 (120 deg).")
+@click.option("--sphere-radius", type=float, metavar="X", help="Radius of the sphere-spiral [m]; default length.")
+@click.option("--sphere-centre", type=float, nargs=3, metavar="X Y Z", help="Its centre [m]; default the base.")
 @click.option(
     "--project", default="refuse", type=click.Choice(["refuse", "nearest", "ray", "paper"]), show_default=True,
     help="What to do with targets off the dome (see contarm ik --help).",
@@ -48,15 +32,14 @@ from contarm_sim.errors import InputError, RenderingError, UnreachableError
     "--controller", default="servo", type=click.Choice(["paper", "chain", "feedforward", "servo"]), show_default=True,
     help="paper: arc lengths, plain servos; chain: exact lengths; feedforward: + tensions, pulling; servo: + integral.",
 )  # fmt: skip
-@click.option(
-    "--fast", is_flag=True, help="Coarse stepping, 10 ms: about twice as fast, about twice the step's own error."
-)
+@click.option("--fast", is_flag=True, help="Steps of 10 ms instead of 5: twice as fast, twice the step's own error.")
+@click.option("--timestep", type=float, metavar="S", help="Engine step [s], a whole fraction of 0.01; default 0.005.")
 @click.option("--no-video", is_flag=True, help="Numbers and figures only.")
 @out_option("runs/run-<time>")
 @json_option
 @arm_options
-def run(arm: Arm, path_name: str, duration: float | None, project: Any, controller: Any, fast: bool, no_video: bool,
-        out: str | None, as_json: bool, **shape: Any) -> int:  # fmt: skip
+def run(arm: Arm, path_name: str, duration: float | None, project: Any, controller: Any, fast: bool,
+        timestep: float | None, no_video: bool, out: str | None, as_json: bool, **shape: Any) -> int:  # fmt: skip
     """Follow a path with the simulated arm and compare it with the analytic one.
 
     Leaves summary.json, samples.csv, trajectory.npz, arm.xml, arm.toml, figures and video.mp4. Exit code 1 if a
@@ -68,15 +51,16 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
     contarm run --gravity 0 0 9.81 --payload 0.1 --no-video --json
     """
     from contarm_sim.cli.terminal import command_line, progress, say
-    from contarm_sim.report.output import check_output, default_folder, output_folder, to_json
+    from contarm_sim.report.output import OutputFolder, check_output, default_folder, to_json
     from contarm_sim.report.run import RunReport
-    from contarm_sim.simulation.run import ACCURATE, CONTROL_RATE, FAST, simulate
+    from contarm_sim.simulation.run import CONTROL_RATE, simulate
 
     target = Path(out) if out is not None else default_folder("run")
     check_output(target)
+    shape = {name: value for name, value in shape.items() if value is not None}
     path, places = _path(arm, path_name, duration, shape)
     targets, bend = _commands(arm, path, project, places)
-    stepping = FAST if fast else ACCURATE
+    stepping = _stepping(fast, timestep)
     with progress("simulating") as show:
         recorded = simulate(
             arm, targets, bend, controller, stepping=stepping, on_tick=lambda count: show(count, len(bend))
@@ -85,29 +69,59 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
         raise KeyboardInterrupt
     job = RunReport(arm, recorded, controller)
     summary = job.summary | {"path": path.name if places is None else path_name, "duration": path.duration}
-    summary |= {"timestep": stepping.timestep, "rate": CONTROL_RATE, "command": command_line()}
-    with output_folder(target) as folder:
+    summary |= {"path_parameters": shape, "project": project, "timestep": stepping.timestep, "rate": CONTROL_RATE}
+    summary["command"] = command_line()
+    with OutputFolder(target) as out_folder:
+        folder = out_folder.folder
         job.write(folder)
-        summary["video"] = "not asked for" if no_video or recorded.interrupted else _film(job, folder)
+        summary["video"] = "not asked for" if no_video else _film(job, folder, recorded.interrupted)
         (folder / "summary.json").write_text(to_json(summary) + "\n")
     if as_json:
         click.echo(to_json(summary))
     else:
         _show(summary)
-    say(f"written: {target}")
+    say(f"written: {out_folder.target}")
     if recorded.interrupted:
         say(f"interrupted at {recorded.samples.time[-1]:.2f} s; what was recorded until then is kept")
+    if "interrupted" in (summary["verdict"], summary["video"]):
         return 130
     return 0 if summary["verdict"] == "pass" else 1
+
+
+def _stepping(fast: bool, timestep: float | None) -> Any:
+    from contarm_sim.simulation.run import ACCURATE, CONTROL_RATE, FAST, Stepping
+
+    if timestep is None:
+        return FAST if fast else ACCURATE
+    if fast:
+        raise InputError("timestep", timestep, "either --timestep or --fast")
+    if not 1e-6 <= timestep <= 1 / CONTROL_RATE:
+        raise InputError("timestep", timestep, f"1e-6 to {1 / CONTROL_RATE:g} s")
+    stepping = Stepping(timestep)
+    stepping.substeps(CONTROL_RATE)
+    return stepping
+
+
+_SHAPE = {
+    "spiral": {"turns", "max_bend"},
+    "sphere-spiral": {"turns", "max_bend", "sphere_radius", "sphere_centre"},
+    "circle": {"max_bend"},
+    "line": {"max_bend"},
+    "figure-eight": {"max_bend"},
+}
 
 
 def _path(arm: Arm, name: str, duration: float | None, shape: dict[str, Any]) -> tuple[Any, list[str] | None]:
     from contarm_sim import paths
     from contarm_sim.waypoints import from_waypoints, read_csv
 
+    for flag in shape:
+        if flag not in _SHAPE.get(name, set()):
+            known = ", ".join(sorted(_SHAPE.get(name, set()))) or "no such flag"
+            raise InputError(flag, shape[flag], f"for path {name!r}: {known}")
     if name in paths.NAMES:
         return paths.named(name, arm.length, 10.0 if duration is None else duration, **shape), None
-    if not name.endswith(".csv") and not Path(name).exists():
+    if not name.endswith(".csv") and not (0 < len(name) < 255 and Path(name).is_file()):
         raise InputError("path", repr(name), ", ".join(paths.NAMES) + ", or a CSV file")
     waypoints = read_csv(name)
     return from_waypoints(waypoints, arm.length, duration), waypoints.places
@@ -130,21 +144,26 @@ def _commands(arm: Arm, path: Any, project: Any, places: list[str] | None) -> tu
     return targets, arc.as_bend(bend)
 
 
-def _film(job: Any, folder: Path) -> str:
+def _film(job: Any, folder: Path, interrupted: bool) -> str:
     """Film the run; return the file's name, or why there is none: numbers are never lost for want of a picture."""
     from contarm_sim.cli.terminal import progress, say
 
+    if interrupted:
+        return "interrupted"
     try:
         with progress("filming") as on_frame:
             return str(job.film(folder, on_frame))
-    except (RenderingError, KeyboardInterrupt) as error:
-        reason = str(error) or "interrupted"
-        say(f"no video: {reason}")
-        return f"none: {reason}"
+    except KeyboardInterrupt:
+        say("no video: interrupted")
+        return "interrupted"
+    except RenderingError as error:
+        say(f"no video: {error}")
+        return f"none: {error}"
 
 
 def _show(summary: dict[str, Any]) -> None:
     from contarm_sim.cli.terminal import table, verdict_line
+    from contarm_sim.validation.verdict import MODEL_LIMIT
 
     meanings = {
         "tip_error": "tip error (simulated vs analytic)",
@@ -167,3 +186,12 @@ def _show(summary: dict[str, Any]) -> None:
     slack = f"{muscle['pushes']} pushes, {100 * muscle['slack_fraction']:.3g} % slack"
     click.echo(f"orientation error {degrees['max']:.3f} deg max; muscles {forces}, {slack}; {speed:.0f} x real time")
     click.echo(verdict_line("verdict", summary))
+    error, limit = summary["tip_error"]["max_percent"], summary["checks"][0]["limit"]
+    if MODEL_LIMIT < error <= limit:
+        click.echo(
+            f"the load explains it (limit {limit:.0f} % of length, for sag), but constant curvature does not hold: "
+            f"{error:.1f} % is more than {MODEL_LIMIT:g} %"
+        )
+    if muscle["beyond_max_pressure"]:
+        highest = summary["arm"]["muscle"]["max_pressure"] / 1e3
+        click.echo(f"{muscle['beyond_max_pressure']} samples would take real muscles more than {highest:.0f} kPa")

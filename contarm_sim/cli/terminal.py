@@ -60,7 +60,7 @@ def table(title: str, columns: list[str], rows: list[list[Any]], caption: str | 
     for row in rows:
         made.add_row(*(escape(value) if isinstance(value, str) else f"{value:.4g}" for value in row))
     console = Console()
-    Console(width=console.width if console.is_terminal else 110).print(made)
+    Console(width=console.width if console.is_terminal else 120).print(made)
 
 
 def verdict_line(name: str, summary: dict[str, Any]) -> str:

@@ -33,7 +33,7 @@ def validate(arm: Arm, grid: int, quick: bool, out: str | None, as_json: bool) -
     contarm validate --gravity 9.81 0 0 --bending-stiffness 0.2
     """
     from contarm_sim.cli.terminal import command_line, say, table, track, verdict_line
-    from contarm_sim.report.output import check_output, default_folder, output_folder, to_json, versions
+    from contarm_sim.report.output import OutputFolder, check_output, default_folder, to_json, versions
     from contarm_sim.report.samples_csv import write_samples
     from contarm_sim.validation.scenarios import convergence, dome_grid, examine, scenarios
 
@@ -44,7 +44,8 @@ def validate(arm: Arm, grid: int, quick: bool, out: str | None, as_json: bool) -
     study = convergence(arm, bends, track)
     summary = _summary(arm, outcomes, study)
     summary |= {"versions": versions(), "command": command_line()}
-    with output_folder(target) as folder:
+    with OutputFolder(target) as out_folder:
+        folder = out_folder.folder
         (folder / "summary.json").write_text(to_json(summary) + "\n")
         write_samples(folder / "samples.csv", {o.scenario.name: (o.samples, o.comparison) for o in outcomes})
         if not quick:
@@ -67,7 +68,9 @@ def validate(arm: Arm, grid: int, quick: bool, out: str | None, as_json: bool) -
             click.echo(verdict_line(outcome.scenario.name, outcome.summary))
         click.echo(verdict_line("convergence", study))
         click.echo(_finding(summary))
-    say(f"written: {target}")
+        for line in _notes(outcomes):
+            click.echo(line)
+    say(f"written: {out_folder.target}")
     return 0 if summary["verdict"] == "pass" else 1
 
 
@@ -91,9 +94,37 @@ def _rows(outcomes: list[Any]) -> tuple[list[str], list[list[Any]]]:
         s = outcome.summary
         percent = [s[name]["max_percent"] for name in ("tip_error", "discretisation", "servo", "shape")]
         force = f"{s['muscle']['min_force_n']:.1f} .. {s['muscle']['max_force_n']:.1f}"
-        row = [outcome.scenario.name, f"{1e3 * s['tip_error']['max_m']:.3f}", *(f"{x:.4f}" for x in percent)]
+        row = [
+            outcome.scenario.name,
+            f"{1e3 * s['tip_error']['max_m']:.3f}",
+            *(f"{x:.3g}" if x >= 1 else f"{x:.4f}" for x in percent),
+        ]
         rows.append([*row, f"{s['orientation_error_deg']['max']:.3f}", force, str(s["muscle"]["pushes"])])
     return columns, rows
+
+
+def _notes(outcomes: list[Any]) -> list[str]:
+    """Say what the table does not: what the link count leaves under load, and what real muscles could not hold."""
+    import numpy as np
+
+    from contarm_sim.mechanics.pneumatics import pressure_for
+
+    links = ", ".join(
+        f"{o.scenario.name} {o.summary['link_error']['max_percent']:.2f} %"
+        for o in outcomes
+        if "link_error" in o.summary
+    )
+    lines = [f"of which the link count, at the worst pose (estimated from twice the links): {links}"] if links else []
+    for outcome in outcomes:
+        beyond = outcome.summary["muscle"]["beyond_max_pressure"]
+        if beyond and outcome.scenario.checks is not None:
+            arm, samples = outcome.scenario.arm, outcome.samples
+            pressure = pressure_for(samples.muscle_tensions, samples.muscle_lengths, arm).max(axis=1)
+            over = np.hypot(*samples.bend[pressure > arm.muscle.max_pressure].T)
+            first, limit = np.degrees(over.min()), arm.muscle.max_pressure / 1e3
+            where = f"{beyond} of {len(samples)} poses, from {first:.0f} deg on,"
+            lines.append(f"{outcome.scenario.name}: {where} would take real muscles more than {limit:.0f} kPa")
+    return lines
 
 
 def _finding(summary: dict[str, Any]) -> str:

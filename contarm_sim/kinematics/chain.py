@@ -1,4 +1,4 @@
-"""The uniformly bent chain of rigid links, in closed form (design section 4).
+"""The uniformly bent chain of rigid links, in closed form.
 
 N joints at pitch h = length/N with a half link at each end, every joint bent by
 beta = |bend|/N in one plane. Then every station s = i h (base, disks, tip) lies on the arc of

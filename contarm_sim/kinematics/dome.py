@@ -26,6 +26,8 @@ TOLERANCE = 3e-4
 """Miss below which a target counts as reached, as a fraction of length (0.11 mm for the paper's arm)."""
 
 _LARGEST_HALF = 0.5 * np.pi * (1 - 1e-15)  # a few ulps short, so that no rounding makes a bend angle of pi
+_AXIS = 1e-150  # nearer to the axis than this is on it
+_FARTHEST = 1e6  # lengths
 _GRID = np.linspace(0.0, _LARGEST_HALF, 65)
 _CHUNK = 8192
 
@@ -70,6 +72,8 @@ def bend_from_tip(target: Any, length: float, project: Projection = "refuse", to
     if project not in PROJECTIONS:
         raise InputError("project", repr(project), ", ".join(PROJECTIONS))
     target = as_vectors(target, 3, "target")
+    if np.any(np.abs(target) > _FARTHEST * length):
+        raise InputError("target", target.tolist(), f"within {_FARTHEST:g} backbone lengths")
     tolerance = TOLERANCE * length if tolerance is None else tolerance
     if project == "nearest":
         bend, miss = _nearest(target, length)
@@ -78,13 +82,26 @@ def bend_from_tip(target: Any, length: float, project: Projection = "refuse", to
         miss = np.linalg.norm(arc.position(bend, length) - target, axis=-1)
     else:
         bend, miss = _ray(target, length)
+    if project == "refuse" and not np.all(miss <= tolerance):
+        bend, miss = _accept_nearest(target, bend, miss, length, tolerance)
     reachable = np.asarray(miss <= tolerance)
-    if project == "refuse" and not reachable.all():
-        index = int(np.argmin(reachable))
-        first = target.reshape(-1, 3)[index]
-        nearest = arc.position(_nearest(first, length)[0], length)
-        raise UnreachableError(first, float(miss.reshape(-1)[index]), nearest, tolerance, index)
     return Reach(bend, np.asarray(miss), reachable)
+
+
+def _accept_nearest(target: Array, bend: Array, miss: Array, length: float, tolerance: float) -> tuple[Array, Array]:
+    """Take the dome's nearest points for targets that their own rays miss; refuse those that are off the dome.
+
+    Raises:
+        UnreachableError: even the nearest point is farther than the tolerance; names the first such target.
+    """
+    off = miss > tolerance
+    bend[off], miss = (near := _nearest(target[off], length))[0], np.array(miss)
+    miss[off] = near[1]
+    if np.any(miss > tolerance):
+        index = int(np.argmax(miss > tolerance))
+        first, found = target.reshape(-1, 3)[index], bend.reshape(-1, 2)[index]
+        raise UnreachableError(first, float(miss.reshape(-1)[index]), arc.position(found, length), tolerance, index)
+    return bend, miss
 
 
 def _ray(target: Array, length: float) -> tuple[Array, Array]:
@@ -95,7 +112,7 @@ def _ray(target: Array, length: float) -> tuple[Array, Array]:
     below = half > _LARGEST_HALF
     half = np.minimum(half, _LARGEST_HALF)
     bend = np.empty((*rho.shape, 2))
-    per_rho = np.divide(2 * half, rho, out=np.zeros_like(rho), where=rho != 0)
+    per_rho = np.divide(2 * half, rho, out=np.zeros_like(rho), where=rho > _AXIS)
     np.multiply(per_rho, x, out=bend[..., 0])
     np.multiply(per_rho, y, out=bend[..., 1])
     miss = np.abs(np.hypot(rho, z) - length * sinc(half))
@@ -128,8 +145,8 @@ def _nearest(target: Array, length: float) -> tuple[Array, Array]:
         [_nearest_half(rho[i : i + _CHUNK], flat[i : i + _CHUNK, 2], length) for i in range(0, len(flat), _CHUNK)]
         or [np.empty(0)]
     )
-    away = np.divide(flat[:, :2], rho[:, None], out=np.tile([1.0, 0.0], (len(flat), 1)), where=rho[:, None] != 0)
-    bend = 2 * half[:, None] * away
+    plane = np.arctan2(flat[:, 1], flat[:, 0])
+    bend = 2 * half[:, None] * np.column_stack([np.cos(plane), np.sin(plane)])
     miss = np.linalg.norm(arc.position(bend, length) - flat, axis=-1)
     return bend.reshape(*target.shape[:-1], 2), miss.reshape(target.shape[:-1])
 

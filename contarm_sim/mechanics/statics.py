@@ -1,4 +1,4 @@
-"""Muscle tensions that hold a uniform bend (design section 6, "Balance").
+"""Muscle tensions that hold a uniform bend.
 
 With the chain's elastic energy (EI/length) |bend|^2/2 and the work of tensions T on lengths L(bend), equilibrium
 is (EI/length) bend + J^T T = 0, J = dL/dbend: two equations, three tensions. The free direction is co-contraction:

@@ -50,6 +50,8 @@ def choose_backend() -> Backend:
     Raises:
         RenderingError: none draws; says why each failed and what to install, and carries `attempts` as `Backend` does.
     """
+    if os.environ.get("MUJOCO_GL", "").lower().strip() in ("disable", "disabled", "off", "false", "0"):
+        raise RenderingError("MUJOCO_GL says not to draw; unset it, or set it to egl or osmesa")
     engine.load()
     platform = os.environ.pop("PYOPENGL_PLATFORM", None)
     attempts: list[tuple[str, str | None]] = []

@@ -33,6 +33,7 @@ def draw_path(path: Path, arm: Arm, samples: Samples, comparison: Comparison) ->
         ax.set_ylabel("y [mm]")
         ax.set_zlabel("z [mm]")
         ax.set_aspect("equal")
+        ax.set_box_aspect(None, zoom=0.86)  # or the z label is cut off
         ax.view_init(24, -55)
         ax.legend(loc="upper left")
         ax.set_title("Tip path on the dome of reachable tips")
@@ -56,7 +57,7 @@ def draw_budget(
         top.set_ylim(bottom=1e-4)
         top.set_ylabel("distance [mm]")
         percent = top.secondary_yaxis("right", functions=(lambda x: x / 10 / arm.length, lambda x: x * 10 * arm.length))
-        percent.set_ylabel("[% of length]")
+        percent.set_ylabel("distance [% of length]")
         top.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
         bottom.plot(t, np.degrees(comparison.orientation_error), color=BLACK)
         bottom.set_ylabel("orientation\nerror [deg]")
@@ -102,13 +103,19 @@ def draw_error_maps(path: Path, arm: Arm, outcomes: list[Any]) -> None:
             theta, radius = np.vstack([theta[:1], theta]), np.vstack([np.zeros(3 * grid + 1), radius])
             ax.grid(False)
             levels = np.linspace(0, max(error.max(), 1e-9), 9)
+            ticks = levels[::2]
             filled = ax.contourf(theta, radius, error, levels=levels, cmap="cividis")
-            ax.set_yticks([60, 120])
-            ax.set_yticklabels(["60°", "120°"], color="white", fontsize=7)
-            ax.tick_params(labelsize=7)
-            ax.grid(True, color="white", linewidth=0.4)
+            ax.set_axisbelow(False)
+            ax.set_yticks([60, 120, 170], ["60°", "120°", "bend 170°"], fontsize=6.5)
+            for label in ax.get_yticklabels():
+                label.set_bbox({"facecolor": "white", "alpha": 0.75, "edgecolor": "none", "pad": 0.6})
+            ax.set_rlabel_position(22)
+            ax.tick_params(axis="x", labelsize=7)
+            ax.grid(True, color="white", linewidth=0.6)
             ax.set_title(f"{outcome.scenario.name}: {outcome.scenario.meaning}", fontsize=7.5)
-            bar = fig.colorbar(filled, ax=ax, orientation="horizontal", shrink=0.8, aspect=28, format="%.2g")
+            bar = fig.colorbar(
+                filled, ax=ax, orientation="horizontal", ticks=ticks, shrink=0.8, aspect=28, format="%.3g"
+            )
             bar.set_label("tip error vs arc [% of length]", fontsize=7)
             bar.ax.tick_params(labelsize=6.5)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import shutil
@@ -28,37 +29,65 @@ def check_output(target: Path) -> None:
     Raises:
         InputError: it exists, or its parent cannot be written.
     """
-    if target.exists() or target.is_symlink():
+    try:
+        taken = target.exists() or target.is_symlink()
+    except OSError as error:  # a name too long, say
+        raise InputError("out", f"{str(target)[:60]}...", f"a path that can be written ({error.strerror})") from error
+    if taken:
         raise InputError("out", str(target), "a path that does not exist yet")
     parent = next(folder for folder in target.absolute().parents if folder.exists())
     if not parent.is_dir() or not os.access(parent, os.W_OK | os.X_OK):
         raise InputError("out", str(target), f"a path that can be written ({parent} cannot)")
 
 
-@contextmanager
-def output_folder(target: Path) -> Iterator[Path]:
-    """Yield a scratch folder beside `target` that takes its name at the end; on an exception nothing is left.
+class OutputFolder:
+    """A scratch folder beside `target` that takes its name at the end; a context manager.
+
+    On an exception nothing is left. If the name was taken meanwhile (two runs in one second), the next free one,
+    `target`-1, -2, ..., is taken instead: results are not thrown away for a name.
+
+    Attributes:
+        folder: the scratch folder, while open.
+        target: where the results are, once closed.
 
     Raises:
         InputError: see `check_output`.
     """
-    check_output(target)
-    made = _missing_parents(target)
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        scratch = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=target.parent))
-    except OSError as error:
-        raise InputError("out", str(target), f"a path that can be written ({error.strerror})") from error
-    try:
-        yield scratch
-        scratch.chmod(0o777 & ~_umask())
-        scratch.rename(target)
-    except BaseException:
-        shutil.rmtree(scratch, ignore_errors=True)
-        for folder in made:
+
+    def __init__(self, target: Path) -> None:
+        check_output(target)
+        self.target = target
+        self._made = [folder for folder in target.absolute().parents if not folder.exists()]
+
+    def __enter__(self) -> OutputFolder:
+        try:
+            self.target.parent.mkdir(parents=True, exist_ok=True)
+            self.folder = Path(tempfile.mkdtemp(prefix=f".{self.target.name[:100]}-", dir=self.target.parent))
+        except OSError as error:
+            raise InputError("out", str(self.target), f"a path that can be written ({error.strerror})") from error
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None:
+            self.folder.chmod(0o777 & ~_umask())
+            self.target = self._take_name()
+            return
+        shutil.rmtree(self.folder, ignore_errors=True)
+        for folder in self._made:
             if folder.exists() and not any(folder.iterdir()):
                 folder.rmdir()
-        raise
+
+    def _take_name(self) -> Path:
+        for i in range(1000):
+            name = self.target if i == 0 else self.target.with_name(f"{self.target.name}-{i}")
+            try:
+                self.folder.rename(name)
+            except OSError as error:
+                if error.errno not in (errno.ENOTEMPTY, errno.EEXIST, errno.ENOTDIR):
+                    raise
+            else:
+                return name
+        raise InputError("out", str(self.target), "a name that is not taken a thousand times")
 
 
 @contextmanager
@@ -79,10 +108,6 @@ def output_file(target: Path) -> Iterator[Path]:
     except BaseException:
         scratch.unlink(missing_ok=True)
         raise
-
-
-def _missing_parents(target: Path) -> list[Path]:
-    return [folder for folder in target.absolute().parents if not folder.exists()]
 
 
 def _umask() -> int:

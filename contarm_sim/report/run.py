@@ -32,6 +32,8 @@ class RunReport:
         summary = summarise(arm, run.samples, self._comparison)
         summary["motion"] = spread(self._motion[1], arm.length)
         summary |= verdict(run_checks(arm, summary))
+        if run.interrupted:
+            summary["verdict"] = "interrupted"
         summary |= {"controller": controller, "real_time_factor": run.real_time_factor, "interrupted": run.interrupted}
         self.summary: dict[str, Any] = summary | {"arm": arm_to_dict(arm), "versions": versions()}
 

@@ -10,7 +10,7 @@ import numpy as np
 from contarm_sim.simulation.samples import Samples
 from contarm_sim.validation.compare import Comparison
 
-_VECTORS = ("target", "analytic_tip", "chain_tip", "simulated_tip")
+_VECTORS = ("target", "analytic_tip", "chain_tip", "followed_tip", "simulated_tip")
 
 
 def write_samples(path: Path, groups: dict[str, tuple[Samples, Comparison]]) -> None:
@@ -31,6 +31,7 @@ def write_samples(path: Path, groups: dict[str, tuple[Samples, Comparison]]) -> 
                     samples.target,
                     comparison.analytic_tip,
                     comparison.chain_tip,
+                    comparison.followed_tip,
                     comparison.simulated_tip,
                     *(getattr(comparison, distance) for distance in distances),
                     np.degrees(comparison.orientation_error),

@@ -9,6 +9,7 @@ import numpy as np
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import ConvergenceError
+from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.simulation.control import Controller, Correction, command
 from contarm_sim.simulation.plant import Plant, engine_room
@@ -46,10 +47,26 @@ def poses_at_rest(
     with engine_room():
         for i in ticks if ticks is not None else range(len(bend)):
             plant.reset(bend[i])
-            setpoint[i] = _hold(plant, settle, orders.setpoint[i], orders.lengths[i], orders.corrected)
+            try:
+                setpoint[i] = _hold(plant, settle, orders.setpoint[i], orders.lengths[i], orders.corrected)
+            except ConvergenceError as error:
+                raise ConvergenceError(
+                    f"at {_described(plant, bend[i])}: {error.what}",
+                    error.residual, error.tolerance, error.iterations, error.unit,
+                ) from None  # fmt: skip
             mujoco.mj_forward(plant.model, plant.data)  # the sensors
             recorder.take(i)
     return recorder.samples(len(bend), np.zeros(len(bend)), target, bend, setpoint)
+
+
+def _described(plant: Plant, bend: Array) -> str:
+    """Say which pose failed, and what may be why."""
+    angle, plane = (float(np.degrees(x)) for x in arc.to_polar(bend))
+    said = f"a bend of {angle:.0f} deg towards {plane:.0f} deg"
+    limit = plant.arm.muscle.blocked_force
+    if plant.muscle_tensions.max() > 0.999 * limit and plant.model.actuator_forcelimited.any():
+        return f"{said}, where a muscle is at its limit of {limit:.0f} N"
+    return f"{said} with {plant.arm.links} links"
 
 
 def _hold(plant: Plant, settle: Solver, setpoint: Array, lengths: Array, corrected: bool) -> Array:

@@ -11,7 +11,8 @@ import numpy as np
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
-from contarm_sim.kinematics.arrays import Array
+from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arrays import Array, as_vectors
 from contarm_sim.mjcf import TIMESTEP
 from contarm_sim.simulation.control import INTEGRAL_TIME, Command, Controller, Correction, command
 from contarm_sim.simulation.plant import Plant, engine_room
@@ -84,8 +85,14 @@ def simulate(
     Raises:
         DivergenceError: the engine met a bad state; nothing is returned.
         ConvergenceError: no rest pose to start from.
-        InputError: a bend that pulling muscles cannot hold, or a time step that does not divide the tick.
+        InputError: arrays of other shapes, bends of pi or more, a bend that pulling muscles cannot hold, or a time
+            step that does not divide the tick.
     """
+    if not rate > 0:
+        raise InputError("rate", rate, "a positive number [Hz]")
+    bend, target = arc.as_bend(bend), as_vectors(target, 3, "target")
+    if bend.ndim != 2 or target.shape[:-1] != bend.shape[:-1] or not len(bend):
+        raise InputError("target", f"of shape {target.shape} beside bend of shape {bend.shape}", "(T, 3) and (T, 2)")
     substeps = stepping.substeps(rate)
     orders = command(arm, bend, controller, period=1 / rate)
     plant = Plant(arm, pull_only=orders.pull_only, timestep=stepping.timestep, integrator=stepping.integrator)

@@ -69,6 +69,7 @@ class Solver:
             ConvergenceError: no equilibrium near, or only an unstable one.
         """
         self._plant.data.ctrl[:] = setpoint
+        self.iterations = 0
         residual = self.newton()
         if residual > RESIDUAL:
             raise ConvergenceError("settling", residual, RESIDUAL, self.iterations, "N m")

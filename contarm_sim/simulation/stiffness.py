@@ -2,7 +2,7 @@
 
 For a chain of hinges with axes a_j through anchors o_j, a dead force f at p on a body distal to j has the
 generalised force a_j . ((p - o_j) x f); its derivative by q_i, i proximal or equal to j, is a_i . c_j with
-c_j = D_j a_j - tr(D_j) a_j, D_j the sum of (p - o_j) (x) f over the bodies distal to j (design 5). Gravity is such a
+c_j = D_j a_j - tr(D_j) a_j, D_j the sum of (p - o_j) (x) f over the bodies distal to j. Gravity is such a
 load. Muscle spans add what their turning and stretching does.
 """
 

@@ -15,8 +15,10 @@ from typing import Any
 import numpy as np
 
 from contarm_sim.arm import Arm
+from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, chain
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics.pneumatics import pressure_for
 from contarm_sim.simulation.control import Controller
 from contarm_sim.simulation.rest import poses_at_rest
 from contarm_sim.simulation.samples import Samples
@@ -36,6 +38,7 @@ class Comparison:
         analytic_tip, chain_tip, simulated_tip: of the commanded bends, and as simulated, shape (T, 3).
         miss: target to analytic tip, shape (T,): a target off the dome cannot be reached.
         tip_error: analytic to simulated tip, shape (T,).
+        followed_tip: of the chain at the measured lengths, shape (T, 3).
         discretisation, servo, shape: sizes of the three parts of the tip error, shape (T,).
         orientation_error: angle between analytic and simulated tip frames [rad], shape (T,).
         backbone_error: largest distance from a station of the simulated backbone to its point on the arc, shape (T,).
@@ -45,6 +48,7 @@ class Comparison:
     analytic_tip: Array
     chain_tip: Array
     simulated_tip: Array
+    followed_tip: Array
     miss: Array
     tip_error: Array
     discretisation: Array
@@ -56,8 +60,16 @@ class Comparison:
 
 
 def compare(arm: Arm, samples: Samples) -> Comparison:
-    """Return the comparison of simulated samples with the closed forms of the same arm."""
+    """Return the comparison of simulated samples with the closed forms of the same arm.
+
+    Raises:
+        InputError: samples of an arm with another number of links.
+    """
     bend, length, links = samples.bend, arm.length, arm.links
+    if samples.stations.shape[1] != links + 1:
+        raise InputError(
+            "samples", f"of an arm with {samples.stations.shape[1] - 1} links", f"samples of {links} links"
+        )
     analytic, chained = arc.position(bend, length), chain.tip(bend, length, links)
     measured, _ = chain.bend_from_lengths(samples.muscle_lengths, length, arm.muscle_radius, links)
     followed, simulated = chain.tip(measured, length, links), samples.stations[:, -1]
@@ -67,6 +79,7 @@ def compare(arm: Arm, samples: Samples) -> Comparison:
         analytic_tip=analytic,
         chain_tip=chained,
         simulated_tip=simulated,
+        followed_tip=followed,
         miss=_norm(analytic - samples.target),
         tip_error=_norm(simulated - analytic),
         discretisation=_norm(chained - analytic),
@@ -123,14 +136,21 @@ def summarise(arm: Arm, samples: Samples, comparison: Comparison) -> dict[str, A
 
 
 def muscle_summary(arm: Arm, samples: Samples) -> dict[str, Any]:
-    """Return what the muscles did: forces [N] (pulling > 0), pushes, slack, sums of deltas [m], contractions [-]."""
+    """Return what the muscles did: forces [N] (pulling > 0), pushes, slack, sums of deltas [m], contractions [-].
+
+    And what it would take: the pressure at which real muscles of these lengths have these tensions, and the number
+    of samples in which that exceeds the highest. The length servos do not know of pressure.
+    """
     tensions, lengths = samples.muscle_tensions, samples.muscle_lengths
     contraction = 1 - lengths / arm.muscle_rest_length
+    pressure = pressure_for(tensions, lengths, arm)
     return {
         "min_force_n": float(tensions.min()),
         "max_force_n": float(tensions.max()),
         "pushes": int(np.count_nonzero(tensions < PUSH_TENSION)),
         "slack_fraction": float(np.mean((tensions >= PUSH_TENSION) & (tensions < SLACK_TENSION))),
+        "max_pressure_needed_pa": float(pressure.max()) if np.isfinite(pressure).all() else None,
+        "beyond_max_pressure": int(np.count_nonzero((pressure > arm.muscle.max_pressure).any(axis=1))),
         "max_sum_of_deltas_m": float(np.abs(lengths.sum(axis=1) - 3 * arm.length).max()),
         "min_contraction": float(contraction.min()),
         "max_contraction": float(contraction.max()),
