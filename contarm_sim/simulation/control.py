@@ -90,8 +90,9 @@ class Correction:
 
         `gain` is the interval over the time constant; 1 corrects fully, as is right at rest.
         """
-        error = wanted - measured
-        # Plain sums and work in place: this runs every tick.
-        error -= sum(error.tolist()) / 3 + (self._least + max(forces.tolist())) * self._per_newton
-        error *= gain
-        self.value += error
+        # Plain floats: this runs every tick, where three numbers are not worth an array operation.
+        w, m = wanted.tolist(), measured.tolist()
+        errors = [w[0] - m[0], w[1] - m[1], w[2] - m[2]]
+        common = sum(errors) / 3 + (self._least + max(forces.tolist())) * self._per_newton
+        for i in (0, 1, 2):
+            self.value[i] += gain * (errors[i] - common)
