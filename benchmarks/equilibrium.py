@@ -8,7 +8,7 @@ from scipy.optimize import root
 
 from contarm_sim import Arm
 from contarm_sim.load import Load, Muscles, Wrench
-from contarm_sim.simulation.equilibrium import _driven, equilibrium
+from contarm_sim.simulation.equilibrium import driven_plant, equilibrium
 from contarm_sim.simulation.plant import engine_room
 from contarm_sim.simulation.solver import Solver
 
@@ -21,9 +21,7 @@ def case(rng, links):
 
 
 def prepared(arm, load):
-    plant, bend, ctrl = _driven(arm, load)
-    plant.reset(bend)
-    plant.data.ctrl[:] = ctrl
+    plant = driven_plant(arm, load)
     return plant, Solver(plant, load)
 
 
@@ -32,7 +30,7 @@ def by_stepping(arm, load, tip):
     start = time.perf_counter()
     while plant.data.time < 30:
         for _ in range(20):
-            plant.data.qfrc_applied[:] = solver._load.generalised_forces()
+            plant.data.qfrc_applied[:] = solver.load.generalised_forces()
             mujoco.mj_step(plant.model, plant.data)
         if np.linalg.norm(plant.tip - tip) < 1e-7:
             break
@@ -45,7 +43,7 @@ def by_scipy(arm, load):
     def forces(qpos):
         plant.data.qpos[:] = qpos
         solver.residual()
-        return solver._forces
+        return solver.forces
 
     start = time.perf_counter()
     root(forces, plant.data.qpos.copy(), method="hybr", tol=1e-10)

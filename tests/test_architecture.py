@@ -22,7 +22,7 @@ MAY = {
     "simulation": {"errors", "engine", "arm", "load", "kinematics", "mechanics", "mjcf"},
     "validation": {"errors", "arm", "kinematics", "mechanics", "simulation"},
     "rendering": {"errors", "engine", "arm", "kinematics", "mjcf", "simulation"},
-    "report": {"errors", "arm", "arm_file", "kinematics", "mjcf", "simulation", "validation", "rendering"},
+    "report": {"errors", "arm", "arm_file", "kinematics", "mechanics", "mjcf", "simulation", "validation", "rendering"},
     "cli": {"errors", "arm", "arm_file", "load", "kinematics", "mechanics", "paths", "waypoints", "mjcf", "simulation",
             "validation", "rendering", "report"},
 }  # fmt: skip

@@ -237,6 +237,10 @@ WRONG = {
     "equilibrium --file binary.csv": "not text",
     "equilibrium --file empty.csv": "not JSON",
     "equilibrium --file empty.csv --muscles bend 1 0": "either --file, or flags",
+    "muscle --pressure 800000": "0 to 700000 Pa",
+    "muscle --pressure nan": "0 to 700000 Pa",
+    "muscle --out picture.txt": ".png, .pdf or .svg",
+    "muscle --muscle.max-contraction 0.5": "below 0.42",
     "dance": "No such command",
 }
 
@@ -267,7 +271,7 @@ def test_a_negative_verdict_is_exit_code_1(contarm):
 
 
 def test_help_teaches(contarm):
-    for command in ("fk", "ik", "build", "run", "validate", "doctor", "equilibrium"):
+    for command in ("fk", "ik", "build", "run", "validate", "doctor", "equilibrium", "muscle"):
         code, out, _ = contarm(command, "--help")
         assert code == 0
         assert "--json" in out
@@ -403,3 +407,15 @@ def test_a_stdout_that_takes_nothing_is_no_traceback(tmp_path, redirect):
     words = f"{sys.executable} -m contarm_sim fk --bend 1 0 {redirect}"
     done = subprocess.run(words, shell=True, cwd=tmp_path, capture_output=True, text=True)
     assert "Traceback" not in done.stderr
+
+
+def test_muscle_prints_and_draws_the_force_family(contarm, tmp_path):
+    code, out, err = contarm("muscle", "--pressure", 350e3, 700e3, "--out", "law.svg", "--json")
+    assert code == 0, err
+    found = json.loads(out)
+    forces = np.array(found["force_n"])
+    np.testing.assert_allclose(forces[1], 2 * forces[0])
+    assert forces[:, -1] == pytest.approx(0, abs=1e-9)
+    assert found["blocked_force_n"] == pytest.approx(177, abs=1)
+    assert (tmp_path / "law.svg").read_text().startswith("<?xml")
+    assert "700 kPa [N]" in contarm("muscle")[1]

@@ -137,7 +137,7 @@ def test_the_loaded_stiffness_is_the_derivative_of_the_forces():
             data.qpos[:] = at
             data.qpos[j] += sign * step
             solver.residual()
-            forces.append(solver._forces.copy())
+            forces.append(solver.forces.copy())
         np.testing.assert_allclose(K[:, j], (forces[1] - forces[0]) / (2 * step), atol=1e-7 * np.abs(K).max())
 
 

@@ -11,10 +11,10 @@ import sys
 
 import click
 
-from contarm_sim.cli import build, doctor, equilibrium, kinematics, run, validate
+from contarm_sim.cli import build, doctor, equilibrium, kinematics, muscle, run, validate
 from contarm_sim.errors import ContarmError, InputError
 
-_VARIADIC = ("--xi",)
+_VARIADIC = ("--xi", "--pressure")
 _JOINED = "--muscles"
 
 
@@ -39,6 +39,7 @@ COMMANDS = (
     equilibrium.equilibrium,
     kinematics.fk,
     kinematics.ik,
+    muscle.muscle,
     build.build,
     doctor.doctor,
 )

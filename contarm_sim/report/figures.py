@@ -10,6 +10,7 @@ import numpy as np
 from contarm_sim.arm import Arm
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics.pneumatics import force
 from contarm_sim.report.style import BLACK, BLUE, GREEN, MUSCLE_COLOURS, ORANGE, PURPLE, RED, figure
 from contarm_sim.simulation.samples import Samples
 from contarm_sim.validation.compare import Comparison
@@ -136,4 +137,28 @@ def draw_convergence(path: Path, arm: Arm, study: dict[str, Any]) -> None:
         ax.minorticks_off()
         ax.set_xlabel("links N [-]")
         ax.set_ylabel("largest tip error, dome to 170° [mm]")
+        ax.legend()
+
+
+def draw_muscle_law(path: Path, arm: Arm, pressures: tuple[float, ...], kind: str) -> None:
+    """Draw a muscle's force against contraction at pressures [Pa], beside the lengths that the dome asks for."""
+    contraction = np.linspace(-arm.muscle.max_stretch, arm.muscle.max_contraction, 200)
+    lengths = arm.muscle_rest_length * (1 - contraction)
+    reach = arm.muscle_radius * np.radians(170)
+    with figure(path, kind, figsize=(5.2, 3.6)) as fig:
+        ax = fig.subplots()
+        used = 100 * (1 - (arm.length + np.array([reach, -reach])) / arm.muscle_rest_length)
+        ax.axvspan(*used, color="#EEF1F5", label="lengths of the dome to 170°")
+        ax.axvline(
+            100 * arm.muscle.mount_contraction, color="#888888", linewidth=0.8, linestyle="--", label="straight arm"
+        )
+        for pressure in pressures:
+            curve = force(pressure, lengths, arm)
+            ax.plot(100 * contraction, curve, color=BLUE, linewidth=1.2)
+            ax.annotate(f"{pressure / 1e3:g} kPa", (100 * contraction[0], curve[0]), xytext=(-3, 0),
+                        textcoords="offset points", ha="right", va="center", fontsize=7)  # fmt: skip
+        ax.margins(x=0.12)
+        ax.set_ylim(bottom=0)
+        ax.set_xlabel("contraction from rest length [%]")
+        ax.set_ylabel("force of one muscle [N]")
         ax.legend()

@@ -33,8 +33,11 @@ _STYLE = {
 
 
 @contextmanager
-def figure(path: Path, **kwargs: Any) -> Iterator[Any]:
-    """Yield a matplotlib figure in the project's style and save it; no display, no global state."""
+def figure(path: Path, kind: str | None = None, **kwargs: Any) -> Iterator[Any]:
+    """Yield a matplotlib figure in the project's style and save it; no display, no global state.
+
+    The kind of file (png, pdf, svg) is that of the path's ending unless given.
+    """
     from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -43,4 +46,4 @@ def figure(path: Path, **kwargs: Any) -> Iterator[Any]:
         canvas = Figure(**kwargs)
         FigureCanvasAgg(canvas)
         yield canvas
-        canvas.savefig(path)
+        canvas.savefig(path, format=kind)

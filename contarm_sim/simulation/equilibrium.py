@@ -64,9 +64,7 @@ def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess:
         InputError: a bend that pulling muscles cannot hold.
     """
     load = load or Load()
-    plant, bend, ctrl = _driven(arm, load)
-    plant.reset(bend)
-    plant.data.ctrl[:] = ctrl
+    plant = driven_plant(arm, load)
     if guess is not None:
         plant.data.qpos[:] = guess
     with engine_room():
@@ -83,24 +81,25 @@ def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess:
     )  # fmt: skip
 
 
-def _driven(arm: Arm, load: Load) -> tuple[Plant, Array, Array]:
-    """Return a plant whose muscles are driven as the load says, the bend to start from, and its controls."""
+def driven_plant(arm: Arm, load: Load) -> Plant:
+    """Return a plant with muscles driven as a load says, posed for a first guess, its controls set."""
     kind, values = load.muscles.kind, np.array(load.muscles.values)
     plant = Plant(arm)
     model = plant.model
     if kind in ("off", "tensions"):
-        model.actuator_gainprm[:, 0] = 1.0
-        model.actuator_biasprm[:] = 0.0
-        model.actuator_ctrllimited[:] = 0
         model.actuator_gainprm[:, 0] = 0.0
+        model.actuator_biasprm[:] = 0.0
         model.actuator_biasprm[:, 0] = -values if kind == "tensions" else 0.0
-        return plant, np.zeros(2), np.zeros(3)
+        plant.reset(np.zeros(2))
+        return plant
     if kind == "bend":
         bend = arc.from_polar(values[0], values[1])
     else:
         bend, _ = chain.bend_from_lengths(arm.length + values, arm.length, arm.muscle_radius, arm.links)
     lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
-    return plant, bend, lengths - holding_tensions(bend, arm) / arm.muscle.servo_stiffness
+    plant.reset(bend)
+    plant.data.ctrl[:] = lengths - holding_tensions(bend, arm) / arm.muscle.servo_stiffness
+    return plant
 
 
 def extrapolated(arm: Arm, load: Load | None = None) -> tuple[Equilibrium, Equilibrium]:

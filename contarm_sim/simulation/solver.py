@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.errors import ConvergenceError
 from contarm_sim.kinematics.arrays import Array
@@ -51,15 +52,22 @@ class Solution:
 
 
 class Solver:
-    """Moves a plant to the equilibrium near its current pose, under a load and the servos' set-points."""
+    """Moves a plant to the equilibrium near its current pose, under a load and the servos' set-points.
+
+    Attributes:
+        load: the load on this plant; its `fraction` is what continuation raises.
+        forces: generalised forces left at the last pose evaluated [N m], shape (dofs,); zero at rest.
+        iterations: evaluations of the stiffness matrix since the last call.
+    """
 
     def __init__(self, plant: Plant, load: Load | None = None) -> None:
         self._plant = plant
-        self._load = AppliedLoad(plant, load or Load())
-        self._stiffness = TangentStiffness(plant, self._load)
+        self.load = AppliedLoad(plant, load or Load())
+        self._stiffness = TangentStiffness(plant, self.load)
         self._gravity = plant.model.opt.gravity.copy()
         self._scale = plant.model.jnt_stiffness.copy()
         self._largest = TOTAL_STEP / plant.arm.links
+        self.forces: Array = np.zeros(plant.model.nv)
         self.iterations = 0
 
     def __call__(self, setpoint: Array) -> float:
@@ -111,7 +119,7 @@ class Solver:
         for _ in range(iterations):
             if residual <= RESIDUAL:
                 break
-            step = self._limited(np.linalg.solve(self._tangent(), self._forces))
+            step = self._limited(np.linalg.solve(self._tangent(), self.forces))
             start, before = data.qpos.copy(), residual
             for _ in range(10):
                 data.qpos[:] = start + step
@@ -131,10 +139,10 @@ class Solver:
                 break
             K = self._tangent()
             K[np.diag_indices_from(K)] += damping * self._scale
-            step = np.linalg.solve(K, self._forces)
-            if np.abs(step).max() > self._largest or step @ self._forces < 0:
+            step = np.linalg.solve(K, self.forces)
+            if np.abs(step).max() > self._largest or step @ self.forces < 0:
                 damping = max(4 * damping, 1e-3)
-                step = self._limited(step) if step @ self._forces > 0 else 0 * step
+                step = self._limited(step) if step @ self.forces > 0 else 0 * step
             data.qpos[:] += step
             before, residual = residual, self.residual()
             first = max(first, residual)
@@ -178,11 +186,11 @@ class Solver:
         model, data = self._plant.model, self._plant.data
         data.qvel[:] = 0
         mujoco.mj_fwdPosition(model, data)
-        data.qfrc_applied[:] = self._load.generalised_forces()
+        data.qfrc_applied[:] = self.load.generalised_forces()
         mujoco.mj_fwdVelocity(model, data)
         mujoco.mj_fwdActuation(model, data)
-        self._forces = data.qfrc_passive - data.qfrc_bias + data.qfrc_applied + data.qfrc_actuator
-        largest = float(np.abs(self._forces).max())
+        self.forces = data.qfrc_passive - data.qfrc_bias + data.qfrc_applied + data.qfrc_actuator
+        largest = float(np.abs(self.forces).max())
         return largest if np.isfinite(largest) else np.inf
 
     def softest(self) -> float:
@@ -194,9 +202,9 @@ class Solver:
         self.iterations += 1
         return self._stiffness()
 
-    def _limited(self, step: Array) -> Array:
-        return step * min(1.0, self._largest / max(float(np.abs(step).max()), 1e-300))
+    def _limited(self, step: NDArray[np.floating]) -> Array:
+        return np.asarray(step, dtype=float) * min(1.0, self._largest / max(float(np.abs(step).max()), 1e-300))
 
     def _set_fraction(self, fraction: float) -> None:
-        self._load.fraction = fraction
+        self.load.fraction = fraction
         self._plant.model.opt.gravity[:] = fraction * self._gravity
