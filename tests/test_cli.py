@@ -271,7 +271,7 @@ def test_a_negative_verdict_is_exit_code_1(contarm):
 
 
 def test_help_teaches(contarm):
-    for command in ("fk", "ik", "build", "run", "validate", "doctor", "equilibrium", "muscle"):
+    for command in ("fk", "ik", "build", "run", "validate", "doctor", "equilibrium", "muscle", "compare-controllers"):
         code, out, _ = contarm(command, "--help")
         assert code == 0
         assert "--json" in out
@@ -419,3 +419,16 @@ def test_muscle_prints_and_draws_the_force_family(contarm, tmp_path):
     assert found["blocked_force_n"] == pytest.approx(177, abs=1)
     assert (tmp_path / "law.svg").read_text().startswith("<?xml")
     assert "700 kPa [N]" in contarm("muscle")[1]
+
+
+def test_compare_controllers_tells_them_apart(contarm, tmp_path):
+    code, out, err = contarm("compare-controllers", "--duration", 6, "--out", "c", "--json")
+    assert code == 0, err
+    rows = {(row["load"], row["controller"]): row for row in json.loads(out)["rows"]}
+    assert len(rows) == 15
+    assert rows["free", "paper"]["pushes"] > 0
+    assert rows["free", "servo"]["pushes"] == 0
+    for load in ("gravity", "payload"):
+        assert rows[load, "tip"]["tip_rms_percent"] < 0.5 * rows[load, "servo"]["tip_rms_percent"]
+        assert rows[load, "tip"]["along_rms_percent"] < 0.4 * rows[load, "servo"]["along_rms_percent"]
+    assert os.listdir(tmp_path / "c") == ["summary.json"]

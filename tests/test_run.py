@@ -11,6 +11,7 @@ from contarm_sim.arm import Arm, Muscle
 from contarm_sim.errors import DivergenceError, InputError
 from contarm_sim.kinematics import arc, chain, dome
 from contarm_sim.simulation.plant import Plant
+from contarm_sim.simulation.rest import poses_at_rest
 from contarm_sim.simulation.run import ACCURATE, FAST, Stepping, simulate
 from contarm_sim.simulation.samples import Samples
 
@@ -139,3 +140,25 @@ def test_unusual_arms_run():
     for arm in (Arm(links=7), Arm(torsional_stiffness=0.05), replace(Arm(), length=1.0, muscle_radius=0.05, mass=2.0)):
         run = simulate(arm, *_spiral(arm, 0.5, turns=0.2, max_bend=0.5))
         assert np.isfinite(run.samples.stations).all()
+
+
+def test_the_tip_is_brought_as_near_as_two_degrees_of_freedom_allow():
+    """Hanging with 100 g and seeing its tip, what error is left at rest is normal to what lengths can change."""
+    arm = Arm(gravity=(0, 0, 9.81), payload=0.1)
+    bend = arc.from_polar(np.array([0.6, 1.4]), np.array([0.3, -2.0]))
+    target = arc.position(bend, arm.length)
+    blind, seeing = (poses_at_rest(arm, bend, target, controller) for controller in ("servo", "tip"))
+    before, after = (samples.stations[:, -1] - target for samples in (blind, seeing))
+    assert np.all(np.linalg.norm(after, axis=1) < 0.5 * np.linalg.norm(before, axis=1))
+    along = np.einsum("tij,ti->tj", arc.jacobian(bend, arm.length), after)
+    assert np.abs(along).max() < 1e-5
+
+
+def test_the_tip_controller_follows_a_slow_path_under_gravity():
+    arm = Arm(gravity=(0, 0, 9.81))
+    targets, bend = _spiral(arm, 4.0, turns=0.5, max_bend=1.0)
+    errors = {}
+    for controller in ("servo", "tip"):
+        offset = simulate(arm, targets, bend, controller).samples.stations[:, -1] - targets
+        errors[controller] = np.sqrt(np.mean(np.sum(offset[100:] ** 2, axis=1)))
+    assert errors["tip"] < 0.5 * errors["servo"]

@@ -11,7 +11,7 @@ import sys
 
 import click
 
-from contarm_sim.cli import build, doctor, equilibrium, kinematics, muscle, run, validate
+from contarm_sim.cli import build, compare_controllers, doctor, equilibrium, kinematics, muscle, run, validate
 from contarm_sim.errors import ContarmError, InputError
 
 _VARIADIC = ("--xi", "--pressure")
@@ -36,6 +36,7 @@ def cli() -> None:
 COMMANDS = (
     run.run,
     validate.validate,
+    compare_controllers.compare_controllers,
     equilibrium.equilibrium,
     kinematics.fk,
     kinematics.ik,

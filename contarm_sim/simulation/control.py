@@ -6,6 +6,7 @@ Each controller adds one thing to the one before:
     chain        the lengths that the chain of links really has
     feedforward  pulling muscles; tensions that hold the bend fold into the set-point
     servo        an integral on length differences and one on the slackest muscle's tension
+    tip          an integral on the tip's position, through the arc's Jacobian, shifts the lengths
 """
 
 from __future__ import annotations
@@ -17,15 +18,19 @@ import numpy as np
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
-from contarm_sim.kinematics import chain, muscles
+from contarm_sim.kinematics import arc, chain, muscles
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics.statics import holding_tensions
+from contarm_sim.mechanics.statics import holding_tensions, length_jacobian
 
-Controller = Literal["paper", "chain", "feedforward", "servo"]
+Controller = Literal["paper", "chain", "feedforward", "servo", "tip"]
 CONTROLLERS: tuple[Controller, ...] = get_args(Controller)
 
 INTEGRAL_TIME = 0.1
 """Time constant of the integral corrections [s]: slow beside the servo (0.02 s), fast beside a path."""
+
+
+TIP_TIME = 0.2
+"""Time constant of the tip's feedback [s]; twice what still holds an upright arm with 100 g, which 0.1 s does not."""
 
 
 @dataclass(frozen=True)
@@ -37,12 +42,14 @@ class Command:
         setpoint: servo set-points before correction [m], shape (T, 3).
         corrected: whether the integral corrections are added.
         pull_only: whether muscles can only pull.
+        seeing: whether the tip's position is fed back.
     """
 
     lengths: Array
     setpoint: Array
     corrected: bool
     pull_only: bool
+    seeing: bool
 
 
 def command(arm: Arm, bend: Array, controller: Controller, period: float | None = None) -> Command:
@@ -62,14 +69,15 @@ def command(arm: Arm, bend: Array, controller: Controller, period: float | None 
     else:
         lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
     setpoint = lengths
-    forward = controller in ("feedforward", "servo")
+    forward = controller in ("feedforward", "servo", "tip")
     if forward:
         rate = None
         if period is not None and len(bend) > 1:
             rate = np.gradient(bend, period, axis=0)
             setpoint = setpoint + arm.muscle.servo_time * np.gradient(lengths, period, axis=0)
         setpoint = setpoint - holding_tensions(bend, arm, rate=rate) / arm.muscle.servo_stiffness
-    return Command(lengths, setpoint, corrected=controller == "servo", pull_only=forward)
+    seeing = controller == "tip"
+    return Command(lengths, setpoint, controller == "servo" or seeing, pull_only=forward, seeing=seeing)
 
 
 class Correction:
@@ -96,3 +104,28 @@ class Correction:
         common = sum(errors) / 3 + (self._least + max(forces.tolist())) * self._per_newton
         for i in (0, 1, 2):
             self.value[i] += gain * (errors[i] - common)
+
+
+class TipFeedback:
+    """Shifts muscle lengths so that the seen tip approaches its target.
+
+    The tip has three coordinates, the section two degrees of freedom: an error along the dome is removed, one across
+    it is not in any controller's power (a sagging arm's tips form another surface than the dome).
+
+    Attributes:
+        shift: what to add to the lengths asked for [m], shape (3,).
+    """
+
+    def __init__(self, arm: Arm, bend: Array, target: Array) -> None:
+        self._target = target
+        self._inverse = np.linalg.pinv(arc.jacobian(bend, arm.length))
+        self._spread = length_jacobian(bend, arm)
+        self._offset = np.zeros(2)
+        self.shift = np.zeros(3)
+
+    def update(self, index: int, tip: Array, gain: float) -> float:
+        """Integrate one interval of sample `index` from the seen tip [m]; return the change of the bend [rad]."""
+        change = gain * (self._inverse[index] @ (self._target[index] - tip))
+        self._offset += change
+        self.shift = self._spread[index] @ self._offset
+        return float(np.hypot(change[0], change[1]))

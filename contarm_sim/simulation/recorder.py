@@ -17,6 +17,7 @@ class Recorder:
 
     Attributes:
         lengths: muscle lengths as the sensors last read them [m], shape (3,); a view that stays current.
+        tip: tip position as the engine last derived it [m], shape (3,); a view that stays current.
         forces: muscle forces as the sensors last read them [N], pulling < 0, shape (3,); a view that stays current.
     """
 
@@ -25,6 +26,7 @@ class Recorder:
         self._links = plant.arm.links
         self._sensordata = data.sensordata
         self._centres = data.xpos[model.body("base").id : model.body("tip").id + 1]
+        self.tip = self._centres[-1]
         self._sensed = np.empty((count, model.nsensordata))
         self._stations = np.empty((count, self._links + 1, 3))
         self._column = {model.sensor(i).name: int(model.sensor_adr[i]) for i in range(model.nsensor)}

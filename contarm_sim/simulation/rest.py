@@ -11,7 +11,7 @@ from contarm_sim.arm import Arm
 from contarm_sim.errors import ConvergenceError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.simulation.control import Controller, Correction, command
+from contarm_sim.simulation.control import Command, Controller, Correction, TipFeedback, command
 from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.recorder import Recorder
 from contarm_sim.simulation.samples import Samples
@@ -22,6 +22,9 @@ LENGTH_ERROR = 1e-9
 
 TENSION_ERROR = 1e-3
 """Largest deviation left of the slackest muscle's tension [N]."""
+
+BEND_CHANGE = 1e-6
+"""Change of the bend at which the tip's feedback has settled [rad]."""
 
 CORRECTIONS = 300
 """Most corrections of a set-point; a handful do at 24 links, but with few links each gains little."""
@@ -49,6 +52,8 @@ def poses_at_rest(
             plant.reset(bend[i])
             try:
                 setpoint[i] = _hold(plant, settle, orders.setpoint[i], orders.lengths[i], orders.corrected)
+                if orders.seeing:
+                    setpoint[i] = _look(plant, settle, orders, i, TipFeedback(arm, bend[i : i + 1], target[i : i + 1]))
             except ConvergenceError as error:
                 raise ConvergenceError(
                     f"at {_described(plant, bend[i])}: {error.what}",
@@ -85,3 +90,15 @@ def _hold(plant: Plant, settle: Solver, setpoint: Array, lengths: Array, correct
         correction.update(lengths, plant.muscle_lengths, -plant.muscle_tensions, gain=1.0)
         settle(setpoint + correction.value)
     raise ConvergenceError("the length servo at rest", error, LENGTH_ERROR, CORRECTIONS, "m")
+
+
+def _look(plant: Plant, settle: Solver, orders: Command, index: int, feedback: TipFeedback) -> Array:
+    """Shift lengths until the tip is as near to its target as two degrees of freedom bring it."""
+    change = np.inf
+    for _ in range(CORRECTIONS):
+        change = feedback.update(0, plant.tip, gain=0.7)
+        setpoint, lengths = orders.setpoint[index] + feedback.shift, orders.lengths[index] + feedback.shift
+        setpoint = _hold(plant, settle, setpoint, lengths, corrected=True)
+        if change <= BEND_CHANGE:
+            return setpoint
+    raise ConvergenceError("the tip's feedback at rest", change, BEND_CHANGE, CORRECTIONS, "rad")

@@ -14,7 +14,15 @@ from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array, as_vectors
 from contarm_sim.mjcf import TIMESTEP
-from contarm_sim.simulation.control import INTEGRAL_TIME, Command, Controller, Correction, command
+from contarm_sim.simulation.control import (
+    INTEGRAL_TIME,
+    TIP_TIME,
+    Command,
+    Controller,
+    Correction,
+    TipFeedback,
+    command,
+)
 from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.recorder import Recorder
 from contarm_sim.simulation.samples import Samples
@@ -96,13 +104,14 @@ def simulate(
     substeps = stepping.substeps(rate)
     orders = command(arm, bend, controller, period=1 / rate)
     plant = Plant(arm, pull_only=orders.pull_only, timestep=stepping.timestep, integrator=stepping.integrator)
+    feedback = TipFeedback(arm, bend, target) if orders.seeing else None
     recorder, setpoint = Recorder(plant, len(bend)), np.empty((len(bend), 3))
     with engine_room():
         plant.reset(bend[0])
         Solver(plant)(command(arm, bend[:1], controller).setpoint[0])
         plant.data.time = 0.0
         start = time.perf_counter()
-        count, interrupted = _loop(plant, recorder, orders, setpoint, rate, substeps, on_tick)
+        count, interrupted = _loop(plant, recorder, orders, feedback, setpoint, rate, substeps, on_tick)
         elapsed = time.perf_counter() - start
     samples = recorder.samples(count, np.arange(len(bend)) / rate, target, bend, setpoint)
     return Run(samples, max(count - 1, 0) / rate / elapsed, interrupted)
@@ -112,6 +121,7 @@ def _loop(
     plant: Plant,
     recorder: Recorder,
     orders: Command,
+    feedback: TipFeedback | None,
     setpoint: Array,
     rate: float,
     substeps: int,
@@ -133,11 +143,17 @@ def _loop(
     try:
         for i, ramp in enumerate(ramps):
             ramp += correction.value
+            if feedback is not None:
+                ramp += feedback.shift
             ctrl[:] = setpoint[i] = ramp[0]
             mujoco.mj_step(model, data)
             recorder.take(i)
+            wanted = orders.lengths[i]
+            if feedback is not None:
+                wanted = wanted + feedback.shift
+                feedback.update(i, recorder.tip, 1 / (rate * TIP_TIME))
             if orders.corrected:
-                correction.update(orders.lengths[i], recorder.lengths, recorder.forces, gain)
+                correction.update(wanted, recorder.lengths, recorder.forces, gain)
             for between in ramp[1:]:
                 ctrl[:] = between
                 mujoco.mj_step(model, data)
