@@ -12,7 +12,7 @@ from contarm_sim.arm import Arm
 from contarm_sim.errors import ConvergenceError, InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.load import Load, Muscles, Wrench, load_from_dict
-from contarm_sim.simulation.equilibrium import equilibrium, extrapolated, interpolate
+from contarm_sim.simulation.equilibrium import driven_plant, equilibrium, extrapolated, interpolate
 from contarm_sim.simulation.loads import AppliedLoad
 from contarm_sim.simulation.plant import Plant
 from contarm_sim.simulation.solver import RESIDUAL, Solver
@@ -220,3 +220,46 @@ def test_loads_leave_the_arm_alone():
     arm = Arm(gravity=(0, 0, 9.81))
     one = equilibrium(arm, Load(actuation_moment=(0.0, 0.1)))
     np.testing.assert_array_equal(one.tip, equilibrium(replace(arm), Load(actuation_moment=(0.0, 0.1))).tip)
+
+
+@pytest.mark.slow
+def test_two_thousand_random_loads():
+    """Run by hand with -m slow: half a minute. Loads lead to stable poses, or truthfully to none.
+
+    Three of these loads buckle the arm: along their path the softest mode falls to zero before the load is whole.
+    """
+    rng, buckled = np.random.default_rng(11), 0
+    for _ in range(2000):
+        arm = Arm(
+            links=int(rng.integers(8, 60)), bending_stiffness=10 ** rng.uniform(-1.7, 0), mass=rng.uniform(0.02, 0.3),
+            torsional_stiffness=None if rng.random() < 0.5 else 10 ** rng.uniform(-1.7, 0),
+            gravity=tuple(rng.normal(size=3) * 5), payload=rng.uniform(0, 0.1),
+        )  # fmt: skip
+        scale = 10 ** rng.uniform(-1, 0.7)
+        force = scale * rng.normal(size=3) * arm.bending_stiffness / arm.length**2
+        moment = 0.3 * scale * rng.normal(size=3) * arm.bending_stiffness / arm.length
+        bend = (rng.uniform(0, 2.5), rng.uniform(-3, 3))
+        drive = Muscles() if rng.random() < 0.5 else Muscles(kind="bend", values=bend)
+        follower = 0.3 * rng.normal(size=3) * arm.bending_stiffness / arm.length * (rng.random() < 0.3)
+        wrench = Wrench(xi=rng.random(), force=tuple(force), moment=tuple(moment))
+        load = Load(wrenches=(wrench,), muscles=drive, follower_moment=tuple(follower))
+        try:
+            found = equilibrium(arm, load)
+        except ConvergenceError:
+            buckled += 1
+            assert _softest_along_the_path(arm, load) < 0.02 * arm.bending_stiffness / arm.link_pitch
+            continue
+        assert found.residual <= RESIDUAL
+        assert found.stable
+    assert buckled <= 3
+
+
+def _softest_along_the_path(arm, load):
+    """Raise the load by Newton in small steps; return the smallest eigenvalue met before Newton is lost [N m/rad]."""
+    solver, softest = Solver(driven_plant(arm, load), load), np.inf
+    for fraction in np.linspace(0.02, 1, 99):
+        solver._set_fraction(fraction)
+        if solver.newton() > RESIDUAL:
+            break
+        softest = min(softest, solver.softest())
+    return softest
