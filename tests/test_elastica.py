@@ -263,3 +263,39 @@ def _softest_along_the_path(arm, load):
             break
         softest = min(softest, solver.softest())
     return softest
+
+
+def test_tip_compliance_is_what_small_forces_measure():
+    arm = Arm(gravity=(1.0, -2.0, 9.0), payload=0.05, torsional_stiffness=0.08)
+    drive, step = Muscles(kind="bend", values=(1.1, 0.4)), 1e-4
+    found = equilibrium(arm, Load(muscles=drive))
+    for column in range(6):
+        tips, turns = [], []
+        for sign in (1, -1):
+            wrench = np.zeros(6)
+            wrench[column] = sign * step
+            probe = Wrench(xi=1, force=tuple(wrench[:3]), moment=tuple(wrench[3:]))
+            pushed = equilibrium(arm, Load(muscles=drive, wrenches=(probe,)), guess=found.qpos)
+            tips.append(pushed.tip)
+            turns.append(pushed.frames[-1, :3, :3])
+        moved = (tips[0] - tips[1]) / (2 * step)
+        spin = (turns[0] - turns[1]) / (2 * step) @ found.frames[-1, :3, :3].T
+        turned = np.array([spin[2, 1], spin[0, 2], spin[1, 0]])
+        np.testing.assert_allclose(
+            found.tip_compliance[:, column], [*moved, *turned], atol=2e-4 * np.abs(found.tip_compliance).max()
+        )
+
+
+def test_lateral_compliance_of_the_straight_arm_is_the_closed_form():
+    """L^3/(12 EI), an S-shape that no length feels, plus a bend against EI/L and the muscles' 1.5 r^2 dF/dL."""
+    errors = []
+    for links in (24, 48):
+        arm = Arm(links=links)
+        arm = replace(arm, muscle=replace(arm.muscle, servo_stiffness=700.0, min_tension=1e-6))
+        found = equilibrium(arm, Load(muscles=Muscles(kind="bend", values=(0.0, 0.0))))
+        k_m = 1.5 * arm.muscle_radius**2 * 700.0
+        L, B = arm.length, arm.bending_stiffness
+        expected = L**3 / (12 * B) + (L / 2) ** 2 / (B / L + k_m)
+        errors.append(abs(found.tip_compliance[0, 0] / expected - 1))
+    assert errors[0] < 0.01
+    assert errors[1] < errors[0]

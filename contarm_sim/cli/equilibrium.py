@@ -131,6 +131,7 @@ def _solve(case: tuple[Arm, Any], method: str, extrapolate: bool, xi: tuple[floa
         "backbone": {"centres": found.frames[:, :3, 3].tolist(), "frames": found.frames.tolist()},
         "muscle_lengths": found.muscle_lengths.tolist(),
         "muscle_tensions": found.muscle_tensions.tolist(),
+        "tip_compliance": found.tip_compliance.tolist(),
         "residual": found.residual,
         "stable": found.stable,
         "smallest_eigenvalue": found.smallest_eigenvalue,

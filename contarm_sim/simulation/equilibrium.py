@@ -24,6 +24,9 @@ class Equilibrium:
         frames: 4x4 frames at s = i length/N: base, links, tip, shape (N + 1, 4, 4).
         muscle_lengths: [m], shape (3,).
         muscle_tensions: [N], pulling > 0, shape (3,).
+        tip_compliance: displacement [m] and rotation [rad] of the tip, base frame, by a small force [N] and couple
+            [N m] there, shape (6, 6), muscles driven as they are. Its inverse is the stiffness where that exists: an
+            inextensible straight arm does not give way along its axis.
         residual: largest generalised force left [N m].
         smallest_eigenvalue: of the stiffness matrix [N m/rad]; the pose is stable if it is positive.
         iterations: evaluations of the stiffness matrix.
@@ -34,6 +37,7 @@ class Equilibrium:
     frames: Array
     muscle_lengths: Array
     muscle_tensions: Array
+    tip_compliance: Array
     residual: float
     smallest_eigenvalue: float
     iterations: int
@@ -76,9 +80,16 @@ def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess:
     frames[:, :3, 3] = plant.stations
     frames[:, :3, :3] = plant.rotations
     return Equilibrium(
-        frames, plant.muscle_lengths, plant.muscle_tensions, found.residual, found.smallest_eigenvalue,
-        found.iterations, seconds, plant.data.qpos.copy(),
-    )  # fmt: skip
+        frames=frames,
+        muscle_lengths=plant.muscle_lengths,
+        muscle_tensions=plant.muscle_tensions,
+        tip_compliance=solver.tip_compliance(),
+        residual=found.residual,
+        smallest_eigenvalue=found.smallest_eigenvalue,
+        iterations=found.iterations,
+        seconds=seconds,
+        qpos=plant.data.qpos.copy(),
+    )
 
 
 def driven_plant(arm: Arm, load: Load) -> Plant:

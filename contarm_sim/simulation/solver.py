@@ -198,6 +198,13 @@ class Solver:
         K = self._stiffness()
         return float(np.linalg.eigvalsh(K)[0] if self._stiffness.symmetric else np.linalg.eigvals(K).real.min())
 
+    def tip_compliance(self) -> Array:
+        """Return J K^-1 J^T, shape (6, 6): displacement [m] and rotation [rad] of the tip by force and couple there."""
+        model, data = self._plant.model, self._plant.data
+        J = np.zeros((6, model.nv))
+        mujoco.mj_jacBody(model, data, J[:3], J[3:], model.body("tip").id)
+        return J @ np.linalg.solve(self._stiffness(), J.T)
+
     def _tangent(self) -> Array:
         self.iterations += 1
         return self._stiffness()
