@@ -82,6 +82,7 @@ class Muscle:
     max_contraction: float = _number(
         0.25, "-", "contraction at which the force vanishes (paper: 25 %)", above=0, below=0.42
     )
+    min_pressure: float = _number(90e3, "Pa", "lowest gauge pressure but none (paper: 90 kPa)", above=0)
     max_pressure: float = _number(700e3, "Pa", "highest gauge pressure (paper: 700 kPa)", above=0)
     mount_contraction: float = _number(
         0.05, "-", "contraction in the straight arm, so that a muscle can also lengthen", least=0, below=0.42
@@ -92,6 +93,8 @@ class Muscle:
 
     def __post_init__(self) -> None:
         _check_numbers(self, "muscle.")
+        if self.min_pressure >= self.max_pressure:
+            raise InputError("muscle.min_pressure", self.min_pressure, f"below max_pressure ({self.max_pressure:g} Pa)")
         if self.mount_contraction >= self.max_contraction:
             raise InputError(
                 "muscle.mount_contraction", self.mount_contraction, f"below max_contraction ({self.max_contraction:g})"

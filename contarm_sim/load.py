@@ -11,9 +11,9 @@ from typing import Any, Literal, get_args
 from contarm_sim.arm import Vector
 from contarm_sim.errors import InputError
 
-Drive = Literal["off", "deltas", "tensions", "bend"]
+Drive = Literal["off", "deltas", "tensions", "pressures", "bend"]
 DRIVES: tuple[Drive, ...] = get_args(Drive)
-_SIZE = {"off": 0, "deltas": 3, "tensions": 3, "bend": 2}
+_SIZE = {"off": 0, "deltas": 3, "tensions": 3, "pressures": 3, "bend": 2}
 
 
 def _vector(value: Any, size: int, name: str) -> tuple[float, ...]:
@@ -51,8 +51,9 @@ class Muscles:
 
     Attributes:
         kind: `off` (no force), `deltas` (length changes of the chain of links [m], held by servos), `tensions`
-            (constant [N], pulling > 0), `bend` (bend and plane angle [rad], held by servos).
-        values: none, three, three, two numbers.
+            (constant [N], pulling > 0), `pressures` (gauge [Pa], by the McKibben law), `bend` (bend and plane angle
+            [rad], held by servos).
+        values: none for `off`, two numbers for `bend`, else three.
 
     Raises:
         InputError: an unknown kind, or the wrong numbers.
@@ -65,8 +66,9 @@ class Muscles:
         if self.kind not in DRIVES:
             raise InputError("muscles", repr(self.kind), ", ".join(DRIVES))
         object.__setattr__(self, "values", _vector(self.values, _SIZE[self.kind], f"muscles {self.kind}"))
-        if self.kind == "tensions" and min(self.values) < 0:
-            raise InputError("muscles tensions", self.values, "0 or more [N]: muscles pull")
+        if self.kind in ("tensions", "pressures") and min(self.values) < 0:
+            unit = "[N]: muscles pull" if self.kind == "tensions" else "[Pa]"
+            raise InputError(f"muscles {self.kind}", self.values, f"0 or more {unit}")
 
 
 @dataclass(frozen=True, kw_only=True)

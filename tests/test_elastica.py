@@ -10,8 +10,10 @@ import pytest
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import ConvergenceError, InputError
-from contarm_sim.kinematics import arc
+from contarm_sim.kinematics import arc, chain
 from contarm_sim.load import Load, Muscles, Wrench, load_from_dict
+from contarm_sim.mechanics.pneumatics import force, force_slope, pressure_for
+from contarm_sim.mechanics.statics import holding_tensions
 from contarm_sim.simulation.equilibrium import driven_plant, equilibrium, extrapolated, interpolate
 from contarm_sim.simulation.loads import AppliedLoad
 from contarm_sim.simulation.plant import Plant
@@ -153,8 +155,6 @@ def test_both_solvers_find_the_same_pose(drive):
 
 
 def test_constant_tensions_bend_as_the_statics_say():
-    from contarm_sim.mechanics.statics import holding_tensions
-
     arm, bend = Arm(), arc.from_polar(0.9, 0.0)
     drive = Muscles(kind="tensions", values=tuple(holding_tensions(bend, arm)))
     found = equilibrium(arm, Load(muscles=drive))
@@ -299,3 +299,27 @@ def test_lateral_compliance_of_the_straight_arm_is_the_closed_form():
         errors.append(abs(found.tip_compliance[0, 0] / expected - 1))
     assert errors[0] < 0.01
     assert errors[1] < errors[0]
+
+
+def test_pressures_hold_the_bend_that_the_statics_say_and_the_law_exactly():
+    arm, bend = Arm(), arc.from_polar(1.2, 0.0)
+    tensions = holding_tensions(bend, arm, min_tension=30.0)
+    lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
+    pressures = pressure_for(tensions, lengths, arm)
+    found = equilibrium(arm, Load(muscles=Muscles(kind="pressures", values=tuple(pressures))))
+    np.testing.assert_allclose(found.tip, chain.tip(bend, arm.length, arm.links), atol=1e-6)
+    np.testing.assert_allclose(found.muscle_tensions, force(pressures, found.muscle_lengths, arm), rtol=1e-6)
+
+
+def test_cocontraction_stiffens_the_arm_by_its_own_spring():
+    """Straight, at 400 and 700 kPa: the closed form with dF/dL of the law, less what tension itself softens."""
+    arm = Arm(links=48)
+    L, B = arm.length, arm.bending_stiffness
+    passive = equilibrium(arm).tip_compliance[0, 0]
+    assert 1 / passive == pytest.approx(3 * B / L**3, rel=0.01)
+    for pressure, least, most in ((400e3, 0.85, 1.0), (700e3, 0.80, 1.0)):
+        found = equilibrium(arm, Load(muscles=Muscles(kind="pressures", values=(pressure,) * 3)))
+        k_m = 1.5 * arm.muscle_radius**2 * force_slope(pressure, arm.length, arm)
+        closed = L**3 / (12 * B) + (L / 2) ** 2 / (B / L + k_m)
+        assert least < closed / found.tip_compliance[0, 0] < most
+        assert found.tip_compliance[0, 0] < 0.6 * passive

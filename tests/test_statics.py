@@ -9,7 +9,7 @@ from sampling import bends
 from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, chain
-from contarm_sim.mechanics.pneumatics import force, pressure_for
+from contarm_sim.mechanics.pneumatics import force, force_slope, pressure_for
 from contarm_sim.mechanics.statics import cocontraction, holding_tensions, length_jacobian
 
 STEP = 1e-6
@@ -79,3 +79,9 @@ def test_700_kpa_holds_bends_to_about_155_degrees(arm):
     bend = arc.from_polar(angle, 0.0)
     pressure = pressure_for(holding_tensions(bend, arm), _lengths(bend, arm), arm).max(axis=-1)
     assert np.degrees(angle[np.argmax(pressure > 7e5)]) == pytest.approx(155, abs=4)
+
+
+def test_force_slope_is_the_derivative(arm):
+    lengths = np.linspace(0.78, 1.1, 30) * arm.muscle_rest_length
+    slope = (force(4e5, lengths + 1e-7, arm) - force(4e5, lengths - 1e-7, arm)) / 2e-7
+    np.testing.assert_allclose(force_slope(4e5, lengths, arm), slope, rtol=1e-6)

@@ -28,7 +28,7 @@ from contarm_sim.errors import ConvergenceError, InputError
 )  # fmt: skip
 @click.option(
     "--muscles", default="off", metavar="KIND [X ...]",
-    help="off | deltas L1 L2 L3 [m] | tensions T1 T2 T3 [N] | bend BEND_ANGLE PLANE_ANGLE [rad]; default off.",
+    help="off | deltas L1 L2 L3 [m] | tensions T1 T2 T3 [N] | pressures P1 P2 P3 [Pa] | bend ANGLE PLANE [rad].",
 )  # fmt: skip
 @click.option(
     "--file", metavar="LOADS.json", help="A list of cases (gravity, payload, wrenches, ...) instead of flags."
@@ -51,6 +51,7 @@ def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: A
     contarm equilibrium --gravity -9.81 0 0
     contarm equilibrium --wrench 1 0.2 0 0 0 0 0 --wrench 0.5 0 0.1 0 0 0 0 --json
     contarm equilibrium --muscles bend 1.5 0 --gravity 0 0 9.81 --payload 0.1
+    contarm equilibrium --muscles pressures 500000 200000 200000
     contarm equilibrium --file loads.json --json
 
     A case in a file: {"gravity": [0, 0, 9.81], "payload": 0.1, "wrenches": [{"xi": 1, "force": [0.2, 0, 0]}],
@@ -86,7 +87,7 @@ def _muscles(text: str) -> tuple[Any, tuple[float, ...]]:
     try:
         return kind, tuple(float(word) for word in words)
     except ValueError:
-        raise InputError("muscles", repr(text), "off, or deltas, tensions, bend and their numbers") from None
+        raise InputError("muscles", repr(text), "off, or deltas, tensions, pressures, bend and their numbers") from None
 
 
 def _read(file: str, arm: Arm) -> list[tuple[Arm, Any]]:

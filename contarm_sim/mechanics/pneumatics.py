@@ -23,6 +23,15 @@ def force(pressure: Any, length: Any, arm: Arm) -> Array:
     return np.asarray(pressure, dtype=float) * area * np.maximum(shape, 0.0)
 
 
+def force_slope(pressure: Any, length: Any, arm: Arm) -> Array:
+    """Return dF/dL [N/m] of `force` at constant pressure: the stiffness of a muscle at constant pressure."""
+    muscle, rest = arm.muscle, arm.muscle_rest_length
+    stretch = np.asarray(length, dtype=float) / rest
+    area = np.pi * muscle.diameter**2 / 4
+    slope = np.asarray(pressure, dtype=float) * area * 6 * stretch / (np.tan(muscle.braid_angle) ** 2 * rest)
+    return np.where(force(1.0, length, arm) > 0, slope, 0.0)
+
+
 def pressure_for(tension: Any, length: Any, arm: Arm) -> Array:
     """Return the gauge pressure [Pa] at which a muscle of a length [m] has a tension [N]; inf where none does."""
     per_pascal = force(1.0, length, arm)

@@ -8,12 +8,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from contarm_sim.arm import Arm
+from contarm_sim.errors import ConvergenceError, InputError
 from contarm_sim.kinematics import arc, chain
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.load import Load
+from contarm_sim.mechanics import pneumatics
 from contarm_sim.mechanics.statics import holding_tensions
 from contarm_sim.simulation.plant import Plant, engine_room
-from contarm_sim.simulation.solver import Solver
+from contarm_sim.simulation.solver import Solution, Solver
+
+LAW_UPDATES = 60
+"""Most tangents of the McKibben law that are tried."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +70,7 @@ def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess:
 
     Raises:
         ConvergenceError: no stable equilibrium was reached; says how far it got.
-        InputError: a bend that pulling muscles cannot hold.
+        InputError: a bend that pulling muscles cannot hold, or pressures out of range.
     """
     load = load or Load()
     plant = driven_plant(arm, load)
@@ -75,6 +80,8 @@ def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess:
         solver = Solver(plant, load)
         start = time.perf_counter()
         found = solver.solve(method)
+        if load.muscles.kind == "pressures":
+            found = _follow_law(plant, solver, np.array(load.muscles.values), method)
         seconds = time.perf_counter() - start
     frames = np.tile(np.eye(4), (arm.links + 1, 1, 1))
     frames[:, :3, 3] = plant.stations
@@ -97,9 +104,15 @@ def driven_plant(arm: Arm, load: Load) -> Plant:
     kind, values = load.muscles.kind, np.array(load.muscles.values)
     plant = Plant(arm)
     model = plant.model
-    if kind in ("off", "tensions"):
+    if kind in ("off", "tensions", "pressures"):
         model.actuator_gainprm[:, 0] = 0.0
         model.actuator_biasprm[:] = 0.0
+        model.actuator_forcelimited[:] = 0
+        if kind == "pressures":
+            values = _checked_pressures(arm, values)
+            _set_law(plant, values, np.full(3, arm.length))
+            plant.reset(np.zeros(2))
+            return plant
         model.actuator_biasprm[:, 0] = -values if kind == "tensions" else 0.0
         plant.reset(np.zeros(2))
         return plant
@@ -111,6 +124,38 @@ def driven_plant(arm: Arm, load: Load) -> Plant:
     plant.reset(bend)
     plant.data.ctrl[:] = lengths - holding_tensions(bend, arm) / arm.muscle.servo_stiffness
     return plant
+
+
+def _checked_pressures(arm: Arm, pressures: Array) -> Array:
+    low, high = arm.muscle.min_pressure, arm.muscle.max_pressure
+    if np.any((pressures > high) | ((pressures > 0) & (pressures < low))):
+        raise InputError("muscles pressures", pressures.tolist(), f"0, or {low:g} to {high:g} Pa")
+    return pressures
+
+
+def _set_law(plant: Plant, pressures: Array, lengths: Array) -> None:
+    """Give muscles the tangent of the McKibben law at lengths [m]: an affine actuator, exact where it touches."""
+    slope = pneumatics.force_slope(pressures, lengths, plant.arm)
+    tension = pneumatics.force(pressures, lengths, plant.arm)
+    plant.model.actuator_biasprm[:, 0] = slope * lengths - tension
+    plant.model.actuator_biasprm[:, 1] = -slope
+
+
+def _follow_law(plant: Plant, solver: Solver, pressures: Array, method: str) -> Solution:
+    """Solve with the law's tangent at the lengths found last, until those lengths stay.
+
+    Raises:
+        ConvergenceError: they do not.
+    """
+    moved = np.inf
+    for _ in range(LAW_UPDATES):
+        before = plant.muscle_lengths
+        _set_law(plant, pressures, before)
+        found = solver.solve(method)
+        moved = float(np.abs(plant.muscle_lengths - before).max())
+        if moved <= 1e-10:
+            return found
+    raise ConvergenceError("muscles under pressure", moved, 1e-10, LAW_UPDATES, "m")
 
 
 def extrapolated(arm: Arm, load: Load | None = None) -> tuple[Equilibrium, Equilibrium]:

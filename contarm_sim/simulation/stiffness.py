@@ -30,7 +30,7 @@ class TangentStiffness:
         )  # fmt: skip
         self.symmetric = not (load.any_moment or load.any_follower)
         self._limited = bool(model.actuator_forcelimited.any())
-        self._gain = model.actuator_gainprm[:, 0]
+        self._bias = model.actuator_biasprm
 
     def __call__(self) -> Array:
         """Return K; positions and actuator forces must be up to date.
@@ -38,7 +38,7 @@ class TangentStiffness:
         It is symmetric but for dead couples and follower moments, which no energy belongs to.
         """
         K = self._dead_loads()
-        if self._data.actuator_force.any() or self._gain.any():
+        if self._data.actuator_force.any() or self._bias[:, 1].any():
             K += self._muscles()
         K[np.diag_indices_from(K)] += self._model.jnt_stiffness
         return 0.5 * (K + K.T) if self.symmetric else K
@@ -112,7 +112,7 @@ class TangentStiffness:
             low, high = model.actuator_forcerange.T
             free = (data.actuator_force > low) & (data.actuator_force < high)
         J = _dense_tendon_jacobian(model, data)
-        return K + (J.T * (self._gain * free)) @ J
+        return K + (J.T * (-self._bias[:, 1] * free)) @ J
 
 
 def _dense_tendon_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
