@@ -239,6 +239,9 @@ WRONG = {
     "equilibrium --file binary.csv": "not text",
     "equilibrium --file empty.csv": "not JSON",
     "equilibrium --file empty.csv --muscles bend 1 0": "either --file, or flags",
+    "stiffness --bend 2.9 0": "kPa",
+    "stiffness --bend 4 0": "bend_angle",
+    "stiffness --levels 1": "levels",
     "muscle --pressure 800000": "0 to 700000 Pa",
     "muscle --pressure nan": "0 to 700000 Pa",
     "muscle --out picture.txt": ".png, .pdf or .svg",
@@ -273,7 +276,18 @@ def test_a_negative_verdict_is_exit_code_1(contarm):
 
 
 def test_help_teaches(contarm):
-    for command in ("fk", "ik", "build", "run", "validate", "doctor", "equilibrium", "muscle", "compare-controllers"):
+    for command in (
+        "fk",
+        "ik",
+        "build",
+        "run",
+        "validate",
+        "doctor",
+        "equilibrium",
+        "muscle",
+        "compare-controllers",
+        "stiffness",
+    ):
         code, out, _ = contarm(command, "--help")
         assert code == 0
         assert "--json" in out
@@ -434,3 +448,16 @@ def test_compare_controllers_tells_them_apart(contarm, tmp_path):
         assert rows[load, "tip"]["tip_rms_percent"] < 0.5 * rows[load, "servo"]["tip_rms_percent"]
         assert rows[load, "tip"]["along_rms_percent"] < 0.4 * rows[load, "servo"]["along_rms_percent"]
     assert os.listdir(tmp_path / "c") == ["summary.json"]
+
+
+@pytest.mark.parametrize("bend", [(1.0472, 0.0), (0.5, 1.0)])
+def test_stiffness_in_closed_form_and_by_pushing_agree(contarm, tmp_path, bend):
+    code, out, err = contarm("stiffness", "--bend", *bend, "--levels", 3, "--out", "s", "--json")
+    assert code == 0, err
+    rows = json.loads(out)["rows"]
+    for row in rows:
+        np.testing.assert_allclose(row["simulated_n_per_m"], row["closed_form_n_per_m"], rtol=0.02)
+        assert row["drift_percent"] < 0.2
+        assert max(row["pressures_pa"]) <= 700e3 * (1 + 1e-9)
+    assert rows[-1]["simulated_n_per_m"][1] > 1.3 * rows[0]["simulated_n_per_m"][1]
+    assert set(os.listdir(tmp_path / "s")) == {"summary.json", "stiffness.png"}

@@ -9,6 +9,7 @@ from sampling import bends
 from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, chain
+from contarm_sim.mechanics.compliance import tip_compliance
 from contarm_sim.mechanics.pneumatics import force, force_slope, pressure_for
 from contarm_sim.mechanics.statics import cocontraction, holding_tensions, length_jacobian
 
@@ -85,3 +86,20 @@ def test_force_slope_is_the_derivative(arm):
     lengths = np.linspace(0.78, 1.1, 30) * arm.muscle_rest_length
     slope = (force(4e5, lengths + 1e-7, arm) - force(4e5, lengths - 1e-7, arm)) / 2e-7
     np.testing.assert_allclose(force_slope(4e5, lengths, arm), slope, rtol=1e-6)
+
+
+def test_tip_compliance_of_a_straight_arm_is_the_beam_formula(arm):
+    """L^3/(12 EI) + (L/2)^2/(EI/L + k_m) sideways with equal springs, L^3/(3 EI) without, nothing along the axis."""
+    L, B, zero = arm.length, arm.bending_stiffness, np.zeros(3)
+    free = tip_compliance([0.0, 0.0], zero, zero, arm)
+    np.testing.assert_allclose(free, np.diag([L**3 / (3 * B), L**3 / (3 * B), 0]), atol=1e-12)
+    k_m = 1.5 * arm.muscle_radius**2 * 700.0
+    held = tip_compliance([0.0, 0.0], zero, np.full(3, 700.0), arm)[0, 0]
+    assert held == pytest.approx(L**3 / (12 * B) + (L / 2) ** 2 / (B / L + k_m), rel=1e-12)
+    rigid = tip_compliance([0.0, 0.0], zero, np.full(3, 1e12), arm)[0, 0]
+    assert free[0, 0] / rigid == pytest.approx(4, rel=1e-6)
+
+
+def test_tensions_that_buckle_the_chain_between_disks_are_refused(arm):
+    with pytest.raises(InputError, match="buckles"):
+        tip_compliance([0.0, 0.0], np.full(3, 600.0), np.zeros(3), arm)

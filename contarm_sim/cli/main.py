@@ -11,7 +11,17 @@ import sys
 
 import click
 
-from contarm_sim.cli import build, compare_controllers, doctor, equilibrium, kinematics, muscle, run, validate
+from contarm_sim.cli import (
+    build,
+    compare_controllers,
+    doctor,
+    equilibrium,
+    kinematics,
+    muscle,
+    run,
+    stiffness,
+    validate,
+)
 from contarm_sim.errors import ContarmError, InputError
 
 _VARIADIC = ("--xi", "--pressure")
@@ -38,6 +48,7 @@ COMMANDS = (
     validate.validate,
     compare_controllers.compare_controllers,
     equilibrium.equilibrium,
+    stiffness.stiffness,
     kinematics.fk,
     kinematics.ik,
     muscle.muscle,

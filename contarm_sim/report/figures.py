@@ -162,3 +162,25 @@ def draw_muscle_law(path: Path, arm: Arm, pressures: tuple[float, ...], kind: st
         ax.set_xlabel("contraction from rest length [%]")
         ax.set_ylabel("force of one muscle [N]")
         ax.legend()
+
+
+def draw_stiffness(path: Path, rows: list[dict[str, Any]], directions: tuple[str, ...]) -> None:
+    """Draw tip stiffness against mean pressure: simulated as marks, closed form as lines."""
+    pressure = [row["mean_pressure_pa"] / 1e3 for row in rows]
+    with figure(path, figsize=(5.2, 3.6)) as fig:
+        ax = fig.subplots()
+        for i, (name, colour, marker) in enumerate(zip(directions, (BLUE, ORANGE, GREEN), "osD", strict=True)):
+            ax.plot(
+                pressure, [row["closed_form_n_per_m"][i] for row in rows], color=colour, label=f"{name}, closed form"
+            )
+            ax.plot(
+                pressure,
+                [row["simulated_n_per_m"][i] for row in rows],
+                marker,
+                color=colour,
+                label=f"{name}, simulated",
+            )
+        ax.set_yscale("log")
+        ax.set_xlabel("mean pressure of the muscles [kPa]")
+        ax.set_ylabel("tip stiffness [N/m]")
+        ax.legend(ncols=1, loc="center left", bbox_to_anchor=(1.0, 0.5))

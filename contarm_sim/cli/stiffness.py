@@ -1,0 +1,147 @@
+"""`contarm stiffness`: one pose, more and more co-contraction, and how stiff the tip gets."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from contarm_sim.arm import Arm
+from contarm_sim.cli.options import Command, arm_options, json_option, out_option
+
+DIRECTIONS = ("bending", "sideways", "along")
+PROBE = 1e-3
+"""Force that probes the tip [N]."""
+
+
+@click.command(cls=Command)
+@click.option(
+    "--bend", type=float, nargs=2, default=(1.0471975512, 0.0), metavar="BEND_ANGLE PLANE_ANGLE",
+    help="Pose to hold [rad]; default 60 deg towards muscle 1.",
+)  # fmt: skip
+@click.option("--levels", type=click.IntRange(2, 50), default=6, show_default=True, help="Levels of co-contraction.")
+@out_option("runs/stiffness-<time>")
+@json_option
+@arm_options
+def stiffness(arm: Arm, bend: Any, levels: int, out: str | None, as_json: bool) -> None:
+    """Hold one pose without gravity, raise co-contraction from the lowest to the highest pressure, and probe the tip.
+
+    Directions: `bending` towards more bend, `sideways` out of the bending plane, `along` normal to both. Each
+    stiffness is given in closed form and as the simulated arm under pressure shows it when pushed.
+    """
+    from dataclasses import replace
+
+    import numpy as np
+
+    from contarm_sim.arm_file import arm_to_dict
+    from contarm_sim.cli.terminal import command_line, say, table, track
+    from contarm_sim.kinematics import arc
+    from contarm_sim.report.figures import draw_stiffness
+    from contarm_sim.report.output import OutputFolder, check_output, default_folder, to_json, versions
+
+    target = Path(out) if out is not None else default_folder("stiffness")
+    check_output(target)
+    arm = replace(arm, gravity=(0.0, 0.0, 0.0), payload=0.0)
+    vector = arc.from_polar(*bend)
+    least, most = _feasible(arm, vector)
+    tensions = np.linspace(least, most, levels)
+    rows = [_row(arm, vector, float(tensions[i])) for i in track(range(levels), "levels")]
+    for row in rows:
+        row["drift_percent"] = 100 * float(np.linalg.norm(np.subtract(row["tip"], rows[0]["tip"]))) / arm.length
+    summary = {"rows": rows, "bend": vector.tolist(), "directions": DIRECTIONS, "arm": arm_to_dict(arm)}
+    summary |= {"versions": versions(), "command": command_line()}
+    with OutputFolder(target) as opened:
+        (opened.folder / "summary.json").write_text(to_json(summary) + "\n")
+        draw_stiffness(opened.folder / "stiffness.png", rows, DIRECTIONS)
+    if as_json:
+        click.echo(to_json(summary))
+    else:
+        columns = ["least tension [N]", "pressures [kPa]", *(f"{name} [N/m]" for name in DIRECTIONS)]
+        title = f"tip stiffness at {np.degrees(bend[0]):.0f} deg: simulated (closed form)"
+        table(title, [*columns, "drift [%]"], [_cells(row) for row in rows])
+        gains = [rows[-1]["simulated_n_per_m"][i] / rows[0]["simulated_n_per_m"][i] for i in range(3)]
+        said = ", ".join(f"{name} {gain:.2f} x" for name, gain in zip(DIRECTIONS, gains, strict=True))
+        click.echo(f"from the lowest to the highest co-contraction: {said}")
+    say(f"written: {opened.target}")
+
+
+def _feasible(arm: Arm, bend: Any) -> tuple[float, float]:
+    """Return the least and largest tension [N] of the slackest muscle that pressures within the limits give.
+
+    Raises:
+        InputError: the bend needs more than the highest pressure even so; says how much.
+    """
+    import numpy as np
+
+    from contarm_sim.errors import InputError
+
+    levels = np.linspace(0.2, arm.muscle.blocked_force, 2000)
+    pressures = np.array([_pressures(arm, bend, level) for level in levels])
+    inside = np.all((pressures >= arm.muscle.min_pressure) & (pressures <= arm.muscle.max_pressure), axis=1)
+    if not inside.any():
+        need = max(float(pressures[0].max()), 0.0) / 1e3
+        low, high = arm.muscle.min_pressure / 1e3, arm.muscle.max_pressure / 1e3
+        raise InputError(
+            "bend", f"one that takes {need:.0f} kPa", f"bends that {low:.0f} to {high:.0f} kPa in every muscle hold"
+        )
+    return float(levels[inside][0]), float(levels[inside][-1])
+
+
+def _pressures(arm: Arm, bend: Any, level: float) -> Any:
+    from contarm_sim.kinematics import chain
+    from contarm_sim.mechanics.pneumatics import pressure_for
+    from contarm_sim.mechanics.statics import holding_tensions
+
+    lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
+    return pressure_for(holding_tensions(bend, arm, min_tension=level), lengths, arm)
+
+
+def _row(arm: Arm, bend: Any, level: float) -> dict[str, Any]:
+    import numpy as np
+
+    from contarm_sim.kinematics import arc
+    from contarm_sim.load import Load, Muscles, Wrench
+    from contarm_sim.mechanics.compliance import tip_compliance
+    from contarm_sim.mechanics.pneumatics import force_slope
+    from contarm_sim.simulation.equilibrium import equilibrium
+
+    pressures = _pressures(arm, bend, level)
+    muscles = Muscles(kind="pressures", values=tuple(pressures))
+    held = equilibrium(arm, Load(muscles=muscles))
+    slopes = force_slope(pressures, held.muscle_lengths, arm)
+    closed = tip_compliance(bend, held.muscle_tensions, slopes, arm)
+    _, plane = arc.to_polar(bend)
+    sideways = np.array([-np.sin(plane), np.cos(plane), 0.0])
+    outwards = arc.jacobian(bend, arm.length) @ [np.cos(plane), np.sin(plane)]
+    outwards /= np.linalg.norm(outwards)
+    directions = np.stack([outwards, sideways, np.cross(outwards, sideways)])
+    simulated = []
+    for direction in directions:
+        tips = [
+            equilibrium(
+                arm,
+                Load(muscles=muscles, wrenches=(Wrench(xi=1, force=tuple(sign * PROBE * direction)),)),
+                guess=held.qpos,
+            ).tip
+            for sign in (1, -1)
+        ]
+        simulated.append(2 * PROBE / float((tips[0] - tips[1]) @ direction))
+    return {
+        "least_tension_n": level,
+        "pressures_pa": pressures.tolist(),
+        "mean_pressure_pa": float(pressures.mean()),
+        "tip": held.tip.tolist(),
+        "closed_form_n_per_m": [1 / float(d @ closed @ d) for d in directions],
+        "simulated_n_per_m": simulated,
+    }
+
+
+def _cells(row: dict[str, Any]) -> list[str]:
+    both = zip(row["simulated_n_per_m"], row["closed_form_n_per_m"], strict=True)
+    return [
+        f"{row['least_tension_n']:.1f}",
+        " ".join(f"{p / 1e3:.0f}" for p in row["pressures_pa"]),
+        *(f"{simulated:.3g} ({closed:.3g})" for simulated, closed in both),
+        f"{row['drift_percent']:.3f}",
+    ]

@@ -1,0 +1,61 @@
+"""How the tip of a uniformly bent arm gives way to a small force, in closed form.
+
+A change dk(s) of the material curvature moves the tip by the integral of G dk, G's columns being the material axes
+crossed with the way to the tip. It costs EI |dk|^2/2 along the backbone and, through m = integral of dk, what the
+muscles' springs resist with: K_m = r^2 sum_i (dF/dL)_i u_i u_i^T. Minimising gives
+
+    C = (1/EI) ( integral of G G^T - A K_m (EI + L K_m)^-1 A^T ),   A = integral of G.
+
+Straight, this is L^3/(12 EI) + (L/2)^2/(EI/L + k_m): a part that no length feels, so muscles can stiffen at most
+fourfold. Straight spans between disks shorten with the square of the joint angle; tensions therefore soften the chain,
+and EI above is EI - (sum of T) h^2/4, h the link pitch.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from contarm_sim.arm import Arm
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arrays import Array, as_vectors
+from contarm_sim.kinematics.muscles import DIRECTIONS
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
+
+
+def softened_stiffness(tensions: Any, arm: Arm) -> float:
+    """Return the bending stiffness [N m^2] that co-contraction leaves of EI.
+
+    Raises:
+        InputError: none: tensions [N] this large buckle the chain between its disks.
+    """
+    total = float(np.sum(as_vectors(tensions, 3, "tensions")))
+    left = arm.bending_stiffness - total * arm.link_pitch**2 / 4
+    if left <= 0:
+        limit = 4 * arm.bending_stiffness / arm.link_pitch**2
+        raise InputError("tensions", f"{total:.4g} N in all", f"less than {limit:.4g} N: more buckles the chain")
+    return left
+
+
+def tip_compliance(bend: Any, tensions: Any, slopes: Any, arm: Arm) -> Array:
+    """Return the tip's displacement by a small force there [m/N], shape (3, 3), base frame, without gravity.
+
+    Args:
+        bend: uniform bend [rad], shape (2,).
+        tensions: of the muscles [N], shape (3,).
+        slopes: dF/dL of the muscles [N/m], shape (3,).
+    """
+    bend, slopes = as_vectors(bend, 2, "bend"), as_vectors(slopes, 3, "slopes")
+    stiffness, length = softened_stiffness(tensions, arm), arm.length
+    xi, weight = 0.5 * (1 + _NODES), 0.5 * length * _WEIGHTS
+    to_tip = arc.position(bend, length) - arc.position(bend, length, xi)
+    axes = arc.rotation(bend, xi)
+    # Bending towards x turns about the material y axis, bending towards y about minus x.
+    G = np.stack([np.cross(axes[:, :, 1], to_tip), np.cross(-axes[:, :, 0], to_tip)], axis=-1)
+    A = np.einsum("s,sij->ij", weight, G)
+    springs = arm.muscle_radius**2 * (DIRECTIONS.T * slopes) @ DIRECTIONS
+    held = A @ springs @ np.linalg.inv(stiffness * np.eye(2) + length * springs) @ A.T
+    return (np.einsum("s,sij,skj->ik", weight, G, G) - held) / stiffness
