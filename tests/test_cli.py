@@ -163,6 +163,8 @@ def test_validate_nests_scenarios_and_passes(contarm):
         assert {"tip_error", "discretisation", "servo", "shape", "muscle", "orientation_error_deg"} <= set(
             summary[scenario]
         )
+    assert summary["ideal"]["real_time_factor"] > 0
+    assert summary["payload"]["arm"]["payload"] == 0.1
     assert summary["verdict"] == "pass"
     assert summary["convergence"]["observed_orders"][-1] == pytest.approx(2, abs=0.1)
 

@@ -185,7 +185,7 @@ def _show(summary: dict[str, Any]) -> None:
     muscle, degrees, speed = summary["muscle"], summary["orientation_error_deg"], summary["real_time_factor"]
     forces = f"{muscle['min_force_n']:.1f} to {muscle['max_force_n']:.1f} N"
     slack = f"{muscle['pushes']} pushes, {100 * muscle['slack_fraction']:.3g} % slack"
-    click.echo(f"orientation error {degrees['max']:.3f} deg max; muscles {forces}, {slack}; {speed:.0f} x real time")
+    click.echo(f"orientation error {degrees:.3f} deg max; muscles {forces}, {slack}; {speed:.0f} x real time")
     click.echo(verdict_line("verdict", summary))
     error, limit = summary["tip_error"]["max_percent"], summary["checks"][0]["limit"]
     if MODEL_LIMIT < error <= limit:

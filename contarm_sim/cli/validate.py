@@ -99,7 +99,7 @@ def _rows(outcomes: list[Any]) -> tuple[list[str], list[list[Any]]]:
             f"{1e3 * s['tip_error']['max_m']:.3f}",
             *(f"{x:.3g}" if x >= 1 else f"{x:.4f}" for x in percent),
         ]
-        rows.append([*row, f"{s['orientation_error_deg']['max']:.3f}", force, str(s["muscle"]["pushes"])])
+        rows.append([*row, f"{s['orientation_error_deg']:.3f}", force, str(s["muscle"]["pushes"])])
     return columns, rows
 
 

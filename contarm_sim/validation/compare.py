@@ -130,7 +130,8 @@ def summarise(arm: Arm, samples: Samples, comparison: Comparison) -> dict[str, A
     return {
         "samples": len(samples),
         **{name: spread(values, arm.length) for name, values in named.items()},
-        "orientation_error_deg": {"max": float(degrees.max()), "rms": float(np.sqrt(np.mean(degrees**2)))},
+        "orientation_error_deg": float(degrees.max()),
+        "orientation_error_rms_deg": float(np.sqrt(np.mean(degrees**2))),
         "muscle": muscle_summary(arm, samples),
     }
 

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import itertools
 import math
+import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from contarm_sim.arm import MAX_LINKS, Arm
+from contarm_sim.arm_file import arm_to_dict
 from contarm_sim.errors import ConvergenceError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.simulation.control import Controller
+from contarm_sim.simulation.plant import Plant
 from contarm_sim.simulation.rest import poses_at_rest
 from contarm_sim.simulation.samples import Samples
 from contarm_sim.validation import verdict as limits
@@ -107,7 +111,7 @@ def examine(scenario: Scenario, bends: Array, track: Track) -> Outcome:
     to_chain = np.linalg.norm(comparison.simulated_tip - comparison.chain_tip, axis=-1)
     summary["chain_error"] = spread(to_chain, arm.length)
     summary |= {"meaning": scenario.meaning, "controller": scenario.controller}
-    summary |= {"gravity": list(arm.gravity), "payload": arm.payload}
+    summary |= {"arm": arm_to_dict(arm), "real_time_factor": stepping_speed(arm, samples)}
     summary["weight_over_stiffness"] = (arm.mass * math.hypot(*arm.gravity)) * arm.length**2 / arm.bending_stiffness
     if any(arm.gravity):
         summary["link_error"] = spread(_link_error(scenario, worst := bends[comparison.tip_error.argmax()]), arm.length)
@@ -117,6 +121,15 @@ def examine(scenario: Scenario, bends: Array, track: Track) -> Outcome:
     else:
         summary |= {"verdict": "shown", "checks": []}
     return Outcome(scenario, samples, comparison, summary)
+
+
+def stepping_speed(arm: Arm, samples: Samples, steps: int = 300) -> float:
+    """Return simulated over wall-clock time of bare stepping in the last pose, with the default step."""
+    plant = Plant(arm)
+    plant.data.qpos[:], plant.data.ctrl[:] = samples.qpos[-1], samples.setpoint[-1]
+    start = time.perf_counter()
+    mujoco.mj_step(plant.model, plant.data, steps)
+    return steps * plant.model.opt.timestep / (time.perf_counter() - start)
 
 
 def _link_error(scenario: Scenario, bend: Array) -> Array:

@@ -68,9 +68,7 @@ def ideal_checks(arm: Arm, summary: dict[str, Any]) -> list[Check]:
     return [
         at_most("simulated vs chain form", chain_error, CHAIN_LIMIT * coarse**3, "% of length"),
         at_most("simulated vs arc", summary["tip_error"]["max_percent"], ARC_LIMIT * coarse**2, "% of length"),
-        at_most(
-            "tip orientation", summary["orientation_error_deg"]["max"], ORIENTATION_LIMIT * coarse**3 + turned, "deg"
-        ),
+        at_most("tip orientation", summary["orientation_error_deg"], ORIENTATION_LIMIT * coarse**3 + turned, "deg"),
         *muscle_checks(summary),
     ]
 
