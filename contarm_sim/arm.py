@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import operator
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from contarm_sim.errors import InputError
@@ -185,6 +185,11 @@ class Arm:
             raise InputError("muscle_radius", self.muscle_radius, f"below length/pi, {self.length / math.pi:.4g} m")
         if not isinstance(self.muscle, Muscle):
             raise InputError("muscle", self.muscle, "a table of muscle parameters")
+
+    @property
+    def unloaded(self) -> Arm:
+        """The same arm without gravity and payload."""
+        return replace(self, gravity=(0.0, 0.0, 0.0), payload=0.0)
 
     @property
     def link_pitch(self) -> float:

@@ -32,7 +32,7 @@ def arm_from_dict(values: dict[str, Any], where: str | None = None, base: Arm | 
     try:
         return Arm(**{**_own(base), **values, "muscle": Muscle(**{**_own(base.muscle), **muscle})})
     except InputError as error:
-        raise InputError(error.name, error.given, error.allowed, where) from None
+        raise error.located(where) from None
 
 
 def _own(owner: Arm | Muscle) -> dict[str, Any]:

@@ -23,13 +23,17 @@ class InputError(ContarmError, ValueError):
         self.name, self.given, self.allowed, self.where = name, given, allowed, where
         super().__init__(f"{where + ': ' if where else ''}{name} is {given}; allowed: {allowed}")
 
+    def located(self, where: str | None) -> InputError:
+        """Return the same error, said to come from a file or place."""
+        return InputError(self.name, self.given, self.allowed, where)
+
 
 class UnreachableError(InputError):
     """A target off the dome of reachable tips.
 
     Attributes:
         target: the first target refused [m], shape (3,).
-        miss: distance from it to the tip that the refused solution would reach [m].
+        miss: distance from it to the nearest point of the dome [m].
         nearest: the nearest point of the dome [m], shape (3,).
         index: its place among the targets, 0 for a single one.
     """
@@ -46,6 +50,10 @@ class UnreachableError(InputError):
             f"({', '.join(f'{x:.6g}' for x in nearest)}) m), or a projection: nearest, ray, paper",
             where,
         )
+
+    def located(self, where: str | None) -> UnreachableError:
+        """Return the same error, said to come from a file or place."""
+        return UnreachableError(self.target, self.miss, self.nearest, self.tolerance, self.index, where)
 
 
 class DivergenceError(ContarmError):
@@ -74,6 +82,10 @@ class ConvergenceError(ContarmError):
             f"{what} did not converge: residual {residual:.3g} {unit} after {iterations} iterations "
             f"(allowed: {tolerance:.3g} {unit})"
         )
+
+    def located(self, where: str) -> ConvergenceError:
+        """Return the same error, said of a pose or scenario."""
+        return ConvergenceError(f"{where}: {self.what}", self.residual, self.tolerance, self.iterations, self.unit)
 
 
 class RenderingError(ContarmError):

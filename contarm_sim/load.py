@@ -112,7 +112,7 @@ def load_from_dict(case: Any, where: str) -> tuple[Load, dict[str, Any]]:
         given = {key: case[key] for key in ("follower_moment", "actuation_moment") if key in case}
         load = Load(wrenches=tuple(_wrench(item, where) for item in wrenches), muscles=_muscles(case, where), **given)
     except InputError as error:
-        raise InputError(error.name, error.given, error.allowed, where) from None
+        raise error.located(where) from None
     return load, {key: case[key] for key in ("gravity", "payload") if key in case}
 
 

@@ -398,7 +398,10 @@ def test_a_name_taken_meanwhile_costs_no_results(tmp_path):
         (one.folder / "a").write_text("a")
     assert (two.target / "b").exists()
     assert (one.target / "a").exists()
-    assert sorted(os.listdir(tmp_path)) == ["run", "run-1"]
+    with OutputFolder(tmp_path / "run") as three:  # the name is taken before the results are ready to be written
+        (three.folder / "c").write_text("c")
+    assert (three.target / "c").exists()
+    assert sorted(os.listdir(tmp_path)) == ["run", "run-1", "run-2"]
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])

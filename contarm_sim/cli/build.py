@@ -23,9 +23,10 @@ def build(arm: Arm, out: str | None, as_json: bool) -> None:
     """
     from contarm_sim.arm_file import arm_to_toml
     from contarm_sim.mjcf import write_models
-    from contarm_sim.report.output import OutputFolder, default_folder, to_json
+    from contarm_sim.report.output import OutputFolder, check_output, default_folder, to_json
 
     target = Path(out) if out is not None else default_folder("build")
+    check_output(target)
     with OutputFolder(target) as out_folder:
         folder = out_folder.folder
         write_models(arm, folder)

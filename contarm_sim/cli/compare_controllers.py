@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -31,13 +30,12 @@ def compare_controllers(arm: Arm, duration: float, out: str | None, as_json: boo
     from contarm_sim.cli.terminal import command_line, say, table, track
     from contarm_sim.report.output import OutputFolder, check_output, default_folder, to_json, versions
     from contarm_sim.simulation.control import CONTROLLERS
-    from contarm_sim.validation.scenarios import HANGING, PAYLOAD
+    from contarm_sim.validation.scenarios import under_load
 
     target = Path(out) if out is not None else default_folder("compare-controllers")
     check_output(target)
-    free = replace(arm, gravity=(0.0, 0.0, 0.0), payload=0.0)
-    pulled = replace(arm, gravity=arm.gravity if any(arm.gravity) else HANGING, payload=0.0)
-    arms = {"free": free, "gravity": pulled, "payload": replace(pulled, payload=arm.payload or PAYLOAD)}
+    pulled, loaded = under_load(arm)
+    arms = {"free": arm.unloaded, "gravity": pulled, "payload": loaded}
     jobs = [(load, controller) for load in arms for controller in CONTROLLERS]
     rows = [
         {"load": jobs[i][0], "controller": jobs[i][1], **_row(arms[jobs[i][0]], jobs[i][1], duration)}

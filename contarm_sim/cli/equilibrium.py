@@ -112,7 +112,7 @@ def _read(file: str, arm: Arm) -> list[tuple[Arm, Any]]:
         try:
             found.append((replace(arm, **changes), load))
         except InputError as error:
-            raise InputError(error.name, error.given, error.allowed, f"{file}, case {number}") from None
+            raise error.located(f"{file}, case {number}") from None
     return found
 
 

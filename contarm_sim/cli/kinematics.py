@@ -107,9 +107,7 @@ def ik(
     except UnreachableError as error:
         if places is None:
             raise
-        raise UnreachableError(
-            error.target, error.miss, error.nearest, error.tolerance, error.index, places[error.index]
-        ) from None
+        raise error.located(places[error.index]) from None
     reached = arc.transform(reach.bend, arm.length)
     solutions = [
         {

@@ -141,7 +141,7 @@ def _commands(arm: Arm, path: Any, project: Any, places: list[str] | None) -> tu
             if places is None
             else places[0].split(", row")[0]
         )
-        raise UnreachableError(error.target, error.miss, error.nearest, error.tolerance, error.index, where) from None
+        raise error.located(where) from None
     return targets, arc.as_bend(bend)
 
 

@@ -30,8 +30,6 @@ def stiffness(arm: Arm, bend: Any, levels: int, out: str | None, as_json: bool) 
     Directions: `bending` towards more bend, `sideways` out of the bending plane, `along` normal to both. Each
     stiffness is given in closed form and as the simulated arm under pressure shows it when pushed.
     """
-    from dataclasses import replace
-
     import numpy as np
 
     from contarm_sim.arm_file import arm_to_dict
@@ -42,7 +40,7 @@ def stiffness(arm: Arm, bend: Any, levels: int, out: str | None, as_json: bool) 
 
     target = Path(out) if out is not None else default_folder("stiffness")
     check_output(target)
-    arm = replace(arm, gravity=(0.0, 0.0, 0.0), payload=0.0)
+    arm = arm.unloaded
     vector = arc.from_polar(*bend)
     least, most = _feasible(arm, vector)
     tensions = np.linspace(least, most, levels)

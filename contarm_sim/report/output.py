@@ -50,12 +50,13 @@ class OutputFolder:
         folder: the scratch folder, while open.
         target: where the results are, once closed.
 
+    Call `check_output` before the work that fills it: here, a taken name is no reason to refuse any more.
+
     Raises:
-        InputError: see `check_output`.
+        InputError: the folder cannot be made.
     """
 
     def __init__(self, target: Path) -> None:
-        check_output(target)
         self.target = target
         self._made = [folder for folder in target.absolute().parents if not folder.exists()]
 

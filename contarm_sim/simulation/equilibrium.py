@@ -109,11 +109,9 @@ def driven_plant(arm: Arm, load: Load) -> Plant:
         model.actuator_biasprm[:] = 0.0
         model.actuator_forcelimited[:] = 0
         if kind == "pressures":
-            values = _checked_pressures(arm, values)
-            _set_law(plant, values, np.full(3, arm.length))
-            plant.reset(np.zeros(2))
-            return plant
-        model.actuator_biasprm[:, 0] = -values if kind == "tensions" else 0.0
+            _set_law(plant, _checked_pressures(arm, values), np.full(3, arm.length))
+        elif kind == "tensions":
+            model.actuator_biasprm[:, 0] = -values
         plant.reset(np.zeros(2))
         return plant
     if kind == "bend":

@@ -61,7 +61,7 @@ class AppliedLoad:
 
     def generalised_forces(self) -> Array:
         """Return the loads' generalised forces [N m], shape (dofs,); kinematics must be up to date."""
-        force, dyad, moment = (_beyond(part)[self._station_of_dof] for part in self.distal())
+        force, dyad, moment = (beyond(part)[self._station_of_dof] for part in self.distal())
         axes, anchors = self._data.xaxis, self._data.xanchor
         about = dyad - anchors[:, :, None] * force[:, None, :]
         couple = np.stack(
@@ -71,6 +71,6 @@ class AppliedLoad:
         return np.einsum("ja,ja->j", axes, total) + self.fraction * self._actuation
 
 
-def _beyond(values: Array) -> Array:
+def beyond(values: Array) -> Array:
     """Sum over each station and all that are distal to it."""
     return np.cumsum(values[::-1], axis=0)[::-1]

@@ -50,6 +50,10 @@ class Plant:
             position servos, which also push: what the paper's lengths meet when read naively.
         timestep: engine step [s]; default the model's.
         integrator: engine integrator; default the model's.
+
+    Attributes:
+        model, data: the engine's.
+        centres: what `stations` copies, as a view into the engine's memory that stays current.
     """
 
     def __init__(
@@ -70,8 +74,7 @@ class Plant:
             self.model.opt.integrator = integrator
         self.data = mujoco.MjData(self.model)
         # Views into the engine's memory: they stay current, and cost nothing to look up in a loop.
-        self._stations = self.data.xpos[self.model.body("base").id : self.model.body("tip").id + 1]
-        self._tip_rotation = self.data.xmat[self.model.body("tip").id].reshape(3, 3)
+        self.centres = self.data.xpos[self.model.body("base").id : self.model.body("tip").id + 1]
         self._warnings = self.data.warning.number
         self._bending = {
             axis: np.array([self.model.joint(f"joint_{i:02d}_{axis}").qposadr[0] for i in range(1, arm.links + 1)])
@@ -91,17 +94,17 @@ class Plant:
     @property
     def stations(self) -> Array:
         """Centres of base plate, disks and tip plate [m], shape (links + 1, 3)."""
-        return self._stations.copy()
+        return self.centres.copy()
 
     @property
     def tip(self) -> Array:
         """Tip position [m], shape (3,)."""
-        return self._stations[-1].copy()
+        return self.centres[-1].copy()
 
     @property
     def tip_rotation(self) -> Array:
         """Orientation of the tip, shape (3, 3)."""
-        return self._tip_rotation.copy()
+        return self.rotations[-1]
 
     @property
     def rotations(self) -> Array:

@@ -25,7 +25,7 @@ class Recorder:
         model, data = plant.model, plant.data
         self._links = plant.arm.links
         self._sensordata = data.sensordata
-        self._centres = data.xpos[model.body("base").id : model.body("tip").id + 1]
+        self._centres = plant.centres
         self.tip = self._centres[-1]
         self._sensed = np.empty((count, model.nsensordata))
         self._stations = np.empty((count, self._links + 1, 3))

@@ -55,10 +55,7 @@ def poses_at_rest(
                 if orders.seeing:
                     setpoint[i] = _look(plant, settle, orders, i, TipFeedback(arm, bend[i : i + 1], target[i : i + 1]))
             except ConvergenceError as error:
-                raise ConvergenceError(
-                    f"at {_described(plant, bend[i])}: {error.what}",
-                    error.residual, error.tolerance, error.iterations, error.unit,
-                ) from None  # fmt: skip
+                raise error.located(f"at {_described(plant, bend[i])}") from None
             mujoco.mj_forward(plant.model, plant.data)  # the sensors
             recorder.take(i)
     return recorder.samples(len(bend), np.zeros(len(bend)), target, bend, setpoint)

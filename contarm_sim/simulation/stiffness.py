@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.simulation.loads import AppliedLoad
+from contarm_sim.simulation.loads import AppliedLoad, beyond
 from contarm_sim.simulation.plant import Plant
 
 
@@ -56,14 +56,14 @@ class TangentStiffness:
             pull, ends = self._pulls()
             force += pull.sum(axis=1)
             dyad += np.einsum("smi,smj->sij", ends, pull)
-        force = np.cumsum(force[::-1], axis=0)[::-1][self._station_of_dof]
-        dyad = np.cumsum(dyad[::-1], axis=0)[::-1][self._station_of_dof]
+        force = beyond(force)[self._station_of_dof]
+        dyad = beyond(dyad)[self._station_of_dof]
         D = dyad - anchors[:, :, None] * force[:, None, :]
         c = np.einsum("jab,jb->ja", D, axes) - np.trace(D, axis1=1, axis2=2)[:, None] * axes
         dead = np.triu(axes @ c.T)
         dead = dead + np.triu(dead, 1).T
         if self._load.any_moment:  # dQ_i/dq_j = a_j . (a_i x M_i), j proximal to i
-            couple = np.cumsum(moment[::-1], axis=0)[::-1][self._station_of_dof]
+            couple = beyond(moment)[self._station_of_dof]
             dead += np.tril(np.cross(axes, couple) @ axes.T, -1)
         if self._load.any_follower:  # dQ_i/dq_j = a_i . (a_j x M), j distal to i
             dead += np.triu(axes @ np.cross(axes, self._load.follower()).T, 1)
@@ -95,13 +95,13 @@ class TangentStiffness:
         tension = -data.actuator_force
         weight = tension * reach
         G = weight.sum(axis=1)[:, None, None] * np.eye(3) - np.einsum("sm,smi,smj->sij", weight, u, u)
-        beyond = np.zeros((len(ends), 3, 3))
-        beyond[:-1] = np.cumsum(G[::-1], axis=0)[::-1]  # of the spans distal to a station
+        distal = np.zeros((len(ends), 3, 3))
+        distal[:-1] = beyond(G)  # of the spans distal to a station
 
         own_u, own_reach = u[station - 1], reach[station - 1]  # (dofs, muscles, 3), (dofs, muscles)
         v = np.cross(axes[:, None], ends[station] - anchors[:, None])
         v -= (v * own_u).sum(axis=-1, keepdims=True) * own_u
-        through = np.einsum("jab,jb->ja", beyond[station], axes)
+        through = np.einsum("jab,jb->ja", distal[station], axes)
         across = np.einsum("m,jma->ja", tension, np.cross(own_u, v))
         proximal = (axes @ (through + across).T) * (station[:, None] < station)
         flat = (v * (tension / own_reach)[..., None]).reshape(len(axes), -1) @ v.reshape(len(axes), -1).T

@@ -72,12 +72,16 @@ def dome_grid(grid: int) -> Array:
     return np.concatenate([np.zeros((1, 2)), bends.reshape(-1, 2)])
 
 
+def under_load(arm: Arm) -> tuple[Arm, Arm]:
+    """Return an arm under gravity alone and with a payload too: its own, or else hanging, with 100 g."""
+    pulled = replace(arm, gravity=arm.gravity if any(arm.gravity) else HANGING, payload=0.0)
+    return pulled, replace(pulled, payload=arm.payload or PAYLOAD)
+
+
 def scenarios(arm: Arm) -> list[Scenario]:
     """Return the scenarios of an arm; its own gravity, if it has one, takes the place of hanging."""
-    free = replace(arm, gravity=(0.0, 0.0, 0.0), payload=0.0)
-    own = any(arm.gravity)
-    pulled = replace(arm, gravity=arm.gravity if own else HANGING, payload=0.0)
-    loaded = replace(pulled, payload=arm.payload or PAYLOAD)
+    free, own = arm.unloaded, any(arm.gravity)
+    pulled, loaded = under_load(arm)
     kg = f"{loaded.payload:g} kg"
     given = [
         Scenario("ideal", "no gravity", free, "servo", limits.ideal_checks),
@@ -102,10 +106,8 @@ def examine(scenario: Scenario, bends: Array, track: Track) -> Outcome:
     ticks = track(range(len(bends)), scenario.name)
     try:
         samples = poses_at_rest(arm, bends, target, scenario.controller, ticks)
-    except ConvergenceError as error:
-        raise ConvergenceError(
-            f"scenario {scenario.name}, {error.what}", error.residual, error.tolerance, error.iterations, error.unit
-        ) from None
+    except ConvergenceError as failure:
+        raise failure.located(f"scenario {scenario.name}") from None
     comparison = compare(arm, samples)
     summary = summarise(arm, samples, comparison)
     to_chain = np.linalg.norm(comparison.simulated_tip - comparison.chain_tip, axis=-1)
@@ -114,8 +116,9 @@ def examine(scenario: Scenario, bends: Array, track: Track) -> Outcome:
     summary |= {"arm": arm_to_dict(arm), "real_time_factor": stepping_speed(arm, samples)}
     summary["weight_over_stiffness"] = (arm.mass * math.hypot(*arm.gravity)) * arm.length**2 / arm.bending_stiffness
     if any(arm.gravity):
-        summary["link_error"] = spread(_link_error(scenario, worst := bends[comparison.tip_error.argmax()]), arm.length)
-        summary["link_error"]["bend"] = worst.tolist()
+        worst = int(comparison.tip_error.argmax())
+        error = _link_error(scenario, bends[worst], comparison.simulated_tip[worst])
+        summary["link_error"] = {**spread(error, arm.length), "bend": bends[worst].tolist()}
     if scenario.checks is not None:
         summary |= limits.verdict(scenario.checks(arm, summary))
     else:
@@ -132,20 +135,17 @@ def stepping_speed(arm: Arm, samples: Samples, steps: int = 300) -> float:
     return steps * plant.model.opt.timestep / (time.perf_counter() - start)
 
 
-def _link_error(scenario: Scenario, bend: Array) -> Array:
-    """Return how far the tip at one bend [rad], shape (2,), is from that of infinitely many links [m], shape (1,).
+def _link_error(scenario: Scenario, bend: Array, tip: Array) -> Array:
+    """Return how far a tip [m] at one bend [rad] is from that of infinitely many links [m], shape (1,).
 
     Estimated from twice (or, past the limit, half) the links, the error being of second order. Under load this is more
     than the closed-form discretisation, which knows of no sag: coarse spans make the arm a little softer.
     """
-    arm = scenario.arm
-    double = 2 * arm.links <= MAX_LINKS
-    other = replace(arm, links=2 * arm.links if double else arm.links // 2)
-    tips = [
-        poses_at_rest(a, bend[None], arc.position(bend[None], a.length), scenario.controller).stations[:, -1]
-        for a in (arm, other)
-    ]
-    return np.linalg.norm(tips[0] - tips[1], axis=-1) * (4 / 3 if double else 1 / 3)
+    links = scenario.arm.links
+    double = 2 * links <= MAX_LINKS
+    other = replace(scenario.arm, links=2 * links if double else links // 2)
+    samples = poses_at_rest(other, bend[None], arc.position(bend[None], other.length), scenario.controller)
+    return np.linalg.norm(samples.stations[:, -1] - tip, axis=-1) * (4 / 3 if double else 1 / 3)
 
 
 def refinements(links: int) -> list[int]:
@@ -157,10 +157,9 @@ def refinements(links: int) -> list[int]:
 
 def convergence(arm: Arm, bends: Array, track: Track) -> dict[str, Any]:
     """Return the largest tip error against the arc over bends, for three link counts, and the observed orders."""
-    free = replace(arm, gravity=(0.0, 0.0, 0.0), payload=0.0)
     counts, errors, chain_errors = refinements(arm.links), [], []
     for links in counts:
-        scenario = Scenario(f"{links} links", "no gravity", replace(free, links=links), "servo", None)
+        scenario = Scenario(f"{links} links", "no gravity", replace(arm.unloaded, links=links), "servo", None)
         outcome = examine(scenario, bends, track)
         errors.append(outcome.summary["tip_error"]["max_m"])
         chain_errors.append(outcome.summary["chain_error"]["max_m"])
