@@ -88,6 +88,11 @@ class Muscle:
         0.05, "-", "contraction in the straight arm, so that a muscle can also lengthen", least=0, below=0.42
     )
     min_tension: float = _number(5.0, "N", "tension that the slackest muscle is held at", above=0)
+    passive_stiffness: float | None = _number(
+        None, "N/m", "of the silicone stretched beyond its rest length; omitted: bending_stiffness has it", above=0
+    )
+    braid_friction: float | None = _number(None, "N", "dry friction of braid and guides; omitted: none", above=0)
+    valve_time: float = _number(0.05, "s", "time constant of valve and filling", above=0)
     servo_stiffness: float = _number(1e5, "N/m", "gain of the muscle's length servo", above=0)
     servo_time: float = _number(0.02, "s", "damping of the length servo over its stiffness", least=0)
 
@@ -150,6 +155,7 @@ class Arm:
     bending_stiffness: float = _number(0.1, "N m^2", "EI of backbone and passive muscles", above=0)
     torsional_stiffness: float | None = _number(None, "N m^2", "GJ; omitted: rigid, as the paper claims", above=0)
     damping_time: float = _number(0.05, "s", "Kelvin-Voigt time: joint damping over joint stiffness", least=0)
+    joint_friction: float | None = _number(None, "N m", "dry friction of each hinge; omitted: none", above=0)
     muscle_radius: float = _number(0.018, "m", "radius r of the muscles' attachment circle (paper)", above=0)
     gravity: Vector = field(
         default=(0.0, 0.0, 0.0),

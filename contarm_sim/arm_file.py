@@ -51,8 +51,17 @@ def _refuse_unknown(values: dict[str, Any], kind: type, prefix: str, where: str 
 
 def arm_to_dict(arm: Arm) -> dict[str, Any]:
     """Return the arm's parameters as plain values; omitted options are left out."""
-    plain = {key: list(value) if isinstance(value, tuple) else value for key, value in asdict(arm).items()}
-    return {key: value for key, value in plain.items() if value is not None}
+    return _plain(asdict(arm))
+
+
+def _plain(values: dict[str, Any]) -> dict[str, Any]:
+    plain = {}
+    for key, value in values.items():
+        if isinstance(value, dict):
+            plain[key] = _plain(value)
+        elif value is not None:
+            plain[key] = list(value) if isinstance(value, tuple) else value
+    return plain
 
 
 def load_arm(path: str | Path) -> Arm:

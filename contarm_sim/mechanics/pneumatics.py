@@ -1,4 +1,4 @@
-"""The McKibben law of a pneumatic muscle (Chou and Hannaford 1996), from the paper's dimensions."""
+"""The McKibben law of a pneumatic muscle (Chou and Hannaford 1996), from the paper's dimensions; its silicone."""
 
 from __future__ import annotations
 
@@ -32,10 +32,24 @@ def force_slope(pressure: Any, length: Any, arm: Arm) -> Array:
     return np.where(force(1.0, length, arm) > 0, slope, 0.0)
 
 
+def passive_tension(length: Any, arm: Arm) -> Array:
+    """Return the tension [N] of the silicone alone: a spring beyond the rest length, slack below."""
+    stretch = np.maximum(np.asarray(length, dtype=float) - arm.muscle_rest_length, 0.0)
+    return (arm.muscle.passive_stiffness or 0.0) * stretch
+
+
+def passive_slope(length: Any, arm: Arm) -> Array:
+    """Return dF/dL [N/m] of `passive_tension`."""
+    return np.where(np.asarray(length) > arm.muscle_rest_length, arm.muscle.passive_stiffness or 0.0, 0.0)
+
+
 def pressure_for(tension: Any, length: Any, arm: Arm) -> Array:
-    """Return the gauge pressure [Pa] at which a muscle of a length [m] has a tension [N]; inf where none does."""
+    """Return the gauge pressure [Pa] at which a muscle of a length [m] has a tension [N], its silicone's included.
+
+    0 where that alone pulls more; inf where no pressure does it.
+    """
     per_pascal = force(1.0, length, arm)
-    wanted = np.maximum(np.asarray(tension, dtype=float), 0.0)
+    wanted = np.maximum(np.asarray(tension, dtype=float) - passive_tension(length, arm), 0.0)
     return np.divide(
         wanted, per_pascal, out=np.full(np.broadcast(wanted, per_pascal).shape, np.inf), where=per_pascal > 0
     )

@@ -1,20 +1,28 @@
-"""Muscle tensions that hold a uniform bend.
+"""Muscle tensions, and pressures, that hold a uniform bend.
 
-With the chain's elastic energy (EI/length) |bend|^2/2 and the work of tensions T on lengths L(bend), equilibrium
-is (EI/length) bend + J^T T = 0, J = dL/dbend: two equations, three tensions. The free direction is co-contraction:
-the null vector of J^T, near (1, 1, 1), is scaled so that the slackest muscle has the least tension asked for.
+With the chain's elastic energy (EI/length) |bend|^2/2, its weight's potential V(bend) and the work of tensions T
+on lengths L(bend), equilibrium is (EI/length) bend + dV/dbend + J^T T = 0, J = dL/dbend: two equations, three tensions.
+The free direction is co-contraction, the null vector of J^T, near (1, 1, 1).
+
+Without gravity this is exact for a chain that bends evenly. Under gravity it is the best answer of one uniform bend
+(Ritz): it balances the weight's moment as a whole, not the sag between.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
+from contarm_sim.kinematics import arc, chain
 from contarm_sim.kinematics.arrays import Array, as_vectors, sinc, sinc_slope
 from contarm_sim.kinematics.muscles import DIRECTIONS
+from contarm_sim.mechanics import pneumatics
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
 def length_jacobian(bend: Any, arm: Arm) -> Array:
@@ -35,12 +43,42 @@ def cocontraction(bend: Any, arm: Arm) -> Array:
     return null / null.mean(axis=-1, keepdims=True)
 
 
-def holding_tensions(bend: Any, arm: Arm, min_tension: float | None = None, rate: Any = None) -> Array:
-    """Return the least tensions T [N] that hold a bend without gravity, shape (..., 3).
+def weight_moment(bend: Any, arm: Arm) -> Array:
+    """Return -dV/dbend [N m], shape (..., 2): the moment of mass and payload, under the arm's gravity, on the bend."""
+    bend, gravity = as_vectors(bend, 2, "bend"), np.array(arm.gravity)
+    xi, weight = 0.5 * (1 + _NODES), 0.5 * _WEIGHTS
+    spread = np.einsum("q,...qij->...ij", weight, arc.jacobian(bend[..., None, :], arm.length, xi))
+    moved = arm.mass * spread + arm.payload * arc.jacobian(bend, arm.length)
+    return np.einsum("i,...ij->...j", gravity, moved)
+
+
+@dataclass(frozen=True)
+class Balance:
+    """All tensions that hold bends: `tensions` + level * `cocontraction`, level any number [N].
+
+    Attributes:
+        tensions: one of them [N], shape (..., 3), by actuators; what stretched silicone pulls is taken off.
+        cocontraction: the free direction, shape (..., 3), positive, of mean 1.
+        per_pascal: force of each muscle by pressure [N/Pa], shape (..., 3).
+    """
+
+    tensions: Array
+    cocontraction: Array
+    per_pascal: Array
+
+    def level(self, least: Array | float) -> Array:
+        """Return the lowest level [N] at which no tension is less than `least` [N], shape (...)."""
+        return ((least - self.tensions) / self.cocontraction).max(axis=-1)
+
+    def at(self, level: Any) -> Array:
+        """Return the tensions [N] at a level [N], shape (..., 3)."""
+        return self.tensions + np.asarray(level)[..., None] * self.cocontraction
+
+
+def balance(bend: Any, arm: Arm, rate: Any = None) -> Balance:
+    """Return the tensions that hold bends [rad], shape (..., 2), under the arm's gravity and payload.
 
     Args:
-        bend: bend vectors [rad], shape (..., 2).
-        min_tension: tension of the slackest muscle [N]; default `arm.muscle.min_tension`.
         rate: velocity of the bend [rad/s], shape (..., 2), whose Kelvin-Voigt damping is carried too.
 
     Raises:
@@ -48,13 +86,8 @@ def holding_tensions(bend: Any, arm: Arm, min_tension: float | None = None, rate
             cut the corner so far that even the outer muscle pulls inwards.
     """
     bend = as_vectors(bend, 2, "bend")
-    least = arm.muscle.min_tension if min_tension is None else min_tension
     elastic = bend if rate is None else bend + arm.damping_time * as_vectors(rate, 2, "rate")
-    J = length_jacobian(bend, arm)
-    gram = J.swapaxes(-1, -2) @ J
-    moment = -(arm.bending_stiffness / arm.length) * elastic
-    tensions = (J @ np.linalg.solve(gram, moment[..., None]))[..., 0]
-    null = cocontraction(bend, arm)
+    J, null = length_jacobian(bend, arm), cocontraction(bend, arm)
     if not np.all(null > 0):
         worst = np.hypot(bend[..., 0], bend[..., 1])[~np.all(null > 0, axis=-1)].min()
         raise InputError(
@@ -62,4 +95,58 @@ def holding_tensions(bend: Any, arm: Arm, min_tension: float | None = None, rate
             f"{worst:.4g} rad",
             f"bends that pulling muscles can hold with {arm.links} links: more links, or bend less",
         )
-    return tensions + ((least - tensions) / null).max(axis=-1, keepdims=True) * null
+    lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
+    moment = (arm.bending_stiffness / arm.length) * elastic - weight_moment(bend, arm)
+    moment = moment + np.einsum("...ij,...i->...j", J, pneumatics.passive_tension(lengths, arm))
+    gram = J.swapaxes(-1, -2) @ J
+    tensions = -(J @ np.linalg.solve(gram, moment[..., None]))[..., 0]
+    return Balance(tensions, null, pneumatics.force(1.0, lengths, arm))
+
+
+def holding_tensions(bend: Any, arm: Arm, min_tension: float | None = None, rate: Any = None) -> Array:
+    """Return the least tensions T [N] that hold a bend, shape (..., 3).
+
+    Args:
+        bend: bend vectors [rad], shape (..., 2).
+        min_tension: tension of the slackest muscle [N]; default `arm.muscle.min_tension`.
+        rate: velocity of the bend [rad/s], see `balance`.
+
+    Raises:
+        InputError: no pulling tensions hold the bend, see `balance`.
+    """
+    held = balance(bend, arm, rate)
+    return held.at(held.level(arm.muscle.min_tension if min_tension is None else min_tension))
+
+
+def level_range(held: Balance, arm: Arm) -> tuple[Array, Array]:
+    """Return the lowest and highest level [N], each of shape (...), that pressures within the limits give.
+
+    The lowest also keeps `min_tension`. Where it is higher than the highest no pressures hold the bend.
+    """
+    low = held.level(np.maximum(arm.muscle.min_tension, arm.muscle.min_pressure * held.per_pascal))
+    room = (arm.muscle.max_pressure * held.per_pascal - held.tensions) / held.cocontraction
+    return low, room.min(axis=-1)
+
+
+def holding_pressures(bend: Any, arm: Arm, share: float = 0.0, rate: Any = None) -> Array:
+    """Return pressures [Pa] that hold a bend, shape (..., 3), all between the lowest and the highest there are.
+
+    Args:
+        share: co-contraction, from 0 (the least that the limits allow) to 1 (the most).
+        rate: velocity of the bend [rad/s], see `balance`.
+
+    Raises:
+        InputError: the bend needs more than the highest pressure; says how much.
+    """
+    held = balance(bend, arm, rate)
+    low, high = level_range(held, arm)
+    if not np.all(low <= high):
+        with np.errstate(divide="ignore"):
+            need = held.at(low) / held.per_pascal
+        worst = float(need.max()) if np.all(held.per_pascal > 0) else np.inf
+        raise InputError(
+            "bend",
+            f"one that takes {worst / 1e3:.0f} kPa" if np.isfinite(worst) else "one shorter than a muscle can get",
+            f"bends that {arm.muscle.min_pressure / 1e3:.0f} to {arm.muscle.max_pressure / 1e3:.0f} kPa hold",
+        )
+    return held.at(low + share * (high - low)) / held.per_pascal

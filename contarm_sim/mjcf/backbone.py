@@ -45,12 +45,14 @@ def add_defaults(spec: mujoco.MjSpec, arm: Arm) -> None:
     bending.joint.type = mujoco.mjtJoint.mjJNT_HINGE
     bending.joint.stiffness = [k, 0, 0]
     bending.joint.damping = [arm.damping_time * k, 0, 0]
+    bending.joint.frictionloss = arm.joint_friction or 0.0
     if arm.torsional_stiffness is not None:
         k_t = arm.torsional_stiffness / arm.link_pitch
         torsion = spec.add_default("torsion", spec.default)
         torsion.joint.type = mujoco.mjtJoint.mjJNT_HINGE
         torsion.joint.stiffness = [k_t, 0, 0]
         torsion.joint.damping = [arm.damping_time * k_t, 0, 0]
+        torsion.joint.frictionloss = arm.joint_friction or 0.0
     visual = spec.add_default(VISUAL, spec.default)
     visual.geom.contype = visual.geom.conaffinity = 0
     visual.geom.group = 2

@@ -6,7 +6,7 @@ import mujoco
 
 from contarm_sim.arm import Arm
 from contarm_sim.mjcf.backbone import add_backbone, add_defaults
-from contarm_sim.mjcf.muscles import MUSCLES, add_muscles, add_sensors, straight_setpoint
+from contarm_sim.mjcf.muscles import MUSCLES, Actuation, add_muscles, add_sensors, straight_control
 from contarm_sim.mjcf.scene import add_scene, base_quaternion, world_gravity
 
 TIMESTEP = 0.005
@@ -20,10 +20,17 @@ _MATERIALS = {
 }
 
 
-def arm_spec(arm: Arm) -> mujoco.MjSpec:
+def arm_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
     """Return the arm alone: base body at the world's origin, ready to be attached or compiled.
 
     Gravity is the arm's own, in the base frame, which is the world frame here.
+
+    Args:
+        actuation: `lengths`: three length servos [m]. `pressures`: McKibben muscles behind valves, two actuators
+            each, which both take the muscle's gauge pressure [Pa]: controls are p1 p2 p3 p1 p2 p3.
+
+    Raises:
+        InputError: an unknown actuation.
     """
     spec = mujoco.MjSpec()
     spec.modelname = "contarm"
@@ -36,21 +43,25 @@ def arm_spec(arm: Arm) -> mujoco.MjSpec:
         spec.add_material(name=name, rgba=rgba, specular=specular, shininess=shininess)
     add_defaults(spec, arm)
     bodies = add_backbone(spec, arm)
-    add_muscles(spec, arm, bodies)
+    add_muscles(spec, arm, bodies, actuation)
     add_sensors(spec)
     dofs = arm.links * (3 if arm.torsional_stiffness is not None else 2)
-    spec.add_key(name="straight", qpos=[0.0] * dofs, ctrl=[straight_setpoint(arm)] * len(MUSCLES))
+    straight = [straight_control(arm, actuation)] * len(MUSCLES)
+    if actuation == "lengths":
+        spec.add_key(name="straight", qpos=[0.0] * dofs, ctrl=straight)
+    else:
+        spec.add_key(name="straight", qpos=[0.0] * dofs, ctrl=2 * straight, act=2 * straight)
     spec.stat.extent = 1.2 * arm.length
     spec.stat.center = [0.0, 0.0, 0.5 * arm.length]
     return spec
 
 
-def scene_spec(arm: Arm) -> mujoco.MjSpec:
+def scene_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
     """Return the arm on its mount above a floor, with light and cameras.
 
     The base is turned by `arm.base_orientation`; if omitted, so that gravity points down the picture.
     """
-    spec = arm_spec(arm)
+    spec = arm_spec(arm, actuation)
     spec.modelname = "contarm_scene"
     spec.option.gravity = world_gravity(arm)
     base = spec.body("base")

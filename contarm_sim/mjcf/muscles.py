@@ -1,65 +1,154 @@
-"""The three muscles as spatial tendons with affine length servos, and the sensors of what a user reads."""
+"""The three muscles as spatial tendons, driven by length servos or by pressure, and the sensors of what a user reads."""
 
 from __future__ import annotations
 
 import math
+from typing import Any, Literal, get_args
 
 import mujoco
 
 from contarm_sim.arm import Arm
+from contarm_sim.errors import InputError
+
+Actuation = Literal["lengths", "pressures"]
+ACTUATIONS: tuple[Actuation, ...] = get_args(Actuation)
 
 MUSCLES = ("muscle_1", "muscle_2", "muscle_3")
 COLOURS = ([0.84, 0.15, 0.16, 1.0], [0.17, 0.50, 0.72, 1.0], [0.95, 0.63, 0.10, 1.0])
 
+_SERVO = "muscle"
+_LINEAR, _QUADRATIC = "pressure_linear", "pressure_quadratic"
 
-def add_muscles(spec: mujoco.MjSpec, arm: Arm, bodies: list[mujoco.MjsBody]) -> None:
-    """Route each muscle through a site at radius r on every station and drive it by a length servo.
+_REACH = 2.0
+"""A length in rest lengths that no muscle gets to."""
 
-    force = kp (setpoint - length) - kv velocity, limited to pulling. A feed-forward tension T folds into the
-    set-point: setpoint = target_length - T/kp.
+
+def add_muscles(spec: mujoco.MjSpec, arm: Arm, bodies: list[mujoco.MjsBody], actuation: Actuation) -> None:
+    """Route each muscle through a site at radius r on every station and add its actuators.
+
+    Raises:
+        InputError: an unknown actuation.
     """
-    kp = arm.muscle.servo_stiffness
-    shortest, longest = arm.muscle_length_range
-    servo = spec.add_default("muscle", spec.default)
-    servo.tendon.width = 0.5 * arm.muscle.diameter
-    servo.site.group = 4
-    servo.site.size = [0.002, 0.002, 0.002]
-    servo.actuator.gaintype = mujoco.mjtGain.mjGAIN_FIXED
-    servo.actuator.gainprm[0] = kp
-    servo.actuator.biastype = mujoco.mjtBias.mjBIAS_AFFINE
-    servo.actuator.biasprm[:3] = [0.0, -kp, -kp * arm.muscle.servo_time]
-    servo.actuator.forcerange = [-arm.muscle.blocked_force, 0.0]
-    servo.actuator.forcelimited = True
-    servo.actuator.ctrlrange = [shortest - arm.muscle.blocked_force / kp, longest]
-    servo.actuator.ctrllimited = True
+    if actuation not in ACTUATIONS:
+        raise InputError("actuation", repr(actuation), ", ".join(ACTUATIONS))
+    muscle = spec.add_default(_SERVO, spec.default)
+    muscle.tendon.width = 0.5 * arm.muscle.diameter
+    muscle.tendon.frictionloss = arm.muscle.braid_friction or 0.0
+    if arm.muscle.passive_stiffness is not None:  # slack up to the rest length
+        muscle.tendon.stiffness = [arm.muscle.passive_stiffness, 0, 0]
+        muscle.tendon.springlength = [0.0, arm.muscle_rest_length]
+    muscle.site.group = 4
+    muscle.site.size = [0.002, 0.002, 0.002]
     for index, name in enumerate(MUSCLES):
         angle = 2 * math.pi * index / 3
         place = [arm.muscle_radius * math.cos(angle), arm.muscle_radius * math.sin(angle), 0.0]
-        tendon = spec.add_tendon(servo, name=name, rgba=COLOURS[index])
+        tendon = spec.add_tendon(muscle, name=name, rgba=COLOURS[index])
         for body in bodies:
-            site = body.add_site(servo, name=f"{body.name}_{name}", pos=place)
+            site = body.add_site(muscle, name=f"{body.name}_{name}", pos=place)
             tendon.wrap_site(site.name)
-        spec.add_actuator(servo, name=name, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=name)
+    if actuation == "lengths":
+        _servo(muscle.actuator, arm)
+        _add_actuators(spec, muscle)
+    else:
+        _add_actuators(spec, _linear(spec, arm), "_linear")
+        reach = [length * arm.muscle_rest_length for length in (1 - arm.muscle.max_contraction, _REACH)]
+        _add_actuators(spec, _quadratic(spec, arm), "_quadratic", lengthrange=reach)
+
+
+def _add_actuators(spec: mujoco.MjSpec, default: mujoco.MjsDefault, ending: str = "", **given: Any) -> None:
+    for name in MUSCLES:
+        spec.add_actuator(default, name=name + ending, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=name, **given)
+
+
+def _servo(actuator: mujoco.MjsActuator, arm: Arm) -> None:
+    """Make a length servo: force = kp (setpoint - length) - kv velocity, limited to pulling.
+
+    A feed-forward tension T folds into the set-point: setpoint = target_length - T/kp.
+    """
+    kp, blocked = arm.muscle.servo_stiffness, arm.muscle.blocked_force
+    shortest, longest = arm.muscle_length_range
+    actuator.gaintype = mujoco.mjtGain.mjGAIN_FIXED
+    actuator.gainprm[0] = kp
+    actuator.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+    actuator.biasprm[:3] = [0.0, -kp, -kp * arm.muscle.servo_time]
+    actuator.forcerange = [-blocked, 0.0]
+    actuator.forcelimited = True
+    actuator.ctrlrange = [shortest - blocked / kp, longest]
+    actuator.ctrllimited = True
+
+
+# The McKibben force P A (c s^2 - d), s = L/L_rest, vanishes at s0, where c s0^2 = d; there it is, exactly,
+#     P A (2 c s0 (s - s0) + c (s - s0)^2)        for s > s0, and nothing below: a muscle cannot push.
+# Native gains are affine in length, or made of parabolas (those of biological muscles); so two actuators make a
+# muscle, both fed with its pressure: the line, limited to pulling, and the parabola, which is zero below its vertex.
+
+
+def _linear(spec: mujoco.MjSpec, arm: Arm) -> mujoco.MjsDefault:
+    """Make the line 2 c s0 (s - s0) of the McKibben law."""
+    default = spec.add_default(_LINEAR, spec.default)
+    _valve(default.actuator, arm)
+    rest, s0 = arm.muscle_rest_length, 1 - arm.muscle.max_contraction
+    slope = 2 * s0 * _pull_per_pascal(arm) / rest
+    default.actuator.gaintype = mujoco.mjtGain.mjGAIN_AFFINE
+    default.actuator.gainprm[:2] = [slope * s0 * rest, -slope]
+    default.actuator.forcerange = [-10 * slope * rest * arm.muscle.max_pressure, 0.0]  # never met from below
+    default.actuator.forcelimited = True
+    return default
+
+
+def _quadratic(spec: mujoco.MjSpec, arm: Arm) -> mujoco.MjsDefault:
+    """Make the parabola c (s - s0)^2 of the McKibben law.
+
+    The engine's muscle gain is -F (x/x1)^2 / 2 from its shortest length, x = 0, to x1, half its range; a speed limit that
+    is never met turns its dependence on velocity off.
+    """
+    default = spec.add_default(_QUADRATIC, spec.default)
+    _valve(default.actuator, arm)
+    force = 2 * _pull_per_pascal(arm) * (_REACH - (1 - arm.muscle.max_contraction)) ** 2
+    shortest, longest, most_speed = 0.0, 2.0, 1e9
+    default.actuator.gaintype = mujoco.mjtGain.mjGAIN_MUSCLE
+    default.actuator.gainprm[:9] = [0.0, 0.5, force, 1.0, shortest, longest, most_speed, 1.0, 1.0]
+    return default
+
+
+def _valve(actuator: mujoco.MjsActuator, arm: Arm) -> None:
+    """Let pressure [Pa] follow its command with a first-order lag."""
+    actuator.dyntype = mujoco.mjtDyn.mjDYN_FILTEREXACT
+    actuator.dynprm[0] = arm.muscle.valve_time
+    actuator.ctrlrange = [0.0, arm.muscle.max_pressure]
+    actuator.ctrllimited = True
+
+
+def _pull_per_pascal(arm: Arm) -> float:
+    """Return A c [m^2], the braid's share of the force at rest length, per unit of pressure."""
+    return math.pi * arm.muscle.diameter**2 / 4 * 3 / math.tan(arm.muscle.braid_angle) ** 2
 
 
 def add_sensors(spec: mujoco.MjSpec) -> None:
     """Add sensors: tip pose in the base frame, muscle lengths, velocities and forces, joint angles."""
-    kind, site = mujoco.mjtSensor, mujoco.mjtObj.mjOBJ_SITE
+    kind, site, tendon = mujoco.mjtSensor, mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtObj.mjOBJ_TENDON
     for name, what in (("tip_position", kind.mjSENS_FRAMEPOS), ("tip_orientation", kind.mjSENS_FRAMEQUAT)):
         spec.add_sensor(name=name, type=what, objtype=site, objname="tip", reftype=site, refname="base")
-    for quantity, what in (("length", kind.mjSENS_TENDONPOS), ("velocity", kind.mjSENS_TENDONVEL)):
+    for quantity, what in (
+        ("length", kind.mjSENS_TENDONPOS),
+        ("velocity", kind.mjSENS_TENDONVEL),
+        ("force", kind.mjSENS_TENDONACTFRC),
+    ):
         for muscle in MUSCLES:
-            spec.add_sensor(name=f"{muscle}_{quantity}", type=what, objtype=mujoco.mjtObj.mjOBJ_TENDON, objname=muscle)
-    for muscle in MUSCLES:
-        spec.add_sensor(
-            name=f"{muscle}_force", type=kind.mjSENS_ACTUATORFRC, objtype=mujoco.mjtObj.mjOBJ_ACTUATOR, objname=muscle
-        )
+            spec.add_sensor(name=f"{muscle}_{quantity}", type=what, objtype=tendon, objname=muscle)
     for joint in spec.joints:
         spec.add_sensor(
             name=f"{joint.name}_angle", type=kind.mjSENS_JOINTPOS, objtype=mujoco.mjtObj.mjOBJ_JOINT, objname=joint.name
         )
 
 
-def straight_setpoint(arm: Arm) -> float:
-    """Return the set-point [m] that gives the straight arm's muscles their least tension."""
-    return arm.length - arm.muscle.min_tension / arm.muscle.servo_stiffness
+def straight_control(arm: Arm, actuation: Actuation) -> float:
+    """Return the control that gives the straight arm's muscles their least tension: set-point [m] or pressure [Pa].
+
+    The pressure is at least the lowest that there is, so tensions may be larger.
+    """
+    muscle = arm.muscle
+    if actuation == "lengths":
+        return arm.length - muscle.min_tension / muscle.servo_stiffness
+    s, s0 = 1 - muscle.mount_contraction, 1 - muscle.max_contraction
+    return max(muscle.min_tension / (_pull_per_pascal(arm) * (s**2 - s0**2)), muscle.min_pressure)

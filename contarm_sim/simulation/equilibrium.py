@@ -8,17 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from contarm_sim.arm import Arm
-from contarm_sim.errors import ConvergenceError, InputError
+from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, chain
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.load import Load
-from contarm_sim.mechanics import pneumatics
 from contarm_sim.mechanics.statics import holding_tensions
 from contarm_sim.simulation.plant import Plant, engine_room
-from contarm_sim.simulation.solver import Solution, Solver
-
-LAW_UPDATES = 60
-"""Most tangents of the McKibben law that are tried."""
+from contarm_sim.simulation.solver import Solver
 
 
 @dataclass(frozen=True)
@@ -63,6 +59,8 @@ class Equilibrium:
 def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess: Array | None = None) -> Equilibrium:
     """Return the static pose of an arm under its gravity, its payload and a load.
 
+    Dry friction, which would hold the arm in a whole range of poses, is left out: this is that range's centre.
+
     Args:
         method: `auto`, `newton` or `pseudo-transient` (see `simulation.solver`).
         guess: joint angles to start from [rad], shape (dofs,); default straight, or the uniform bend that
@@ -80,8 +78,6 @@ def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess:
         solver = Solver(plant, load)
         start = time.perf_counter()
         found = solver.solve(method)
-        if load.muscles.kind == "pressures":
-            found = _follow_law(plant, solver, np.array(load.muscles.values), method)
         seconds = time.perf_counter() - start
     frames = np.tile(np.eye(4), (arm.links + 1, 1, 1))
     frames[:, :3, 3] = plant.stations
@@ -102,15 +98,18 @@ def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess:
 def driven_plant(arm: Arm, load: Load) -> Plant:
     """Return a plant with muscles driven as a load says, posed for a first guess, its controls set."""
     kind, values = load.muscles.kind, np.array(load.muscles.values)
+    if kind == "pressures":
+        plant = Plant(arm, actuation="pressures")
+        plant.reset(np.zeros(2))
+        plant.control[:] = plant.pressure[:] = _checked_pressures(arm, values)
+        return plant
     plant = Plant(arm)
     model = plant.model
-    if kind in ("off", "tensions", "pressures"):
+    if kind in ("off", "tensions"):
         model.actuator_gainprm[:, 0] = 0.0
         model.actuator_biasprm[:] = 0.0
         model.actuator_forcelimited[:] = 0
-        if kind == "pressures":
-            _set_law(plant, _checked_pressures(arm, values), np.full(3, arm.length))
-        elif kind == "tensions":
+        if kind == "tensions":
             model.actuator_biasprm[:, 0] = -values
         plant.reset(np.zeros(2))
         return plant
@@ -120,7 +119,7 @@ def driven_plant(arm: Arm, load: Load) -> Plant:
         bend, _ = chain.bend_from_lengths(arm.length + values, arm.length, arm.muscle_radius, arm.links)
     lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
     plant.reset(bend)
-    plant.data.ctrl[:] = lengths - holding_tensions(bend, arm) / arm.muscle.servo_stiffness
+    plant.control[:] = lengths - holding_tensions(bend, arm) / arm.muscle.servo_stiffness
     return plant
 
 
@@ -129,31 +128,6 @@ def _checked_pressures(arm: Arm, pressures: Array) -> Array:
     if np.any((pressures > high) | ((pressures > 0) & (pressures < low))):
         raise InputError("muscles pressures", pressures.tolist(), f"0, or {low:g} to {high:g} Pa")
     return pressures
-
-
-def _set_law(plant: Plant, pressures: Array, lengths: Array) -> None:
-    """Give muscles the tangent of the McKibben law at lengths [m]: an affine actuator, exact where it touches."""
-    slope = pneumatics.force_slope(pressures, lengths, plant.arm)
-    tension = pneumatics.force(pressures, lengths, plant.arm)
-    plant.model.actuator_biasprm[:, 0] = slope * lengths - tension
-    plant.model.actuator_biasprm[:, 1] = -slope
-
-
-def _follow_law(plant: Plant, solver: Solver, pressures: Array, method: str) -> Solution:
-    """Solve with the law's tangent at the lengths found last, until those lengths stay.
-
-    Raises:
-        ConvergenceError: they do not.
-    """
-    moved = np.inf
-    for _ in range(LAW_UPDATES):
-        before = plant.muscle_lengths
-        _set_law(plant, pressures, before)
-        found = solver.solve(method)
-        moved = float(np.abs(plant.muscle_lengths - before).max())
-        if moved <= 1e-10:
-            return found
-    raise ConvergenceError("muscles under pressure", moved, 1e-10, LAW_UPDATES, "m")
 
 
 def extrapolated(arm: Arm, load: Load | None = None) -> tuple[Equilibrium, Equilibrium]:

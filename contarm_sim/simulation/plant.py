@@ -13,7 +13,8 @@ from threadpoolctl import threadpool_limits
 from contarm_sim.arm import Arm
 from contarm_sim.errors import DivergenceError
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mjcf import arm_spec
+from contarm_sim.mechanics.pneumatics import force_slope, passive_slope, passive_tension
+from contarm_sim.mjcf import Actuation, arm_spec
 
 _FATAL = [
     int(warning)
@@ -50,10 +51,14 @@ class Plant:
             position servos, which also push: what the paper's lengths meet when read naively.
         timestep: engine step [s]; default the model's.
         integrator: engine integrator; default the model's.
+        actuation: `lengths` (servos) or `pressures` (McKibben muscles behind valves).
 
     Attributes:
         model, data: the engine's.
         centres: what `stations` copies, as a view into the engine's memory that stays current.
+        control: the engine's controls as a view, one column a muscle: assign set-points [m] or pressures [Pa], shape
+            (3,), to all of it.
+        pressure: pressures behind the valves [Pa], a view like `control`; empty for servos.
     """
 
     def __init__(
@@ -62,9 +67,10 @@ class Plant:
         pull_only: bool = True,
         timestep: float | None = None,
         integrator: mujoco.mjtIntegrator | None = None,
+        actuation: Actuation = "lengths",
     ) -> None:
         self.arm = arm
-        self.model = arm_spec(arm).compile()
+        self.model = arm_spec(arm, actuation).compile()
         if not pull_only:
             self.model.actuator_forcelimited[:] = 0
             self.model.actuator_ctrllimited[:] = 0
@@ -75,6 +81,8 @@ class Plant:
         self.data = mujoco.MjData(self.model)
         # Views into the engine's memory: they stay current, and cost nothing to look up in a loop.
         self.centres = self.data.xpos[self.model.body("base").id : self.model.body("tip").id + 1]
+        self.control = self.data.ctrl.reshape(-1, 3)
+        self.pressure = self.data.act.reshape(-1, 3)
         self._warnings = self.data.warning.number
         self._bending = {
             axis: np.array([self.model.joint(f"joint_{i:02d}_{axis}").qposadr[0] for i in range(1, arm.links + 1)])
@@ -88,8 +96,24 @@ class Plant:
 
     @property
     def muscle_tensions(self) -> Array:
-        """Muscle tensions [N], pulling > 0, shape (3,)."""
-        return -self.data.actuator_force
+        """Muscle tensions [N], pulling > 0, shape (3,): by actuators and by stretched silicone."""
+        return self.muscle_forces + passive_tension(self.data.ten_length, self.arm)
+
+    @property
+    def muscle_forces(self) -> Array:
+        """What the actuators pull with [N], pulling > 0, shape (3,)."""
+        return -self.data.actuator_force.reshape(-1, 3).sum(axis=0)
+
+    @property
+    def muscle_slopes(self) -> Array:
+        """What tensions gain by length [N/m], shape (3,), controls and pressures as they are."""
+        model, data = self.model, self.data
+        silicone = passive_slope(data.ten_length, self.arm)
+        if len(self.pressure):
+            return force_slope(self.pressure[0], data.ten_length, self.arm) + silicone
+        low, high = model.actuator_forcerange.T
+        at_limit = (model.actuator_forcelimited != 0) & ((data.actuator_force <= low) | (data.actuator_force >= high))
+        return np.where(at_limit, 0.0, -model.actuator_biasprm[:, 1]) + silicone
 
     @property
     def stations(self) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics.pneumatics import passive_tension
 from contarm_sim.simulation.plant import Plant
 from contarm_sim.simulation.samples import Samples
 
@@ -18,17 +19,17 @@ class Recorder:
     Attributes:
         lengths: muscle lengths as the sensors last read them [m], shape (3,); a view that stays current.
         tip: tip position as the engine last derived it [m], shape (3,); a view that stays current.
-        forces: muscle forces as the sensors last read them [N], pulling < 0, shape (3,); a view that stays current.
+        forces: the actuators' forces as the sensors last read them [N], pulling < 0, shape (3,); such a view too.
     """
 
     def __init__(self, plant: Plant, count: int) -> None:
         model, data = plant.model, plant.data
-        self._links = plant.arm.links
+        self._arm = plant.arm
         self._sensordata = data.sensordata
         self._centres = plant.centres
         self.tip = self._centres[-1]
         self._sensed = np.empty((count, model.nsensordata))
-        self._stations = np.empty((count, self._links + 1, 3))
+        self._stations = np.empty((count, plant.arm.links + 1, 3))
         self._column = {model.sensor(i).name: int(model.sensor_adr[i]) for i in range(model.nsensor)}
         self.lengths = self._sensordata[self._slice("muscle_1_length", 3)]
         self.forces = self._sensordata[self._slice("muscle_1_force", 3)]
@@ -45,13 +46,15 @@ class Recorder:
     def samples(self, count: int, time: Array, target: Array, bend: Array, setpoint: Array) -> Samples:
         """Return the first `count` samples; the other arrays, of at least that length, are passed through."""
         sensed = self._sensed[:count]
+        lengths = sensed[:, self._slice("muscle_1_length", 3)].copy()
+        pulled = passive_tension(lengths, self._arm) - sensed[:, self._slice("muscle_1_force", 3)]
         return Samples(
             time=time[:count],
             target=target[:count],
             bend=bend[:count],
             setpoint=setpoint[:count],
-            muscle_lengths=sensed[:, self._slice("muscle_1_length", 3)].copy(),
-            muscle_tensions=-sensed[:, self._slice("muscle_1_force", 3)],
+            muscle_lengths=lengths,
+            muscle_tensions=pulled,
             stations=self._stations[:count],
             tip_rotation=_rotations(sensed[:, self._slice("tip_orientation", 4)]),
             qpos=sensed[:, self._angles].copy(),

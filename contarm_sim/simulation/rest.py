@@ -11,17 +11,12 @@ from contarm_sim.arm import Arm
 from contarm_sim.errors import ConvergenceError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.simulation.control import Command, Controller, Correction, TipFeedback, command
+from contarm_sim.simulation.control import Controller, command
+from contarm_sim.simulation.feedback import Feedback, Seen, TipFeedback, feedback_for
 from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.recorder import Recorder
 from contarm_sim.simulation.samples import Samples
 from contarm_sim.simulation.solver import Solver
-
-LENGTH_ERROR = 1e-9
-"""Largest difference left between commanded and measured length differences [m]."""
-
-TENSION_ERROR = 1e-3
-"""Largest deviation left of the slackest muscle's tension [N]."""
 
 BEND_CHANGE = 1e-6
 """Change of the bend at which the tip's feedback has settled [rad]."""
@@ -41,19 +36,18 @@ def poses_at_rest(
 
     Raises:
         ConvergenceError, DivergenceError: no equilibrium near the uniformly bent pose.
-        InputError: a bend that pulling muscles cannot hold.
+        InputError: a bend that pulling muscles, or pressures, cannot hold.
     """
     orders = command(arm, bend, controller)
-    plant = Plant(arm, pull_only=orders.pull_only)
+    plant = Plant(arm, pull_only=orders.pull_only, actuation=orders.actuation)
     settle = Solver(plant)
     recorder, setpoint = Recorder(plant, len(bend)), np.empty((len(bend), 3))
     with engine_room():
         for i in ticks if ticks is not None else range(len(bend)):
             plant.reset(bend[i])
+            feedback = feedback_for(arm, orders, bend, target)
             try:
-                setpoint[i] = _hold(plant, settle, orders.setpoint[i], orders.lengths[i], orders.corrected)
-                if orders.seeing:
-                    setpoint[i] = _look(plant, settle, orders, i, TipFeedback(arm, bend[i : i + 1], target[i : i + 1]))
+                setpoint[i] = _hold(plant, settle, orders.setpoint[i], feedback, i)
             except ConvergenceError as error:
                 raise error.located(f"at {_described(plant, bend[i])}") from None
             mujoco.mj_forward(plant.model, plant.data)  # the sensors
@@ -66,36 +60,36 @@ def _described(plant: Plant, bend: Array) -> str:
     angle, plane = (float(np.degrees(x)) for x in arc.to_polar(bend))
     said = f"a bend of {angle:.0f} deg towards {plane:.0f} deg"
     limit = plant.arm.muscle.blocked_force
-    if plant.muscle_tensions.max() > 0.999 * limit and plant.model.actuator_forcelimited.any():
+    if not len(plant.pressure) and plant.muscle_forces.max() > 0.999 * limit and plant.model.actuator_forcelimited[0]:
         return f"{said}, where a muscle is at its limit of {limit:.0f} N"
     return f"{said} with {plant.arm.links} links"
 
 
-def _hold(plant: Plant, settle: Solver, setpoint: Array, lengths: Array, corrected: bool) -> Array:
-    """Settle, and correct the set-point until lengths and least tension are as commanded."""
-    correction = Correction(plant.arm)
-    settle(setpoint)
-    if not corrected:
+def _hold(plant: Plant, settle: Solver, setpoint: Array, feedback: Feedback | None, index: int) -> Array:
+    """Settle, and let the feedback correct the set-point until it is content; return the corrected set-point."""
+    if feedback is None:
+        settle(setpoint)
         return setpoint
-    error = slack = np.inf
+    if isinstance(feedback, TipFeedback):
+        return _look(plant, settle, setpoint, feedback, index)
+    error = np.inf
     for _ in range(CORRECTIONS):
-        deviation = lengths - plant.muscle_lengths
-        error = float(np.abs(deviation - deviation.mean()).max())
-        slack = abs(float(plant.muscle_tensions.min()) - plant.arm.muscle.min_tension)
-        if error <= LENGTH_ERROR and slack <= TENSION_ERROR:
-            return setpoint + correction.value
-        correction.update(lengths, plant.muscle_lengths, -plant.muscle_tensions, gain=1.0)
-        settle(setpoint + correction.value)
-    raise ConvergenceError("the length servo at rest", error, LENGTH_ERROR, CORRECTIONS, "m")
+        settle(setpoint + feedback.value)
+        used = setpoint + feedback.value
+        error = feedback.update(index, Seen(plant.muscle_lengths, -plant.muscle_forces, plant.tip), gain=1.0)
+        if error <= 1:
+            return used
+    raise ConvergenceError("the controller at rest", error, 1.0, CORRECTIONS, "of its tolerance")
 
 
-def _look(plant: Plant, settle: Solver, orders: Command, index: int, feedback: TipFeedback) -> Array:
+def _look(plant: Plant, settle: Solver, setpoint: Array, feedback: TipFeedback, index: int) -> Array:
     """Shift lengths until the tip is as near to its target as two degrees of freedom bring it."""
     change = np.inf
+    settle(setpoint)
     for _ in range(CORRECTIONS):
-        change = feedback.update(0, plant.tip, gain=0.7)
-        setpoint, lengths = orders.setpoint[index] + feedback.shift, orders.lengths[index] + feedback.shift
-        setpoint = _hold(plant, settle, setpoint, lengths, corrected=True)
+        change = feedback.look(index, plant.tip, gain=0.7)
+        shift = feedback.lengths.shift
+        used = _hold(plant, settle, setpoint + shift, feedback.lengths, index)
         if change <= BEND_CHANGE:
-            return setpoint
+            return used
     raise ConvergenceError("the tip's feedback at rest", change, BEND_CHANGE, CORRECTIONS, "rad")

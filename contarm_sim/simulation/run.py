@@ -14,15 +14,8 @@ from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array, as_vectors
 from contarm_sim.mjcf import TIMESTEP
-from contarm_sim.simulation.control import (
-    INTEGRAL_TIME,
-    TIP_TIME,
-    Command,
-    Controller,
-    Correction,
-    TipFeedback,
-    command,
-)
+from contarm_sim.simulation.control import Command, Controller, command
+from contarm_sim.simulation.feedback import Feedback, Seen, feedback_for
 from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.recorder import Recorder
 from contarm_sim.simulation.samples import Samples
@@ -103,8 +96,8 @@ def simulate(
         raise InputError("target", f"of shape {target.shape} beside bend of shape {bend.shape}", "(T, 3) and (T, 2)")
     substeps = stepping.substeps(rate)
     orders = command(arm, bend, controller, period=1 / rate)
-    plant = Plant(arm, pull_only=orders.pull_only, timestep=stepping.timestep, integrator=stepping.integrator)
-    feedback = TipFeedback(arm, bend, target) if orders.seeing else None
+    plant = Plant(arm, orders.pull_only, stepping.timestep, stepping.integrator, orders.actuation)
+    feedback = feedback_for(arm, orders, bend, target)
     recorder, setpoint = Recorder(plant, len(bend)), np.empty((len(bend), 3))
     with engine_room():
         plant.reset(bend[0])
@@ -121,7 +114,7 @@ def _loop(
     plant: Plant,
     recorder: Recorder,
     orders: Command,
-    feedback: TipFeedback | None,
+    feedback: Feedback | None,
     setpoint: Array,
     rate: float,
     substeps: int,
@@ -132,30 +125,25 @@ def _loop(
     `mj_step` leaves poses and forces of the time that it started from, so those of a tick's first step belong to the
     tick. Between ticks set-points move in a straight line: a staircase would jolt the muscles by tens of newtons.
     """
-    model, data, ctrl = plant.model, plant.data, plant.data.ctrl
-    correction = Correction(plant.arm)
-    gain = 1 / (rate * INTEGRAL_TIME)
+    model, data, control = plant.model, plant.data, plant.control
+    seen = Seen(recorder.lengths, recorder.forces, recorder.tip)
     settings = {"timestep": model.opt.timestep, "integrator": mujoco.mjtIntegrator(model.opt.integrator).name}
     settings["servo_stiffness"] = plant.arm.muscle.servo_stiffness
     ahead = np.diff(orders.setpoint, axis=0, append=orders.setpoint[-1:])
     ramps = orders.setpoint[:, None] + np.arange(substeps)[:, None] / substeps * ahead[:, None]
+    gain = 0.0 if feedback is None else 1 / (rate * feedback.time)
     count = 0
     try:
         for i, ramp in enumerate(ramps):
-            ramp += correction.value
             if feedback is not None:
-                ramp += feedback.shift
-            ctrl[:] = setpoint[i] = ramp[0]
+                ramp += feedback.value
+            control[:] = setpoint[i] = ramp[0]
             mujoco.mj_step(model, data)
             recorder.take(i)
-            wanted = orders.lengths[i]
             if feedback is not None:
-                wanted = wanted + feedback.shift
-                feedback.update(i, recorder.tip, 1 / (rate * TIP_TIME))
-            if orders.corrected:
-                correction.update(wanted, recorder.lengths, recorder.forces, gain)
+                feedback.update(i, seen, gain)
             for between in ramp[1:]:
-                ctrl[:] = between
+                control[:] = between
                 mujoco.mj_step(model, data)
             plant.check(settings)
             count = i + 1

@@ -51,6 +51,19 @@ class Solution:
         return self.smallest_eigenvalue > 0
 
 
+class _Whole:
+    """What continuation raises beside the load: gravity, pressures, constant tensions; set-points stay."""
+
+    def __init__(self, plant: Plant) -> None:
+        self._gravity, self._pressure = plant.model.opt.gravity.copy(), plant.pressure.copy()
+        self._tensions = plant.model.actuator_biasprm[:, 0].copy()
+
+    def apply(self, plant: Plant, fraction: float) -> None:
+        plant.model.opt.gravity[:] = fraction * self._gravity
+        plant.pressure[:] = fraction * self._pressure
+        plant.model.actuator_biasprm[:, 0] = fraction * self._tensions
+
+
 class Solver:
     """Moves a plant to the equilibrium near its current pose, under a load and the servos' set-points.
 
@@ -64,19 +77,20 @@ class Solver:
         self._plant = plant
         self.load = AppliedLoad(plant, load or Load())
         self._stiffness = TangentStiffness(plant, self.load)
-        self._gravity = plant.model.opt.gravity.copy()
         self._scale = plant.model.jnt_stiffness.copy()
         self._largest = TOTAL_STEP / plant.arm.links
         self.forces: Array = np.zeros(plant.model.nv)
         self.iterations = 0
 
     def __call__(self, setpoint: Array) -> float:
-        """Settle by Newton under set-points, shape (3,); return the residual [N m].
+        """Settle by Newton under set-points [m] or pressures [Pa], shape (3,); return the residual [N m].
 
         Raises:
             ConvergenceError: no equilibrium near, or only an unstable one.
         """
-        self._plant.data.ctrl[:] = setpoint
+        self._plant.control[:] = setpoint
+        if len(self._plant.pressure):
+            self._plant.pressure[:] = setpoint  # the valves have settled too
         self.iterations = 0
         residual = self.newton()
         if residual > RESIDUAL:
@@ -154,11 +168,12 @@ class Solver:
     def _continue(self) -> float:
         """Raise the load from nothing to the whole, each pose the guess for the next."""
         data = self._plant.data
+        whole = _Whole(self._plant)
         reached, increment, residual = 0.0, 0.25, np.inf
         pose = data.qpos.copy()
         while reached < 1.0:
             fraction = min(1.0, reached + increment)
-            self._set_fraction(fraction)
+            self._set_fraction(whole, fraction)
             data.qpos[:] = pose
             residual = self.newton(12)
             if residual > RESIDUAL or self.softest() <= 0:
@@ -169,7 +184,7 @@ class Solver:
             else:
                 increment *= 0.5
                 if increment < SMALLEST_INCREMENT:
-                    self._set_fraction(1.0)
+                    self._set_fraction(whole, 1.0)
                     raise ConvergenceError(
                         f"no stable equilibrium near the path beyond {100 * reached:.1f} % of the load: the solver",
                         residual, RESIDUAL, self.iterations, "N m",
@@ -212,6 +227,6 @@ class Solver:
     def _limited(self, step: NDArray[np.floating]) -> Array:
         return np.asarray(step, dtype=float) * min(1.0, self._largest / max(float(np.abs(step).max()), 1e-300))
 
-    def _set_fraction(self, fraction: float) -> None:
+    def _set_fraction(self, whole: _Whole, fraction: float) -> None:
         self.load.fraction = fraction
-        self._plant.model.opt.gravity[:] = fraction * self._gravity
+        whole.apply(self._plant, fraction)

@@ -20,7 +20,8 @@ class TangentStiffness:
     """Evaluates K = -dQ/dq [N m/rad], shape (dofs, dofs), at the plant's current positions and forces."""
 
     def __init__(self, plant: Plant, load: AppliedLoad) -> None:
-        self._model, self._data, self._load = plant.model, plant.data, load
+        self._plant, self._load = plant, load
+        self._model, self._data = plant.model, plant.data
         model = self._model
         self._base = model.body("base").id
         self._station_of_dof = model.dof_bodyid - self._base
@@ -29,21 +30,20 @@ class TangentStiffness:
              for s in range(plant.arm.links + 1)]
         )  # fmt: skip
         self.symmetric = not (load.any_moment or load.any_follower)
-        self._limited = bool(model.actuator_forcelimited.any())
-        self._bias = model.actuator_biasprm
 
     def __call__(self) -> Array:
         """Return K; positions and actuator forces must be up to date.
 
         It is symmetric but for dead couples and follower moments, which no energy belongs to.
         """
-        K = self._dead_loads()
-        if self._data.actuator_force.any() or self._bias[:, 1].any():
-            K += self._muscles()
+        tensions, slopes = self._plant.muscle_tensions, self._plant.muscle_slopes
+        K = self._dead_loads(tensions)
+        if tensions.any() or slopes.any():
+            K += self._muscles(tensions, slopes)
         K[np.diag_indices_from(K)] += self._model.jnt_stiffness
         return 0.5 * (K + K.T) if self.symmetric else K
 
-    def _dead_loads(self) -> Array:
+    def _dead_loads(self, tensions: Array) -> Array:
         """Return what forces and couples that keep their direction add, muscle tensions as they are among them."""
         data, model = self._data, self._model
         axes, anchors = data.xaxis, data.xanchor
@@ -52,8 +52,8 @@ class TangentStiffness:
         weight = model.body_mass[links, None] * model.opt.gravity
         force += weight
         dyad += data.xipos[links, :, None] * weight[:, None, :]
-        if data.actuator_force.any():
-            pull, ends = self._pulls()
+        if tensions.any():
+            pull, ends = self._pulls(tensions)
             force += pull.sum(axis=1)
             dyad += np.einsum("smi,smj->sij", ends, pull)
         force = beyond(force)[self._station_of_dof]
@@ -69,17 +69,17 @@ class TangentStiffness:
             dead += np.triu(axes @ np.cross(axes, self._load.follower()).T, 1)
         return -dead
 
-    def _pulls(self) -> tuple[Array, Array]:
+    def _pulls(self, tensions: Array) -> tuple[Array, Array]:
         """Return the muscles' forces on their sites [N] and the sites' positions [m], shape (stations, 3, 3)."""
         ends = self._data.site_xpos[self._sites]
         spans = np.diff(ends, axis=0)
-        along = -self._data.actuator_force[None, :, None] * spans / np.linalg.norm(spans, axis=-1, keepdims=True)
+        along = tensions[None, :, None] * spans / np.linalg.norm(spans, axis=-1, keepdims=True)
         force = np.zeros_like(ends)
         force[:-1] += along
         force[1:] -= along
         return force, ends
 
-    def _muscles(self) -> Array:
+    def _muscles(self, tension: Array, slopes: Array) -> Array:
         """Return what the turning and stretching of muscle spans adds.
 
         A span of length l along u turns by (a_j x u) under a dof j proximal to it, which costs tension times
@@ -92,7 +92,6 @@ class TangentStiffness:
         spans = np.diff(ends, axis=0)
         reach = np.linalg.norm(spans, axis=-1)
         u = spans / reach[..., None]
-        tension = -data.actuator_force
         weight = tension * reach
         G = weight.sum(axis=1)[:, None, None] * np.eye(3) - np.einsum("sm,smi,smj->sij", weight, u, u)
         distal = np.zeros((len(ends), 3, 3))
@@ -107,12 +106,8 @@ class TangentStiffness:
         flat = (v * (tension / own_reach)[..., None]).reshape(len(axes), -1) @ v.reshape(len(axes), -1).T
         K = proximal + proximal.T + (axes @ through.T + flat) * (station[:, None] == station)
 
-        free = np.ones(3, bool)
-        if self._limited:
-            low, high = model.actuator_forcerange.T
-            free = (data.actuator_force > low) & (data.actuator_force < high)
         J = _dense_tendon_jacobian(model, data)
-        return K + (J.T * (-self._bias[:, 1] * free)) @ J
+        return K + (J.T * slopes) @ J
 
 
 def _dense_tendon_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
