@@ -155,7 +155,9 @@ class Arm:
     bending_stiffness: float = _number(0.1, "N m^2", "EI of backbone and passive muscles", above=0)
     torsional_stiffness: float | None = _number(None, "N m^2", "GJ; omitted: rigid, as the paper claims", above=0)
     damping_time: float = _number(0.05, "s", "Kelvin-Voigt time: joint damping over joint stiffness", least=0)
-    joint_friction: float | None = _number(None, "N m", "dry friction of each hinge; omitted: none", above=0)
+    joint_friction: float | None = _number(
+        None, "N m", "dry friction of each hinge, which creeps; omitted: none", above=0
+    )
     muscle_radius: float = _number(0.018, "m", "radius r of the muscles' attachment circle (paper)", above=0)
     gravity: Vector = field(
         default=(0.0, 0.0, 0.0),

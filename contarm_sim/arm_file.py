@@ -55,7 +55,7 @@ def arm_to_dict(arm: Arm) -> dict[str, Any]:
 
 
 def _plain(values: dict[str, Any]) -> dict[str, Any]:
-    plain = {}
+    plain: dict[str, Any] = {}
     for key, value in values.items():
         if isinstance(value, dict):
             plain[key] = _plain(value)

@@ -3,11 +3,13 @@
 import json
 import math
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -446,7 +448,7 @@ def test_compare_controllers_tells_them_apart(contarm, tmp_path):
     code, out, err = contarm("compare-controllers", "--duration", 6, "--out", "c", "--json")
     assert code == 0, err
     rows = {(row["load"], row["controller"]): row for row in json.loads(out)["rows"]}
-    assert len(rows) == 15
+    assert len(rows) == 18
     assert rows["free", "paper"]["pushes"] > 0
     assert rows["free", "servo"]["pushes"] == 0
     for load in ("gravity", "payload"):
@@ -466,3 +468,78 @@ def test_stiffness_in_closed_form_and_by_pushing_agree(contarm, tmp_path, bend):
         assert max(row["pressures_pa"]) <= 700e3 * (1 + 1e-9)
     assert rows[-1]["simulated_n_per_m"][1] > 1.3 * rows[0]["simulated_n_per_m"][1]
     assert set(os.listdir(tmp_path / "s")) == {"summary.json", "stiffness.png"}
+
+
+def test_hold_prints_what_holds_a_bend_and_refuses_what_pressure_cannot(contarm):
+    code, out, err = contarm("hold", "--bend", 1.5, 0.5, "--share", 0.5, "--gravity", 0, 0, 9.81, "--json")
+    assert code == 0, err
+    found = json.loads(out)
+    assert all(90e3 <= p <= 700e3 for p in found["pressures"])
+    assert found["level_range"][0] < found["level"] < found["level_range"][1]
+    assert "pressure [kPa]" in contarm("hold", "--bend", 1.5, 0.5)[1]
+    code, out, err = contarm("hold", "--bend", 3, 0)
+    assert code == 2
+    assert re.fullmatch(r"contarm: bend is one that takes 1\d\d\d kPa; allowed: .*\n", err)
+    code, out, err = contarm("hold", "--bend", 1, 0, "--share", 1.5)
+    assert (code, err) == (2, "contarm: share is 1.5; allowed: 0 to 1\n")
+
+
+def test_possibility_maps_three_loads(contarm, tmp_path):
+    code, out, err = contarm("possibility", "--out", "p", "--json")
+    assert code == 0, err
+    rows = json.loads(out)["rows"]
+    largest = {load: min(row["inflated_deg"] for row in rows if row["load"] == load) for load in ("free", "payload")}
+    assert 130 < largest["free"] < 145
+    assert largest["payload"] < largest["free"] - 10
+    assert max(row["simulated_off_deg"] for row in rows if row["load"] == "free") < 0.3
+    assert set(os.listdir(tmp_path / "p")) == {"summary.json", "possibility.png"}
+
+
+def test_release_swings_and_checks_itself(contarm, tmp_path):
+    code, out, err = contarm("release", "--duration", 0.6, "--links", 12, "--out", "r", "--json")
+    assert code == 0, err
+    found = json.loads(out)
+    assert found["tip_error_mean_percent"] < 0.1
+    assert found["observed_order"] == pytest.approx(1, abs=0.15)
+    assert found["beam_hz"][0] == pytest.approx(found["chain_hz"][0], rel=0.02)
+    assert found["largest_energy_growth_j"] <= 1e-12
+    assert set(os.listdir(tmp_path / "r")) == {"summary.json", "swing.csv", "swing.png"}
+    code, out, err = contarm("release", "--timestep", 0.01, "--duration", 0.6, "--out", "coarse")
+    assert code == 1, err
+    assert "FAIL" in out
+    for words in (("--timestep", 0.003), ("--duration", -1), ("--muscles", "tensions 1 2")):
+        code, out, err = contarm("release", *words, "--out", "no")
+        assert code == 2
+        assert err.startswith("contarm: ")
+        assert not (tmp_path / "no").exists()
+
+
+def test_build_writes_pneumatic_arms(contarm, tmp_path):
+    code, _, err = contarm("build", "--actuation", "pressures", "--muscle.valve-time", 0.1, "--out", "b")
+    assert code == 0, err
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "b" / "scene.xml"))
+    assert (model.nu, model.na) == (6, 6)
+    assert model.actuator_dynprm[0, 0] == 0.1
+
+
+@pytest.mark.parametrize(
+    "words", [("--joint-friction", 0), ("--muscle.braid-friction", -1), ("--muscle.passive-stiffness", 0),
+              ("--muscle.valve-time", 0), ("--torsional-stiffness", 0), ("--bending-stiffness", -1)],
+)  # fmt: skip
+def test_frictions_and_stiffnesses_of_zero_or_below_are_refused(contarm, words):
+    code, _, err = contarm("equilibrium", *words)
+    assert code == 2
+    assert re.fullmatch(r"contarm: \S+ is -?[01](\.0)?; allowed: a finite number, greater than 0.*\n", err)
+
+
+def test_a_run_under_pressure_leaves_pressures(contarm, tmp_path):
+    words = ["run", "--controller", "pressure", "--duration", 2, "--turns", 0.3, "--no-video", "--out", "r", "--json"]
+    code, _, err = contarm(*words)
+    assert code in (0, 1), err
+    header = (tmp_path / "r" / "samples.csv").read_text().splitlines()[0]
+    assert "muscle_1_pressure_asked_pa" in header
+    assert "muscle_1_pressure_pa" in header
+    assert mujoco.MjModel.from_xml_path(str(tmp_path / "r" / "arm.xml")).na == 6
+    code, _, err = contarm("run", "--controller", "pressure", "--max-bend", 3, "--no-video", "--out", "x")
+    assert code == 2
+    assert "kPa" in err

@@ -7,12 +7,16 @@ import mujoco
 import numpy as np
 import pytest
 
-from contarm_sim.arm import Arm
-from contarm_sim.mjcf import arm_spec, exact_xml, scene_spec, write_models
+from contarm_sim.arm import Arm, Muscle
+from contarm_sim.mjcf import ACTUATIONS, arm_spec, exact_xml, scene_spec, write_models
 from contarm_sim.simulation.plant import engine_room
 
-MODELS = Path(__file__).parents[1] / "models" / "contarm"
-HEAVY = Arm(links=9, payload=0.2, torsional_stiffness=0.03, gravity=(1.0, 2.0, 9.0), length=1 / 3)
+MODELS = Path(__file__).parents[1] / "models"
+FOLDERS = (("contarm", "lengths"), ("contarm_pneumatic", "pressures"))
+HEAVY = Arm(
+    links=9, payload=0.2, torsional_stiffness=0.03, gravity=(1.0, 2.0, 9.0), length=1 / 3, joint_friction=1 / 700,
+    muscle=Muscle(passive_stiffness=1e3 / 7, braid_friction=1 / 3, valve_time=1 / 30),
+)  # fmt: skip
 
 
 def _float_arrays(model):
@@ -24,10 +28,11 @@ def _float_arrays(model):
 
 @pytest.mark.parametrize("make", [arm_spec, scene_spec])
 @pytest.mark.parametrize("arm", [Arm(), HEAVY], ids=["paper", "heavy"])
-def test_the_file_compiles_to_the_same_numbers_as_the_spec(make, arm):
+@pytest.mark.parametrize("actuation", ACTUATIONS)
+def test_the_file_compiles_to_the_same_numbers_as_the_spec(make, arm, actuation):
     """MuJoCo's own writer rounds to six digits; ours must not."""
-    model = make(arm).compile()
-    again = mujoco.MjModel.from_xml_string(exact_xml(make(arm)))
+    model = make(arm, actuation).compile()
+    again = mujoco.MjModel.from_xml_string(exact_xml(make(arm, actuation)))
     for name, value in _float_arrays(model):
         np.testing.assert_allclose(getattr(again, name), value, rtol=1e-14, atol=1e-15, err_msg=name)
 
@@ -37,18 +42,20 @@ def _words(file):
     return re.split(r'[\s"=]+', file.read_text())
 
 
-def test_the_committed_models_are_what_the_generator_makes(tmp_path):
-    write_models(Arm(), tmp_path)
+@pytest.mark.parametrize(("folder", "actuation"), FOLDERS)
+def test_the_committed_models_are_what_the_generator_makes(tmp_path, folder, actuation):
+    write_models(Arm(), tmp_path, actuation)
     for name in ("arm.xml", "scene.xml"):
-        committed, made = (_words(folder / name) for folder in (MODELS, tmp_path))
+        committed, made = (_words(place / name) for place in (MODELS / folder, tmp_path))
         assert len(committed) == len(made), "run scripts/models"
         for one, two in zip(committed, made, strict=True):
             assert one == two or float(one) == pytest.approx(float(two), rel=1e-12, abs=1e-15), "run scripts/models"
 
 
 @pytest.mark.parametrize("name", ["arm.xml", "scene.xml"])
-def test_committed_models_survive_a_second_of_random_control(name):
-    model = mujoco.MjModel.from_xml_path(str(MODELS / name))
+@pytest.mark.parametrize("folder", [folder for folder, _ in FOLDERS])
+def test_committed_models_survive_a_second_of_random_control(folder, name):
+    model = mujoco.MjModel.from_xml_path(str(MODELS / folder / name))
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     rng = np.random.default_rng(0)

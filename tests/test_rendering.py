@@ -50,6 +50,7 @@ def samples_of(arm, bend, bent=None, rate=100.0):
         setpoint=np.zeros((count, 3)),
         muscle_lengths=np.zeros((count, 3)),
         muscle_tensions=np.tile([5.0, 20.0, 40.0], (count, 1)),
+        pressure=np.tile([1e5, 2e5, 4e5], (count, 1)),
         stations=arc.position(bent[:, None], arm.length, np.linspace(0, 1, arm.links + 1)),
         tip_rotation=arc.rotation(bent),
         qpos=qpos,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -11,14 +12,19 @@ from contarm_sim.cli.options import Command, arm_options, json_option, out_optio
 
 
 @click.command(cls=Command)
+@click.option(
+    "--actuation", default="lengths", show_default=True, type=click.Choice(["lengths", "pressures"]),
+    help="lengths: three length servos. pressures: McKibben muscles behind valves; controls are p1 p2 p3 p1 p2 p3.",
+)  # fmt: skip
 @out_option("runs/build-<time>")
 @json_option
 @arm_options
-def build(arm: Arm, out: str | None, as_json: bool) -> None:
+def build(arm: Arm, actuation: Any, out: str | None, as_json: bool) -> None:
     """Write the arm as MJCF: arm.xml (attachable) and scene.xml (with floor, light and cameras).
 
     \b
     contarm build --links 48 --out my_arm
+    contarm build --actuation pressures --out my_pneumatic_arm
     python -m mujoco.viewer --mjcf=my_arm/scene.xml
     """
     from contarm_sim.arm_file import arm_to_toml
@@ -29,7 +35,7 @@ def build(arm: Arm, out: str | None, as_json: bool) -> None:
     check_output(target)
     with OutputFolder(target) as out_folder:
         folder = out_folder.folder
-        write_models(arm, folder)
+        write_models(arm, folder, actuation)
         (folder / "arm.toml").write_text(arm_to_toml(arm))
     files = [str(out_folder.target / name) for name in ("arm.xml", "scene.xml", "arm.toml")]
     click.echo(to_json({"files": files}) if as_json else "\n".join(files))

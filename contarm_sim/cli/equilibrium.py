@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from contarm_sim.arm import Arm
-from contarm_sim.cli.options import Command, arm_options, json_option
+from contarm_sim.cli.options import Command, arm_options, json_option, muscles_from_words
 from contarm_sim.errors import ConvergenceError, InputError
 
 
@@ -57,7 +57,7 @@ def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: A
     A case in a file: {"gravity": [0, 0, 9.81], "payload": 0.1, "wrenches": [{"xi": 1, "force": [0.2, 0, 0]}],
     "follower_moment": [0, 0, 0], "actuation_moment": [0, 0.05], "muscles": {"kind": "off"}}.
     """
-    from contarm_sim.load import Load, Muscles, Wrench
+    from contarm_sim.load import Load, Wrench
     from contarm_sim.report.output import to_json
 
     if any(not 0 <= x <= 1 for x in xi):
@@ -67,11 +67,12 @@ def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: A
             raise InputError("input", "both --file and loads as flags", "either --file, or flags")
         cases = _read(file, arm)
     else:
-        kind, values = _muscles(muscles)
         wrenches = tuple(Wrench(xi=w[0], force=w[1:4], moment=w[4:]) for w in wrench)
-        drive = Muscles(kind=kind, values=values)
         load = Load(
-            wrenches=wrenches, follower_moment=follower_moment, actuation_moment=actuation_moment, muscles=drive
+            wrenches=wrenches,
+            follower_moment=follower_moment,
+            actuation_moment=actuation_moment,
+            muscles=muscles_from_words(muscles),
         )
         cases = [(arm, load)]
     results = [_solve(case, method, extrapolate, xi) for case in cases]
@@ -80,14 +81,6 @@ def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: A
     else:
         _show(results)
     return 1 if any("error" in result or not result["stable"] for result in results) else 0
-
-
-def _muscles(text: str) -> tuple[Any, tuple[float, ...]]:
-    kind, *words = text.split()
-    try:
-        return kind, tuple(float(word) for word in words)
-    except ValueError:
-        raise InputError("muscles", repr(text), "off, or deltas, tensions, pressures, bend and their numbers") from None
 
 
 def _read(file: str, arm: Arm) -> list[tuple[Arm, Any]]:
@@ -132,6 +125,7 @@ def _solve(case: tuple[Arm, Any], method: str, extrapolate: bool, xi: tuple[floa
         "backbone": {"centres": found.frames[:, :3, 3].tolist(), "frames": found.frames.tolist()},
         "muscle_lengths": found.muscle_lengths.tolist(),
         "muscle_tensions": found.muscle_tensions.tolist(),
+        "muscle_pressures": [p if np.isfinite(p) else None for p in found.pressures_needed(arm).tolist()],
         "tip_compliance": found.tip_compliance.tolist(),
         "residual": found.residual,
         "stable": found.stable,

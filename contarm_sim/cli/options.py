@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from contarm_sim.arm import Arm, Muscle
+from contarm_sim.errors import InputError
 
 _MUSCLE = "muscle__"
 _SIZES = {"gravity": (3, "GX GY GZ"), "base_orientation": (4, "W X Y Z")}
@@ -109,3 +110,19 @@ json_option = click.option(
 def out_option(default: str) -> Callable[[Any], Any]:
     """Return the --out option."""
     return click.option("--out", metavar="PATH", help=f"Where to write; must not exist yet. Default: {default}.")
+
+
+def muscles_from_words(text: str) -> Any:
+    """Return the `Muscles` that --muscles describes: a kind and its numbers.
+
+    Raises:
+        InputError: an unknown kind, or the wrong numbers.
+    """
+    from contarm_sim.load import Muscles
+
+    kind, *words = text.split() or ["off"]
+    try:
+        values = tuple(float(word) for word in words)
+    except ValueError:
+        raise InputError("muscles", repr(text), "off, or deltas, tensions, pressures, bend and their numbers") from None
+    return Muscles(kind=kind, values=values)  # type: ignore[arg-type]

@@ -30,8 +30,9 @@ from contarm_sim.errors import InputError, RenderingError, UnreachableError
 )  # fmt: skip
 @click.option(
     "--controller", default="servo", show_default=True,
-    type=click.Choice(["paper", "chain", "feedforward", "servo", "tip"]),
-    help="paper: arc lengths, plain servos; chain: exact; feedforward: + tensions; servo: + integral; tip: + seen tip.",
+    type=click.Choice(["paper", "chain", "feedforward", "servo", "pressure", "tip"]),
+    help="paper: arc lengths, plain servos; chain: exact; feedforward: + tensions; servo: + integral; pressure: servo "
+    "through pneumatic muscles and valves; tip: servo + planned rest of the model's tip + seen tip.",
 )  # fmt: skip
 @click.option("--fast", is_flag=True, help="Steps of 10 ms instead of 5: twice as fast, twice the step's own error.")
 @click.option("--timestep", type=float, metavar="S", help="Engine step [s], a whole fraction of 0.01; default 0.005.")

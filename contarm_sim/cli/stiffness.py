@@ -35,6 +35,7 @@ def stiffness(arm: Arm, bend: Any, levels: int, out: str | None, as_json: bool) 
     from contarm_sim.arm_file import arm_to_dict
     from contarm_sim.cli.terminal import command_line, say, table, track
     from contarm_sim.kinematics import arc
+    from contarm_sim.mechanics.statics import holding_pressures
     from contarm_sim.report.figures import draw_stiffness
     from contarm_sim.report.output import OutputFolder, check_output, default_folder, to_json, versions
 
@@ -42,9 +43,8 @@ def stiffness(arm: Arm, bend: Any, levels: int, out: str | None, as_json: bool) 
     check_output(target)
     arm = arm.unloaded
     vector = arc.from_polar(*bend)
-    least, most = _feasible(arm, vector)
-    tensions = np.linspace(least, most, levels)
-    rows = [_row(arm, vector, float(tensions[i])) for i in track(range(levels), "levels")]
+    holding_pressures(vector, arm)  # or say what it would take, before anything is made
+    rows = [_row(arm, vector, i / (levels - 1)) for i in track(range(levels), "levels")]
     for row in rows:
         row["drift_percent"] = 100 * float(np.linalg.norm(np.subtract(row["tip"], rows[0]["tip"]))) / arm.length
     summary = {"rows": rows, "bend": vector.tolist(), "directions": DIRECTIONS, "arm": arm_to_dict(arm)}
@@ -64,50 +64,20 @@ def stiffness(arm: Arm, bend: Any, levels: int, out: str | None, as_json: bool) 
     say(f"written: {opened.target}")
 
 
-def _feasible(arm: Arm, bend: Any) -> tuple[float, float]:
-    """Return the least and largest tension [N] of the slackest muscle that pressures within the limits give.
-
-    Raises:
-        InputError: the bend needs more than the highest pressure even so; says how much.
-    """
-    import numpy as np
-
-    from contarm_sim.errors import InputError
-
-    levels = np.linspace(0.2, arm.muscle.blocked_force, 2000)
-    pressures = np.array([_pressures(arm, bend, level) for level in levels])
-    inside = np.all((pressures >= arm.muscle.min_pressure) & (pressures <= arm.muscle.max_pressure), axis=1)
-    if not inside.any():
-        need = max(float(pressures[0].max()), 0.0) / 1e3
-        low, high = arm.muscle.min_pressure / 1e3, arm.muscle.max_pressure / 1e3
-        raise InputError(
-            "bend", f"one that takes {need:.0f} kPa", f"bends that {low:.0f} to {high:.0f} kPa in every muscle hold"
-        )
-    return float(levels[inside][0]), float(levels[inside][-1])
-
-
-def _pressures(arm: Arm, bend: Any, level: float) -> Any:
-    from contarm_sim.kinematics import chain
-    from contarm_sim.mechanics.pneumatics import pressure_for
-    from contarm_sim.mechanics.statics import holding_tensions
-
-    lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
-    return pressure_for(holding_tensions(bend, arm, min_tension=level), lengths, arm)
-
-
-def _row(arm: Arm, bend: Any, level: float) -> dict[str, Any]:
+def _row(arm: Arm, bend: Any, share: float) -> dict[str, Any]:
     import numpy as np
 
     from contarm_sim.kinematics import arc
     from contarm_sim.load import Load, Muscles, Wrench
     from contarm_sim.mechanics.compliance import tip_compliance
-    from contarm_sim.mechanics.pneumatics import force_slope
+    from contarm_sim.mechanics.pneumatics import force_slope, passive_slope
+    from contarm_sim.mechanics.statics import holding_pressures
     from contarm_sim.simulation.equilibrium import equilibrium
 
-    pressures = _pressures(arm, bend, level)
+    pressures = holding_pressures(bend, arm, share)
     muscles = Muscles(kind="pressures", values=tuple(pressures))
     held = equilibrium(arm, Load(muscles=muscles))
-    slopes = force_slope(pressures, held.muscle_lengths, arm)
+    slopes = force_slope(pressures, held.muscle_lengths, arm) + passive_slope(held.muscle_lengths, arm)
     closed = tip_compliance(bend, held.muscle_tensions, slopes, arm)
     _, plane = arc.to_polar(bend)
     sideways = np.array([-np.sin(plane), np.cos(plane), 0.0])
@@ -126,7 +96,7 @@ def _row(arm: Arm, bend: Any, level: float) -> dict[str, Any]:
         ]
         simulated.append(2 * PROBE / float((tips[0] - tips[1]) @ direction))
     return {
-        "least_tension_n": level,
+        "least_tension_n": float(held.muscle_tensions.min()),
         "pressures_pa": pressures.tolist(),
         "mean_pressure_pa": float(pressures.mean()),
         "tip": held.tip.tolist(),

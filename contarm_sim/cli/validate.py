@@ -107,8 +107,6 @@ def _notes(outcomes: list[Any]) -> list[str]:
     """Say what the table does not: what the link count leaves under load, and what real muscles could not hold."""
     import numpy as np
 
-    from contarm_sim.mechanics.pneumatics import pressure_for
-
     links = ", ".join(
         f"{o.scenario.name} {o.summary['link_error']['max_percent']:.2f} %"
         for o in outcomes
@@ -119,7 +117,7 @@ def _notes(outcomes: list[Any]) -> list[str]:
         beyond = outcome.summary["muscle"]["beyond_max_pressure"]
         if beyond and outcome.scenario.checks is not None:
             arm, samples = outcome.scenario.arm, outcome.samples
-            pressure = pressure_for(samples.muscle_tensions, samples.muscle_lengths, arm).max(axis=1)
+            pressure = samples.pressure.max(axis=1)
             over = np.hypot(*samples.bend[pressure > arm.muscle.max_pressure].T)
             first, limit = np.degrees(over.min()), arm.muscle.max_pressure / 1e3
             where = f"{beyond} of {len(samples)} poses, from {first:.0f} deg on,"

@@ -128,6 +128,24 @@ def level_range(held: Balance, arm: Arm) -> tuple[Array, Array]:
     return low, room.min(axis=-1)
 
 
+def pressure_needed(bend: Any, arm: Arm) -> tuple[Array, Array]:
+    """Return the highest of the least pressures [Pa] that hold bends, (all muscles inflated, one may be vented).
+
+    Each of shape (...); inf where no pressure does. Inflated muscles have at least the lowest pressure there is, so
+    an antagonist that is vented, without any tension, leaves the others less to carry.
+    """
+    held = balance(bend, arm)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inflated = (held.at(level_range(held, arm)[0]) / held.per_pascal).max(axis=-1)
+        least = inflated = np.where((held.per_pascal > 0).all(axis=-1), inflated, np.inf)
+        for i in range(3):
+            level = -held.tensions[..., i] / held.cocontraction[..., i]
+            others = np.delete(held.at(level) / held.per_pascal, i, axis=-1)
+            allowed = (others >= arm.muscle.min_pressure).all(axis=-1) & np.isfinite(others).all(axis=-1)
+            least = np.minimum(least, np.where(allowed, others.max(axis=-1), np.inf))
+    return inflated, least
+
+
 def holding_pressures(bend: Any, arm: Arm, share: float = 0.0, rate: Any = None) -> Array:
     """Return pressures [Pa] that hold a bend, shape (..., 3), all between the lowest and the highest there are.
 

@@ -17,6 +17,9 @@ from contarm_sim.arm import Arm
 AXES = {"x": [1.0, 0.0, 0.0], "y": [0.0, 1.0, 0.0], "z": [0.0, 0.0, 1.0]}
 VISUAL, COLLISION = "visual", "collision"
 
+HARD = [0.9999, 0.9999]
+"""Impedance of dry friction, the most that the engine takes."""
+
 _STEEL = 7850.0  # kg/m^3
 
 SPINE_RADIUS = 0.22
@@ -45,14 +48,14 @@ def add_defaults(spec: mujoco.MjSpec, arm: Arm) -> None:
     bending.joint.type = mujoco.mjtJoint.mjJNT_HINGE
     bending.joint.stiffness = [k, 0, 0]
     bending.joint.damping = [arm.damping_time * k, 0, 0]
-    bending.joint.frictionloss = arm.joint_friction or 0.0
+    _rub(bending, arm)
     if arm.torsional_stiffness is not None:
         k_t = arm.torsional_stiffness / arm.link_pitch
         torsion = spec.add_default("torsion", spec.default)
         torsion.joint.type = mujoco.mjtJoint.mjJNT_HINGE
         torsion.joint.stiffness = [k_t, 0, 0]
         torsion.joint.damping = [arm.damping_time * k_t, 0, 0]
-        torsion.joint.frictionloss = arm.joint_friction or 0.0
+        _rub(torsion, arm)
     visual = spec.add_default(VISUAL, spec.default)
     visual.geom.contype = visual.geom.conaffinity = 0
     visual.geom.group = 2
@@ -60,6 +63,13 @@ def add_defaults(spec: mujoco.MjSpec, arm: Arm) -> None:
     collision.geom.contype, collision.geom.conaffinity = 1, 0  # meets the world, never its own links
     collision.geom.group = 3
     collision.geom.rgba = [0.5, 0.5, 0.5, 0.3]
+
+
+def _rub(default: mujoco.MjsDefault, arm: Arm) -> None:
+    """Add dry friction, as hard as the engine makes it: it still creeps, the faster the lighter the links."""
+    if arm.joint_friction is not None:
+        default.joint.frictionloss = arm.joint_friction
+        default.joint.solimp_friction[:2] = HARD
 
 
 def add_backbone(spec: mujoco.MjSpec, arm: Arm) -> list[mujoco.MjsBody]:

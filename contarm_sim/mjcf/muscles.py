@@ -1,4 +1,4 @@
-"""The three muscles as spatial tendons, driven by length servos or by pressure, and the sensors of what a user reads."""
+"""The three muscles as spatial tendons, driven by length servos or by pressure, and the sensors of what is read."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import mujoco
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
+from contarm_sim.mjcf.backbone import HARD
 
 Actuation = Literal["lengths", "pressures"]
 ACTUATIONS: tuple[Actuation, ...] = get_args(Actuation)
@@ -33,7 +34,9 @@ def add_muscles(spec: mujoco.MjSpec, arm: Arm, bodies: list[mujoco.MjsBody], act
         raise InputError("actuation", repr(actuation), ", ".join(ACTUATIONS))
     muscle = spec.add_default(_SERVO, spec.default)
     muscle.tendon.width = 0.5 * arm.muscle.diameter
-    muscle.tendon.frictionloss = arm.muscle.braid_friction or 0.0
+    if arm.muscle.braid_friction is not None:
+        muscle.tendon.frictionloss = arm.muscle.braid_friction
+        muscle.tendon.solimp_friction[:2] = HARD
     if arm.muscle.passive_stiffness is not None:  # slack up to the rest length
         muscle.tendon.stiffness = [arm.muscle.passive_stiffness, 0, 0]
         muscle.tendon.springlength = [0.0, arm.muscle_rest_length]
@@ -99,8 +102,8 @@ def _linear(spec: mujoco.MjSpec, arm: Arm) -> mujoco.MjsDefault:
 def _quadratic(spec: mujoco.MjSpec, arm: Arm) -> mujoco.MjsDefault:
     """Make the parabola c (s - s0)^2 of the McKibben law.
 
-    The engine's muscle gain is -F (x/x1)^2 / 2 from its shortest length, x = 0, to x1, half its range; a speed limit that
-    is never met turns its dependence on velocity off.
+    The engine's muscle gain is -F (x/x1)^2 / 2 from its shortest length, x = 0, to x1, half its range; a speed limit
+    that is never met turns its dependence on velocity off.
     """
     default = spec.add_default(_QUADRATIC, spec.default)
     _valve(default.actuator, arm)

@@ -15,6 +15,7 @@ import numpy as np
 
 from contarm_sim.arm import Arm
 from contarm_sim.mjcf.build import arm_spec, scene_spec
+from contarm_sim.mjcf.muscles import Actuation
 
 _RENAMED = {"diaginertia": "inertia"}
 _ATTRIBUTES_OF = {"general": "actuator", "spatial": "tendon", "inertial": "body"}
@@ -32,10 +33,10 @@ def exact_xml(spec: mujoco.MjSpec) -> str:
     return ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
-def write_models(arm: Arm, folder: Path) -> None:
+def write_models(arm: Arm, folder: Path, actuation: Actuation = "lengths") -> None:
     """Write arm.xml and scene.xml into an existing folder."""
-    (folder / "arm.xml").write_text(exact_xml(arm_spec(arm)))
-    (folder / "scene.xml").write_text(exact_xml(scene_spec(arm)))
+    (folder / "arm.xml").write_text(exact_xml(arm_spec(arm, actuation)))
+    (folder / "scene.xml").write_text(exact_xml(scene_spec(arm, actuation)))
 
 
 def _restore_section(element: ElementTree.Element, spec: mujoco.MjSpec) -> None:

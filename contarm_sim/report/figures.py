@@ -12,6 +12,7 @@ from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.pneumatics import force
 from contarm_sim.report.style import BLACK, BLUE, GREEN, MUSCLE_COLOURS, ORANGE, PURPLE, RED, figure
+from contarm_sim.simulation.release import Swing
 from contarm_sim.simulation.samples import Samples
 from contarm_sim.validation.compare import Comparison
 
@@ -165,22 +166,33 @@ def draw_muscle_law(path: Path, arm: Arm, pressures: tuple[float, ...], kind: st
 
 
 def draw_stiffness(path: Path, rows: list[dict[str, Any]], directions: tuple[str, ...]) -> None:
-    """Draw tip stiffness against mean pressure: simulated as marks, closed form as lines."""
+    """Draw tip stiffness against mean pressure, a panel a direction: simulated as marks, closed form as lines."""
     pressure = [row["mean_pressure_pa"] / 1e3 for row in rows]
-    with figure(path, figsize=(5.2, 3.6)) as fig:
-        ax = fig.subplots()
-        for i, (name, colour, marker) in enumerate(zip(directions, (BLUE, ORANGE, GREEN), "osD", strict=True)):
-            ax.plot(
-                pressure, [row["closed_form_n_per_m"][i] for row in rows], color=colour, label=f"{name}, closed form"
-            )
-            ax.plot(
-                pressure,
-                [row["simulated_n_per_m"][i] for row in rows],
-                marker,
-                color=colour,
-                label=f"{name}, simulated",
-            )
-        ax.set_yscale("log")
-        ax.set_xlabel("mean pressure of the muscles [kPa]")
-        ax.set_ylabel("tip stiffness [N/m]")
-        ax.legend(ncols=1, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    with figure(path, figsize=(2.6 * len(directions), 2.9)) as fig:
+        panels = fig.subplots(1, len(directions))
+        for i, (ax, name, colour) in enumerate(zip(panels, directions, (BLUE, ORANGE, GREEN), strict=True)):
+            simulated = [row["simulated_n_per_m"][i] for row in rows]
+            ax.plot(pressure, [row["closed_form_n_per_m"][i] for row in rows], color=colour, label="closed form")
+            ax.plot(pressure, simulated, "o", color=BLACK, markersize=4, label="simulated, pushed")
+            ax.set_ylim(0, 1.15 * max(simulated))
+            ax.set_title(name)
+            ax.legend(loc="lower right")
+            ax.set_xlabel("mean pressure [kPa]")
+        panels[0].set_ylabel("tip stiffness [N/m]")
+
+
+def draw_swing(path: Path, arm: Arm, coarse: Swing, fine: Swing, timestep: float) -> None:
+    """Draw a released tip's coordinates, its error against finer steps, and the energy left."""
+    with figure(path, figsize=(6.4, 5.4)) as fig:
+        top, middle, bottom = fig.subplots(3, 1, sharex=True, height_ratios=[2, 1, 1])
+        for axis, colour in enumerate((BLUE, ORANGE, GREEN)):
+            moved = 1e3 * (coarse.tip[:, axis] - coarse.tip[-1, axis])
+            top.plot(coarse.time, moved, color=colour, label="xyz"[axis])
+        top.set_ylabel("tip, from where\nit ends [mm]")
+        top.legend(ncols=3)
+        error = 100 * np.linalg.norm(coarse.tip - fine.tip, axis=1) / arm.length
+        middle.semilogy(coarse.time[1:], np.maximum(error[1:], 1e-9), color=BLACK)
+        middle.set_ylabel(f"error of {1e3 * timestep:g} ms steps\n[% of length]")
+        bottom.plot(coarse.time, 1e3 * (coarse.energy - coarse.energy.min()), color=BLACK)
+        bottom.set_ylabel("energy above\nthe least [mJ]")
+        bottom.set_xlabel("time since release [s]")

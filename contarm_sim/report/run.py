@@ -26,7 +26,7 @@ class RunReport:
     """
 
     def __init__(self, arm: Arm, run: Run, controller: Controller) -> None:
-        self._arm, self._samples = arm, run.samples
+        self._arm, self._samples, self._pressures = arm, run.samples, controller == "pressure"
         self._comparison = compare(arm, run.samples)
         self._motion = motion_part(arm, run.samples, controller)
         summary = summarise(arm, run.samples, self._comparison)
@@ -41,8 +41,9 @@ class RunReport:
         """Write trajectory.npz, samples.csv, arm.xml, arm.toml and the figures."""
         arm, samples, comparison = self._arm, self._samples, self._comparison
         samples.save(folder / "trajectory.npz")
-        write_samples(folder / "samples.csv", {"run": (samples, comparison)})
-        (folder / "arm.xml").write_text(exact_xml(arm_spec(arm)))
+        asked = "pressure_asked_pa" if self._pressures else "setpoint_m"
+        write_samples(folder / "samples.csv", {"run": (samples, comparison)}, asked)
+        (folder / "arm.xml").write_text(exact_xml(arm_spec(arm, "pressures" if self._pressures else "lengths")))
         (folder / "arm.toml").write_text(arm_to_toml(arm))
         draw_path(folder / "path.png", arm, samples, comparison)
         draw_budget(folder / "budget.png", arm, samples, comparison, self._motion)

@@ -13,13 +13,13 @@ from contarm_sim.validation.compare import Comparison
 _VECTORS = ("target", "analytic_tip", "chain_tip", "followed_tip", "simulated_tip")
 
 
-def write_samples(path: Path, groups: dict[str, tuple[Samples, Comparison]]) -> None:
-    """Write all samples of one or more named groups (scenarios) to a CSV file."""
+def write_samples(path: Path, groups: dict[str, tuple[Samples, Comparison]], setpoint: str = "setpoint_m") -> None:
+    """Write all samples of one or more named groups (scenarios) to a CSV file; `setpoint` names that column."""
     header = ["scenario", "time_s", "bend_x_rad", "bend_y_rad"]
     header += [f"{name}_{axis}_m" for name in _VECTORS for axis in "xyz"]
     distances = ("miss", "tip_error", "discretisation", "servo", "shape", "backbone_error")
     header += [*(f"{name}_m" for name in distances), "orientation_error_deg"]
-    header += [f"muscle_{i}_{what}" for what in ("setpoint_m", "length_m", "tension_n") for i in (1, 2, 3)]
+    header += [f"muscle_{i}_{what}" for what in (setpoint, "length_m", "tension_n", "pressure_pa") for i in (1, 2, 3)]
     with path.open("w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(header)
@@ -38,6 +38,7 @@ def write_samples(path: Path, groups: dict[str, tuple[Samples, Comparison]]) -> 
                     samples.setpoint,
                     samples.muscle_lengths,
                     samples.muscle_tensions,
+                    samples.pressure,
                 ]
             )
             writer.writerows([name, *(f"{x:.9g}" for x in row)] for row in table)

@@ -36,16 +36,25 @@ class Command:
         lengths: muscle lengths asked for [m], shape (T, 3).
         setpoint: servo set-points [m], or pressures [Pa], before feedback, shape (T, 3).
         controller: whose command it is.
+        start: set-points that hold the first sample at rest, shape (3,).
+        tip_to_bend: change of the bend [rad] by which the resting tip moves as asked for [m], shape (T, 2, 3); the
+            `tip` controller's alone.
     """
 
     lengths: Array
     setpoint: Array
     controller: Controller
+    start: Array
+    tip_to_bend: Array | None = None
 
     @property
     def pull_only(self) -> bool:
         """Whether muscles can only pull."""
         return self.controller not in ("paper", "chain")
+
+    def limits(self, arm: Arm) -> tuple[float, float] | None:
+        """Return the lowest and the highest that set-points may be, or None."""
+        return (arm.muscle.min_pressure, arm.muscle.max_pressure) if self.controller == "pressure" else None
 
     @property
     def actuation(self) -> Actuation:
@@ -54,7 +63,7 @@ class Command:
 
 
 def command(arm: Arm, bend: Array, controller: Controller, period: float | None = None) -> Command:
-    """Return lengths and set-points for bends [rad], shape (T, 2).
+    """Return lengths and set-points for bends [rad], shape (T, 2); `plan` has those of the `tip` controller.
 
     Args:
         period: time between the bends [s]. Given, the set-points also carry the servo's or the valve's lag and the
@@ -70,16 +79,20 @@ def command(arm: Arm, bend: Array, controller: Controller, period: float | None 
     else:
         lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
     if controller in ("paper", "chain"):
-        return Command(lengths, lengths, controller)
-    moving = period is not None and len(bend) > 1
-    rate = np.gradient(bend, period, axis=0) if moving else None
+        return Command(lengths, lengths, controller, lengths[0])
+    start = _hold(arm, bend[:1], lengths[:1], controller, None)[0]
+    if period is None or len(bend) < 2:
+        return Command(lengths, _hold(arm, bend, lengths, controller, None), controller, start)
+    setpoint = _hold(arm, bend, lengths, controller, np.gradient(bend, period, axis=0))
     if controller == "pressure":
-        setpoint = holding_pressures(bend, arm, rate=rate)
-        lag = arm.muscle.valve_time
+        setpoint = setpoint + arm.muscle.valve_time * np.gradient(setpoint, period, axis=0)
     else:
-        setpoint = lengths - holding_tensions(bend, arm, rate=rate) / arm.muscle.servo_stiffness
-        lag = arm.muscle.servo_time
-    if moving:
-        followed = setpoint if controller == "pressure" else lengths
-        setpoint = setpoint + lag * np.gradient(followed, period, axis=0)
-    return Command(lengths, setpoint, controller)
+        setpoint = setpoint + arm.muscle.servo_time * np.gradient(lengths, period, axis=0)
+    return Command(lengths, setpoint, controller, start)
+
+
+def _hold(arm: Arm, bend: Array, lengths: Array, controller: Controller, rate: Array | None) -> Array:
+    """Return set-points [m] or pressures [Pa] with which muscles of these lengths carry the arm."""
+    if controller == "pressure":
+        return holding_pressures(bend, arm, rate=rate)
+    return lengths - holding_tensions(bend, arm, rate=rate) / arm.muscle.servo_stiffness

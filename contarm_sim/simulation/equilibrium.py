@@ -12,6 +12,7 @@ from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, chain
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.load import Load
+from contarm_sim.mechanics.pneumatics import pressure_for
 from contarm_sim.mechanics.statics import holding_tensions
 from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.solver import Solver
@@ -54,6 +55,10 @@ class Equilibrium:
     def tip(self) -> Array:
         """Tip position [m], shape (3,)."""
         return self.frames[-1, :3, 3]
+
+    def pressures_needed(self, arm: Arm) -> Array:
+        """Return the gauge pressures [Pa] that McKibben muscles need for these tensions, inf where none does it."""
+        return pressure_for(self.muscle_tensions, self.muscle_lengths, arm)
 
 
 def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess: Array | None = None) -> Equilibrium:
@@ -125,7 +130,8 @@ def driven_plant(arm: Arm, load: Load) -> Plant:
 
 def _checked_pressures(arm: Arm, pressures: Array) -> Array:
     low, high = arm.muscle.min_pressure, arm.muscle.max_pressure
-    if np.any((pressures > high) | ((pressures > 0) & (pressures < low))):
+    rounding = 1e-9 * high
+    if np.any((pressures > high + rounding) | ((pressures > 0) & (pressures < low - rounding))):
         raise InputError("muscles pressures", pressures.tolist(), f"0, or {low:g} to {high:g} Pa")
     return pressures
 

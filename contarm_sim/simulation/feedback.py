@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from contarm_sim.arm import Arm
-from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import pneumatics
 from contarm_sim.mechanics.statics import balance, length_jacobian
@@ -67,34 +66,28 @@ class TipFeedback:
     time = 0.2
     """Time constant [s]; twice what still holds an upright arm with 100 g, which 0.1 s does not."""
 
-    def __init__(self, arm: Arm, wanted: Array, bend: Array, target: Array) -> None:
-        self._target = target
-        self._inverse = np.linalg.pinv(arc.jacobian(bend, arm.length))
+    def __init__(self, arm: Arm, command: Command, bend: Array, target: Array) -> None:
+        assert command.tip_to_bend is not None
+        self._target, self._to_bend = target, command.tip_to_bend
         self._spread = length_jacobian(bend, arm)
         self._offset = np.zeros(2)
-        self.lengths = LengthFeedback(arm, wanted)
+        self._lengths = LengthFeedback(arm, command.lengths)
 
     @property
     def value(self) -> Array:
         """What to add to the set-points [m], shape (3,)."""
-        return self.lengths.value + self.lengths.shift
-
-    def look(self, index: int, tip: Array, gain: float) -> float:
-        """Integrate one interval from the seen tip [m]; return the change of the bend [rad]."""
-        change = gain * (self._inverse[index] @ (self._target[index] - tip))
-        self._offset += change
-        self.lengths.shift = self._spread[index] @ self._offset
-        return float(np.hypot(change[0], change[1]))
+        return self._lengths.value + self._lengths.shift
 
     def update(self, index: int, seen: Seen, gain: float) -> float:
-        """Integrate one interval of sample `index`; return the error of the lengths as `LengthFeedback` does."""
-        error = self.lengths.update(index, seen, gain * self.time / self.lengths.time)
-        self.look(index, seen.tip, gain)
+        """Integrate one interval of sample `index`; return the error of lengths as `LengthFeedback` does."""
+        error = self._lengths.update(index, seen, gain * self.time / self._lengths.time)
+        self._offset += gain * (self._to_bend[index] @ (self._target[index] - seen.tip))
+        self._lengths.shift = self._spread[index] @ self._offset
         return error
 
 
 class PressureFeedback:
-    """Integrates the error of the measured bend into pressures [Pa], keeping all of them within the limits.
+    """Integrates the error of the measured bend into pressures [Pa], keeping them within the limits.
 
     The moment that a bend is short of takes tensions, and these pressures, all through the closed forms of the
     commanded bend. Co-contraction stays the least that keeps every muscle at its lowest pressure and tension.
@@ -139,7 +132,7 @@ def feedback_for(arm: Arm, command: Command, bend: Array, target: Array) -> Feed
     if command.controller == "servo":
         return LengthFeedback(arm, command.lengths)
     if command.controller == "tip":
-        return TipFeedback(arm, command.lengths, bend, target)
+        return TipFeedback(arm, command, bend, target)
     if command.controller == "pressure":
         return PressureFeedback(arm, command, bend)
     return None

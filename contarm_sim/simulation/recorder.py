@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics.pneumatics import passive_tension
+from contarm_sim.mechanics.pneumatics import passive_tension, pressure_for
 from contarm_sim.simulation.plant import Plant
 from contarm_sim.simulation.samples import Samples
 
@@ -55,6 +55,7 @@ class Recorder:
             setpoint=setpoint[:count],
             muscle_lengths=lengths,
             muscle_tensions=pulled,
+            pressure=pressure_for(pulled, lengths, self._arm),
             stations=self._stations[:count],
             tip_rotation=_rotations(sensed[:, self._slice("tip_orientation", 4)]),
             qpos=sensed[:, self._angles].copy(),

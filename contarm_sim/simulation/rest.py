@@ -12,14 +12,12 @@ from contarm_sim.errors import ConvergenceError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.simulation.control import Controller, command
-from contarm_sim.simulation.feedback import Feedback, Seen, TipFeedback, feedback_for
+from contarm_sim.simulation.feedback import Feedback, Seen, feedback_for
+from contarm_sim.simulation.plan import plan_rest
 from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.recorder import Recorder
 from contarm_sim.simulation.samples import Samples
 from contarm_sim.simulation.solver import Solver
-
-BEND_CHANGE = 1e-6
-"""Change of the bend at which the tip's feedback has settled [rad]."""
 
 CORRECTIONS = 300
 """Most corrections of a set-point; a handful do at 24 links, but with few links each gains little."""
@@ -38,14 +36,17 @@ def poses_at_rest(
         ConvergenceError, DivergenceError: no equilibrium near the uniformly bent pose.
         InputError: a bend that pulling muscles, or pressures, cannot hold.
     """
-    orders = command(arm, bend, controller)
+    if controller == "tip":
+        orders, ticks = plan_rest(arm, bend, target, ticks), None
+    else:
+        orders = command(arm, bend, controller)
     plant = Plant(arm, pull_only=orders.pull_only, actuation=orders.actuation)
     settle = Solver(plant)
     recorder, setpoint = Recorder(plant, len(bend)), np.empty((len(bend), 3))
     with engine_room():
         for i in ticks if ticks is not None else range(len(bend)):
             plant.reset(bend[i])
-            feedback = feedback_for(arm, orders, bend, target)
+            feedback = None if controller == "tip" else feedback_for(arm, orders, bend, target)
             try:
                 setpoint[i] = _hold(plant, settle, orders.setpoint[i], feedback, i)
             except ConvergenceError as error:
@@ -70,8 +71,6 @@ def _hold(plant: Plant, settle: Solver, setpoint: Array, feedback: Feedback | No
     if feedback is None:
         settle(setpoint)
         return setpoint
-    if isinstance(feedback, TipFeedback):
-        return _look(plant, settle, setpoint, feedback, index)
     error = np.inf
     for _ in range(CORRECTIONS):
         settle(setpoint + feedback.value)
@@ -80,16 +79,3 @@ def _hold(plant: Plant, settle: Solver, setpoint: Array, feedback: Feedback | No
         if error <= 1:
             return used
     raise ConvergenceError("the controller at rest", error, 1.0, CORRECTIONS, "of its tolerance")
-
-
-def _look(plant: Plant, settle: Solver, setpoint: Array, feedback: TipFeedback, index: int) -> Array:
-    """Shift lengths until the tip is as near to its target as two degrees of freedom bring it."""
-    change = np.inf
-    settle(setpoint)
-    for _ in range(CORRECTIONS):
-        change = feedback.look(index, plant.tip, gain=0.7)
-        shift = feedback.lengths.shift
-        used = _hold(plant, settle, setpoint + shift, feedback.lengths, index)
-        if change <= BEND_CHANGE:
-            return used
-    raise ConvergenceError("the tip's feedback at rest", change, BEND_CHANGE, CORRECTIONS, "rad")

@@ -16,6 +16,7 @@ from contarm_sim.kinematics.arrays import Array, as_vectors
 from contarm_sim.mjcf import TIMESTEP
 from contarm_sim.simulation.control import Command, Controller, command
 from contarm_sim.simulation.feedback import Feedback, Seen, feedback_for
+from contarm_sim.simulation.plan import plan_motion
 from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.recorder import Recorder
 from contarm_sim.simulation.samples import Samples
@@ -95,13 +96,16 @@ def simulate(
     if bend.ndim != 2 or target.shape[:-1] != bend.shape[:-1] or not len(bend):
         raise InputError("target", f"of shape {target.shape} beside bend of shape {bend.shape}", "(T, 3) and (T, 2)")
     substeps = stepping.substeps(rate)
-    orders = command(arm, bend, controller, period=1 / rate)
+    if controller == "tip":
+        orders = plan_motion(arm, bend, target, 1 / rate)
+    else:
+        orders = command(arm, bend, controller, period=1 / rate)
     plant = Plant(arm, orders.pull_only, stepping.timestep, stepping.integrator, orders.actuation)
     feedback = feedback_for(arm, orders, bend, target)
     recorder, setpoint = Recorder(plant, len(bend)), np.empty((len(bend), 3))
     with engine_room():
         plant.reset(bend[0])
-        Solver(plant)(command(arm, bend[:1], controller).setpoint[0])
+        Solver(plant)(orders.start)
         plant.data.time = 0.0
         start = time.perf_counter()
         count, interrupted = _loop(plant, recorder, orders, feedback, setpoint, rate, substeps, on_tick)
@@ -131,12 +135,15 @@ def _loop(
     settings["servo_stiffness"] = plant.arm.muscle.servo_stiffness
     ahead = np.diff(orders.setpoint, axis=0, append=orders.setpoint[-1:])
     ramps = orders.setpoint[:, None] + np.arange(substeps)[:, None] / substeps * ahead[:, None]
+    limits = orders.limits(plant.arm)
     gain = 0.0 if feedback is None else 1 / (rate * feedback.time)
     count = 0
     try:
         for i, ramp in enumerate(ramps):
             if feedback is not None:
                 ramp += feedback.value
+            if limits is not None:
+                ramp.clip(*limits, out=ramp)
             control[:] = setpoint[i] = ramp[0]
             mujoco.mj_step(model, data)
             recorder.take(i)

@@ -22,6 +22,8 @@ class Samples:
         setpoint: the servos' set-points [m], or pressures asked for [Pa] from the `pressure` controller, shape (T, 3).
         muscle_lengths: measured [m], shape (T, 3).
         muscle_tensions: measured [N], pulling > 0, shape (T, 3).
+        pressure: gauge pressures of the muscles [Pa], shape (T, 3); under length servos, those that McKibben muscles of
+            these lengths would need for these tensions, inf where none does it.
         stations: centres of base plate, disks and tip plate [m], shape (T, N + 1, 3).
         tip_rotation: orientation of the tip, shape (T, 3, 3).
         qpos: joint angles [rad], shape (T, dofs).
@@ -33,6 +35,7 @@ class Samples:
     setpoint: Array
     muscle_lengths: Array
     muscle_tensions: Array
+    pressure: Array
     stations: Array
     tip_rotation: Array
     qpos: Array

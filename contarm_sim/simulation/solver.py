@@ -69,6 +69,7 @@ class Solver:
 
     Attributes:
         load: the load on this plant; its `fraction` is what continuation raises.
+        extra: generalised forces beside the load [N m], shape (dofs,); 0 unless set.
         forces: generalised forces left at the last pose evaluated [N m], shape (dofs,); zero at rest.
         iterations: evaluations of the stiffness matrix since the last call.
     """
@@ -79,6 +80,7 @@ class Solver:
         self._stiffness = TangentStiffness(plant, self.load)
         self._scale = plant.model.jnt_stiffness.copy()
         self._largest = TOTAL_STEP / plant.arm.links
+        self.extra: Array | float = 0.0
         self.forces: Array = np.zeros(plant.model.nv)
         self.iterations = 0
 
@@ -133,7 +135,7 @@ class Solver:
         for _ in range(iterations):
             if residual <= RESIDUAL:
                 break
-            step = self._limited(np.linalg.solve(self._tangent(), self.forces))
+            step = self._limited(np.linalg.solve(self.tangent(), self.forces))
             start, before = data.qpos.copy(), residual
             for _ in range(10):
                 data.qpos[:] = start + step
@@ -151,7 +153,7 @@ class Solver:
         for _ in range(iterations):
             if residual <= RESIDUAL:
                 break
-            K = self._tangent()
+            K = self.tangent()
             K[np.diag_indices_from(K)] += damping * self._scale
             step = np.linalg.solve(K, self.forces)
             if np.abs(step).max() > self._largest or step @ self.forces < 0:
@@ -201,7 +203,7 @@ class Solver:
         model, data = self._plant.model, self._plant.data
         data.qvel[:] = 0
         mujoco.mj_fwdPosition(model, data)
-        data.qfrc_applied[:] = self.load.generalised_forces()
+        data.qfrc_applied[:] = self.load.generalised_forces() + self.extra
         mujoco.mj_fwdVelocity(model, data)
         mujoco.mj_fwdActuation(model, data)
         self.forces = data.qfrc_passive - data.qfrc_bias + data.qfrc_applied + data.qfrc_actuator
@@ -220,7 +222,8 @@ class Solver:
         mujoco.mj_jacBody(model, data, J[:3], J[3:], model.body("tip").id)
         return J @ np.linalg.solve(self._stiffness(), J.T)
 
-    def _tangent(self) -> Array:
+    def tangent(self) -> Array:
+        """Return the stiffness matrix at the current pose [N m/rad], shape (dofs, dofs)."""
         self.iterations += 1
         return self._stiffness()
 

@@ -106,11 +106,11 @@ class TangentStiffness:
         flat = (v * (tension / own_reach)[..., None]).reshape(len(axes), -1) @ v.reshape(len(axes), -1).T
         K = proximal + proximal.T + (axes @ through.T + flat) * (station[:, None] == station)
 
-        J = _dense_tendon_jacobian(model, data)
+        J = muscle_jacobian(model, data)
         return K + (J.T * slopes) @ J
 
 
-def _dense_tendon_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+def muscle_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     """Return dL/dq [m/rad], shape (3, dofs)."""
     J = np.zeros((model.ntendon, model.nv))
     mujoco.mju_sparse2dense(J, data.ten_J, model.ten_J_rownnz, model.ten_J_rowadr, model.ten_J_colind)

@@ -18,7 +18,6 @@ from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, chain
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics.pneumatics import pressure_for
 from contarm_sim.simulation.control import Controller
 from contarm_sim.simulation.rest import poses_at_rest
 from contarm_sim.simulation.samples import Samples
@@ -139,12 +138,12 @@ def summarise(arm: Arm, samples: Samples, comparison: Comparison) -> dict[str, A
 def muscle_summary(arm: Arm, samples: Samples) -> dict[str, Any]:
     """Return what the muscles did: forces [N] (pulling > 0), pushes, slack, sums of deltas [m], contractions [-].
 
-    And what it would take: the pressure at which real muscles of these lengths have these tensions, and the number
-    of samples in which that exceeds the highest. The length servos do not know of pressure.
+    And what it takes: the pressure at which McKibben muscles of these lengths have these tensions, and the number
+    of samples in which that exceeds the highest. Length servos do not know of pressure.
     """
     tensions, lengths = samples.muscle_tensions, samples.muscle_lengths
     contraction = 1 - lengths / arm.muscle_rest_length
-    pressure = pressure_for(tensions, lengths, arm)
+    pressure = samples.pressure
     return {
         "min_force_n": float(tensions.min()),
         "max_force_n": float(tensions.max()),
