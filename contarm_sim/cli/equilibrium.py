@@ -60,6 +60,8 @@ def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: A
     from contarm_sim.load import Load, Wrench
     from contarm_sim.report.output import to_json
 
+    if extrapolate and method != "auto":
+        raise InputError("method", f"{method} beside --extrapolate", "--extrapolate with the method auto")
     if any(not 0 <= x <= 1 for x in xi):
         raise InputError("xi", list(xi), "0 (base) to 1 (tip)")
     if file is not None:
