@@ -22,7 +22,7 @@ from contarm_sim.rendering.overlays import thin
 from contarm_sim.rendering.video import encoder, write_gif, write_video
 from contarm_sim.simulation.samples import Samples
 
-NOTHING = Overlays(path=False, trace=False, target=False, ghost=False)
+NOTHING = Overlays(path=False, trace=False, target=False, ghost=False, frames=False)
 DOWNS = [(0.0, 0.0, 0.0), (0.0, 0.0, 9.81), (9.81, 0.0, 0.0)]
 
 

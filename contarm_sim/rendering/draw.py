@@ -13,8 +13,9 @@ from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError, RenderingError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.rendering.cameras import check_camera, eye
 from contarm_sim.rendering.gl import choose_backend
-from contarm_sim.rendering.overlays import MAX_SEGMENTS, Colour, add_ball, add_line, add_tube, thin
+from contarm_sim.rendering.overlays import MAX_SEGMENTS, Colour, add_ball, add_line, add_triad, add_tube, thin
 
 if TYPE_CHECKING:
     from contarm_sim.simulation.samples import Samples
@@ -39,15 +40,17 @@ class Overlays:
 
     Attributes:
         path: the planned path of the tip.
-        trace: where the simulated tip has been so far.
+        trace: where the simulated tip has been so far, coloured by its distance from the analytic one.
         target: the target of this moment.
         ghost: the analytic arc at the commanded bend.
+        frames: axes at base and simulated tip, x red, y green, z blue.
     """
 
     path: bool = True
     trace: bool = True
     target: bool = True
     ghost: bool = True
+    frames: bool = True
 
 
 ALL = Overlays()
@@ -59,7 +62,7 @@ class ArmRenderer:
     Args:
         arm: its parameters.
         width, height: size of the picture [pixels].
-        camera: a camera of the scene: front, side or top.
+        camera: front, side, top, orbit (one turn a film) or tip (follows it).
         quality: `draft` for speed, `final` for smooth edges and sharp shadows.
 
     Raises:
@@ -80,10 +83,7 @@ class ArmRenderer:
 
         self.arm = arm
         self._model = scene_spec(arm).compile()
-        cameras = [self._model.camera(i).name for i in range(self._model.ncam)]
-        if camera not in cameras:
-            raise InputError("camera", repr(camera), ", ".join(cameras))
-        self._camera = camera
+        self._camera = check_camera(camera)
         _set_quality(self._model, quality)
         _fit(self._model, width, height)
         self._colours = self._model.tendon_rgba[:, :3].copy()
@@ -104,25 +104,29 @@ class ArmRenderer:
         """Draw sample `index`, muscles coloured by tension; return the picture, shape (height, width, 3)."""
         self._pose(samples.qpos[index])
         self._colour_muscles(samples.muscle_tensions[index] / max(samples.muscle_tensions.max(), 1e-9))
-        self._renderer.update_scene(self._data, self._camera)
+        self._look(index / max(len(samples) - 1, 1))
         scene, pixel = self._renderer.scene, self._renderer.height / 720
         if overlays.path:
             add_line(scene, thin(self.to_world(samples.target)), 1.6 * pixel, PATH)
         if overlays.trace:
             stride = -(-len(samples) // MAX_SEGMENTS)  # the same for all of a film, so that the line does not crawl
             tips = np.vstack([samples.stations[:index:stride, -1], samples.stations[index, -1]])
-            add_line(scene, self.to_world(tips), 3.2 * pixel, TRACE)
+            error = tip_error(self.arm, samples)
+            tints = trace_colours(error[:index:stride], float(error.max()))
+            add_line(scene, self.to_world(tips), 3.2 * pixel, TRACE, tints)
         if overlays.target:
             add_ball(scene, self.to_world(samples.target[index]), 0.02 * self.arm.length, TARGET)
         if overlays.ghost:
             self._add_ghost(samples.bend[index])
+        if overlays.frames:
+            self._add_frames(1.6 * pixel)
         return self._renderer.render()
 
     def pose(self, qpos: Array) -> Pixels:
         """Draw the arm alone with joint angles [rad], shape (dofs,)."""
         self._pose(qpos)
         self._colour_muscles(np.ones(3))
-        self._renderer.update_scene(self._data, self._camera)
+        self._look(0.0)
         return self._renderer.render()
 
     def bent(self, bend: Array) -> Array:
@@ -149,6 +153,17 @@ class ArmRenderer:
         for update in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_camlight, mujoco.mj_tendon):
             update(self._model, self._data)
 
+    def _look(self, share: float) -> None:
+        """Gather what the camera sees, `share` of the film having passed."""
+        tip = self._data.body("tip").xpos
+        self._renderer.update_scene(self._data, eye(self._model, self._camera, tip, share, self.arm.length))
+
+    def _add_frames(self, width: float) -> None:
+        """Draw the axes of base and tip."""
+        for name in ("base", "tip"):
+            body = self._data.body(name)
+            add_triad(self._renderer.scene, body.xpos, body.xmat.reshape(3, 3), 0.14 * self.arm.length, width)
+
     def _colour_muscles(self, share: Array) -> None:
         """Draw each muscle the thicker and the brighter the larger its share of the largest tension, shape (3,)."""
         share = np.clip(share, 0.0, 1.0)
@@ -162,6 +177,18 @@ class ArmRenderer:
         frames = self._base_rotation @ arc.rotation(bend, xi)
         radius = 1.25 * (self.arm.muscle_radius + 0.5 * self.arm.muscle.diameter)
         add_tube(self._renderer.scene, points, frames, radius, GHOST)
+
+
+def tip_error(arm: Arm, samples: Samples) -> Array:
+    """Return the distance from simulated to analytic tips [m], shape (T,)."""
+    return np.linalg.norm(samples.stations[:, -1] - arc.position(samples.bend, arm.length), axis=1)
+
+
+def trace_colours(error: Array, largest: float) -> Array:
+    """Return colours, shape (K, 3), of errors, shape (K,): green for none, over amber to red for the largest."""
+    share = np.clip(error / max(largest, 1e-12), 0, 1)[:, None]
+    good, middling, bad = (np.array(c) for c in (TRACE[:3], (0.95, 0.66, 0.10), (0.86, 0.12, 0.12)))
+    return np.where(share < 0.5, good + 2 * share * (middling - good), middling + (2 * share - 1) * (bad - middling))
 
 
 def still(arm: Arm, bend: Array, path: Path, width: int = 1280, height: int = 720, camera: str = "front") -> None:
@@ -197,3 +224,4 @@ def _fit(model: Any, width: int, height: int) -> None:
     model.vis.global_.offwidth, model.vis.global_.offheight = width, height
     narrow = max(1.0, _NARROWEST * height / width)
     model.cam_fovy[:] = np.degrees(2 * np.arctan(narrow * np.tan(np.radians(0.5 * model.cam_fovy))))
+    model.vis.global_.fovy = model.cam_fovy[0]

@@ -15,8 +15,10 @@ import numpy as np
 from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arrays import Array
 from contarm_sim.rendering.caption import Caption
-from contarm_sim.rendering.draw import PATH, TARGET, TRACE, ArmRenderer, Pixels, Quality
+from contarm_sim.rendering.draw import PATH, TARGET, TRACE, ArmRenderer, Pixels, Quality, tip_error
+from contarm_sim.rendering.panel import Curve, Panel
 
 if TYPE_CHECKING:
     from contarm_sim.simulation.samples import Samples
@@ -29,12 +31,13 @@ Progress = Callable[[int, int], object]
 
 @dataclass(frozen=True)
 class Look:
-    """How the frames of a film are drawn: size [pixels], a camera of the scene, draft or final."""
+    """How the frames of a film are drawn: size [pixels], camera, draft or final, plots in the lower corners or not."""
 
     width: int
     height: int
     camera: str
     quality: Quality
+    plots: bool = True
 
 
 def frame_indices(samples: Samples, fps: float, speed: float = 1.0) -> list[int]:
@@ -67,21 +70,46 @@ def film(
         InputError: an unknown camera or quality, or a size that is no positive whole number.
         RenderingError: no GL library draws here.
     """
-    error = np.linalg.norm(samples.stations[:, -1] - arc.position(samples.bend, arm.length), axis=1)
-    moving = samples.time[-1] > samples.time[0]
+    error = tip_error(arm, samples)
+    moving = bool(samples.time[-1] > samples.time[0])
+    angle, plane = (np.degrees(x) for x in arc.to_polar(samples.bend))
     texts = [
         (f"t = {samples.time[i]:.2f} s" if moving else f"pose {i + 1} of {len(samples)}, at rest")
-        + f"    tip error {1e3 * error[i]:.2f} mm"
+        + f"   tip error {1e3 * error[i]:.2f} mm = {100 * error[i] / arm.length:.2f} %"
+        + f"   bend {angle[i]:.0f}° towards {plane[i]:.0f}°"
         for i in indices
     ]
+    panels = _panels(arm, samples, error, look) if moving and look.plots else {}
     with ArmRenderer(arm, look.width, look.height, look.camera, look.quality) as renderer:
         caption = Caption(look.width, look.height, max(texts, key=len), LEGEND)
         for done, (i, text) in enumerate(zip(indices, texts, strict=True), 1):
             image = renderer.frame(samples, i)
             caption.write(image, text)
+            for corner, panel in panels.items():
+                panel.write(image, float(samples.time[i]), corner)
             yield image
             if on_frame is not None:
                 on_frame(done, len(indices))
+
+
+def _panels(arm: Arm, samples: Samples, error: Array, look: Look) -> dict[str, Panel]:
+    """Return the plots of the lower corners: tip error, and muscle pressures (those needed, under length servos)."""
+    from contarm_sim.mjcf.muscles import COLOURS
+
+    size = (round(0.27 * look.width), round(0.25 * look.height))
+    if size[0] < 160 or size[1] < 90:
+        return {}
+    red = Curve(1e3 * error, "#C0392B")
+    pressures = [
+        Curve(1e-3 * samples.pressure[:, i], "#" + "".join(f"{round(255 * c):02x}" for c in COLOURS[i][:3]))
+        for i in range(3)
+    ]
+    highest = 1e-3 * arm.muscle.max_pressure
+    near = float(np.max(samples.pressure[np.isfinite(samples.pressure)], initial=0.0)) > 600 * highest
+    return {
+        "left": Panel(size, samples.time, [red], "tip error [mm]"),
+        "right": Panel(size, samples.time, pressures, "muscle pressures [kPa]", highest if near else None),
+    }
 
 
 @contextmanager

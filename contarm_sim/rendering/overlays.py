@@ -30,17 +30,25 @@ def thin(points: Array, limit: int = MAX_SEGMENTS) -> Array:
     return kept if (len(points) - 1) % stride == 0 else np.vstack([kept, points[-1]])
 
 
-def add_line(scene: Any, points: Array, width: float, colour: Colour) -> None:
+def add_line(scene: Any, points: Array, width: float, colour: Colour, colours: Array | None = None) -> None:
     """Draw a line through points of the world [m], shape (T, 3), `width` pixels wide: a fifth of a capsule's time.
 
-    An opaque line would be drawn once more, brighter, for the light that casts shadows.
+    Given `colours`, shape (T - 1, 3), each segment has its own. An opaque line would be drawn once more, brighter, for
+    the light that casts shadows.
     """
     import mujoco
 
     kind = mujoco.mjtGeom.mjGEOM_LINE
-    for start, end in pairwise(points):
-        geom = _add(scene, kind, _UNIT, _ORIGIN, _UPRIGHT, (*colour[:3], min(colour[3], 0.98)))
+    for i, (start, end) in enumerate(pairwise(points)):
+        tint = colour[:3] if colours is None else colours[i]
+        geom = _add(scene, kind, _UNIT, _ORIGIN, _UPRIGHT, (*tint, min(colour[3], 0.98)))
         mujoco.mjv_connector(geom, kind, width, start, end)
+
+
+def add_triad(scene: Any, origin: Array, frame: Array, size: float, width: float) -> None:
+    """Draw the axes of a frame, shape (3, 3), at a point of the world [m]: x red, y green, z blue, `size` long [m]."""
+    for axis, colour in enumerate(((0.86, 0.15, 0.15), (0.10, 0.62, 0.20), (0.15, 0.35, 0.90))):
+        add_line(scene, np.stack([origin, origin + size * frame[:, axis]]), width, (*colour, 1.0))
 
 
 def add_ball(scene: Any, centre: Array, radius: float, colour: Colour) -> None:
