@@ -15,11 +15,12 @@ from contarm_sim.errors import InputError, RenderingError
 from contarm_sim.kinematics import arc
 from contarm_sim.mjcf import scene_spec
 from contarm_sim.rendering.caption import Caption
-from contarm_sim.rendering.draw import ArmRenderer, Overlays, still
-from contarm_sim.rendering.film import LEGEND, frame_indices
+from contarm_sim.rendering.draw import ArmRenderer, Overlays, still, trace_colours
+from contarm_sim.rendering.encode import encoder
+from contarm_sim.rendering.film import LEGEND, Look, frame_indices
 from contarm_sim.rendering.gl import choose_backend
 from contarm_sim.rendering.overlays import thin
-from contarm_sim.rendering.video import encoder, write_gif, write_video
+from contarm_sim.rendering.video import Shot, write_gif, write_still, write_video, write_webp
 from contarm_sim.simulation.samples import Samples
 
 NOTHING = Overlays(path=False, trace=False, target=False, ghost=False, frames=False)
@@ -60,6 +61,10 @@ def samples_of(arm, bend, bent=None, rate=100.0):
 def spiral(arm, count=51):
     angle = np.linspace(0, 2 * np.pi, count)
     return samples_of(arm, (0.2 + 0.2 * angle)[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+
+
+def shot(arm, fps=30.0, size=(160, 120), **given):
+    return Shot(arm, spiral(arm), Look(*size), fps, **given)
 
 
 def project(arm, points, width, height, camera="front"):
@@ -372,7 +377,7 @@ def test_a_film_refuses_impossible_rates(arm, given):
 @pytest.mark.gl
 def test_a_video_has_every_frame(gl, arm, tmp_path):
     seen, film = [], tmp_path / "v.mp4"
-    write_video(arm, spiral(arm), film, 30, 160, 120, on_frame=lambda done, total: seen.append((done, total)))
+    write_video(shot(arm), film, lambda done, total: seen.append((done, total)))
     assert [file.name for file in tmp_path.iterdir()] == ["v.mp4"]
     assert seen == [(i, 16) for i in range(1, 17)]
     decode = [encoder(), "-i", str(film), "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
@@ -393,9 +398,9 @@ def test_an_interrupted_video_leaves_what_was_there(gl, arm, tmp_path):
             raise KeyboardInterrupt
 
     (tmp_path / "v.mp4").write_text("before")
-    for write, name in ((write_video, "v.mp4"), (write_video, "new.mp4"), (write_gif, "v.gif")):
+    for write, name in ((write_video, "v.mp4"), (write_video, "new.mp4"), (write_gif, "v.gif"), (write_webp, "v.webp")):
         with pytest.raises(KeyboardInterrupt):
-            write(arm, spiral(arm), tmp_path / name, width=160, height=120, quality="draft", on_frame=stop)
+            write(shot(arm), tmp_path / name, stop)
     assert [file.name for file in tmp_path.iterdir()] == ["v.mp4"]
     assert (tmp_path / "v.mp4").read_text() == "before"
 
@@ -404,7 +409,7 @@ def test_an_interrupted_video_leaves_what_was_there(gl, arm, tmp_path):
 def test_a_gif_has_every_frame_at_its_time(gl, arm, tmp_path):
     from PIL import Image
 
-    write_gif(arm, spiral(arm), tmp_path / "v.gif", 15, 160, 120, quality="draft")
+    write_gif(shot(arm, fps=15), tmp_path / "v.gif")
     assert [file.name for file in tmp_path.iterdir()] == ["v.gif"]
     with Image.open(tmp_path / "v.gif") as film:
         assert (film.size, film.n_frames, film.info["loop"]) == ((160, 120), 8, 0)
@@ -414,6 +419,80 @@ def test_a_gif_has_every_frame_at_its_time(gl, arm, tmp_path):
             durations.append(film.info["duration"])
     assert sum(durations) == 530  # 8/15 s in hundredths
     assert set(durations) <= {60, 70}
+
+
+@pytest.mark.gl
+def test_a_webp_has_every_frame(gl, arm, tmp_path):
+    from PIL import Image
+
+    write_webp(shot(arm, fps=20), tmp_path / "v.webp")
+    with Image.open(tmp_path / "v.webp") as film:
+        assert (film.size, film.n_frames) == ((160, 120), 11)
+
+
+@pytest.mark.gl
+def test_two_runs_stand_side_by_side_and_the_shorter_waits(gl, arm, tmp_path):
+    longer = samples_of(arm, np.full((101, 2), 0.8))
+    pictures = list(shot(arm, size=(320, 120), beside=(arm, longer)).frames())
+    assert len(pictures) == 31
+    assert {picture.shape for picture in pictures} == {(120, 320, 3)}
+    alone = next(Shot(arm, longer, Look(160, 120)).frames())
+    assert same(pictures[0][:, 160:], alone)
+    assert same(pictures[-1][:, :160], pictures[15][:, :160])
+
+
+@pytest.mark.gl
+def test_a_still_shows_the_sample_nearest_to_its_time(gl, arm, tmp_path):
+    from PIL import Image
+
+    write_still(shot(arm), tmp_path / "s.png", 0.252)
+    with Image.open(tmp_path / "s.png") as picture:
+        written = np.asarray(picture)
+    with ArmRenderer(arm, 160, 120) as renderer:
+        drawn = renderer.frame(spiral(arm), 25)
+    assert same(written[30:], drawn[30:])
+    with pytest.raises(InputError, match=r"0 to 0\.5 s"):
+        write_still(shot(arm), tmp_path / "t.png", 2.0)
+
+
+@pytest.mark.gl
+def test_plots_fill_up_as_time_passes(gl, arm):
+    """Where a curve will be it is pale, where it has been it is dark, and the arm in the middle stays free."""
+    samples = spiral(arm, 101)
+    samples.stations[:, -1, 0] += np.linspace(0, 0.01, 101)  # an error that grows
+    look = Look(640, 360)
+    early, late = (next(Shot(arm, replace(samples), look).frames(some=1)) for _ in range(2))
+    early, *_, late = Shot(arm, samples, look).frames()
+    plain = list(Shot(arm, samples, replace(look, plots=False)).frames())
+    for picture, bare in ((early, plain[0]), (late, plain[-1])):
+        differs = changed(picture, bare)
+        assert differs[-90:, :150].any()
+        assert differs[-90:, -150:].any()
+        assert not differs[:, 200:440].any()
+    red = [np.sum((p[-100:, :180, 0] > 150) & (p[-100:, :180, 1] < 100)) for p in (early, late)]
+    assert red[1] > 20 > red[0]
+
+
+@pytest.mark.gl
+def test_the_trace_turns_from_green_to_red_with_the_error(gl, arm):
+    tints = trace_colours(np.array([0.0, 1.0, 2.0]), 2.0)
+    assert tints[0][1] > 0.7 > tints[0][0] + 0.5
+    assert tints[2][0] > 0.8 > tints[2][1] + 0.5
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("camera", ["orbit", "tip"])
+def test_moving_cameras_move(gl, arm, camera):
+    samples = spiral(arm)
+    with ArmRenderer(arm, 320, 240, camera) as renderer:
+        one, other = renderer.frame(samples, 0, NOTHING), renderer.frame(samples, 25, NOTHING)
+    floor = slice(-20, None)
+    assert changed(one[floor], other[floor]).any() or changed(one, other).mean() > 0.02
+    with ArmRenderer(arm, 320, 240, camera) as renderer:
+        plain = renderer.frame(samples, 50, NOTHING)
+        pixels = np.argwhere(changed(renderer.frame(samples, 50, replace(NOTHING, target=True)), plain))
+    if camera == "tip":  # the followed tip is in the middle, and there the target is on it
+        np.testing.assert_allclose(pixels.mean(axis=0), [120, 160], atol=6)
 
 
 @pytest.mark.parametrize(
@@ -427,7 +506,7 @@ def test_a_gif_has_every_frame_at_its_time(gl, arm, tmp_path):
 )
 def test_a_video_is_refused_before_anything_is_written(arm, tmp_path, path, size, name):
     with pytest.raises(InputError) as caught:
-        write_video(arm, spiral(arm), tmp_path / path, 30, *size)
+        write_video(shot(arm, size=size), tmp_path / path)
     assert caught.value.name == name
     assert list(tmp_path.iterdir()) == []
 
@@ -442,7 +521,7 @@ def test_a_missing_encoder_is_reported_in_one_line(arm, tmp_path, monkeypatch):
     assert Path(encoder()).is_file()
     monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", missing)
     with pytest.raises(RenderingError, match="install ffmpeg") as caught:
-        write_video(arm, spiral(arm), tmp_path / "v.mp4", 30, 160, 120)
+        write_video(shot(arm), tmp_path / "v.mp4")
     assert "\n" not in str(caught.value)
     assert list(tmp_path.iterdir()) == []
 
@@ -461,9 +540,9 @@ from pathlib import Path
 from contarm_sim.arm import Arm
 from contarm_sim.errors import RenderingError
 from contarm_sim.rendering.video import write_video
-from test_rendering import spiral
+from test_rendering import shot
 try:
-    write_video(Arm(), spiral(Arm()), Path({str(folder)!r}) / "v.mp4", 30, 320, 240)
+    write_video(shot(Arm(), size=(320, 240)), Path({str(folder)!r}) / "v.mp4")
 except RenderingError as error:
     print(error)
 """

@@ -21,6 +21,7 @@ from contarm_sim.cli import (
     muscle,
     possibility,
     release,
+    render,
     run,
     stiffness,
     validate,
@@ -48,6 +49,7 @@ def cli() -> None:
 
 COMMANDS = (
     run.run,
+    render.render,
     validate.validate,
     compare_controllers.compare_controllers,
     equilibrium.equilibrium,

@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,10 +33,10 @@ Progress = Callable[[int, int], object]
 class Look:
     """How the frames of a film are drawn: size [pixels], camera, draft or final, plots in the lower corners or not."""
 
-    width: int
-    height: int
-    camera: str
-    quality: Quality
+    width: int = 1280
+    height: int = 720
+    camera: str = "front"
+    quality: Quality = "draft"
     plots: bool = True
 
 
@@ -72,11 +72,11 @@ def film(
     """
     error = tip_error(arm, samples)
     moving = bool(samples.time[-1] > samples.time[0])
-    angle, plane = (np.degrees(x) for x in arc.to_polar(samples.bend))
+    angle, plane = (np.round(np.degrees(x)) for x in arc.to_polar(samples.bend))
     texts = [
         (f"t = {samples.time[i]:.2f} s" if moving else f"pose {i + 1} of {len(samples)}, at rest")
         + f"   tip error {1e3 * error[i]:.2f} mm = {100 * error[i] / arm.length:.2f} %"
-        + f"   bend {angle[i]:.0f}° towards {plane[i]:.0f}°"
+        + f"   bend {angle[i]:.0f}° towards {plane[i] + 0.0:.0f}°"
         for i in indices
     ]
     panels = _panels(arm, samples, error, look) if moving and look.plots else {}
@@ -90,6 +90,29 @@ def film(
             yield image
             if on_frame is not None:
                 on_frame(done, len(indices))
+
+
+def film_beside(
+    one: tuple[Arm, Samples, list[int]],
+    other: tuple[Arm, Samples, list[int]],
+    look: Look,
+    on_frame: Progress | None = None,
+) -> Generator[Pixels, None, None]:
+    """Draw two runs side by side, each in half the width; the shorter one stays at its last sample.
+
+    Raises:
+        InputError, RenderingError: as `film`.
+    """
+    count = max(len(one[2]), len(other[2]))
+    half = replace(look, width=look.width // 2)
+    films = [
+        film(arm, samples, indices + indices[-1:] * (count - len(indices)), half)
+        for arm, samples, indices in (one, other)
+    ]
+    for done, pictures in enumerate(zip(*films, strict=True), 1):
+        yield np.concatenate(pictures, axis=1)
+        if on_frame is not None:
+            on_frame(done, count)
 
 
 def _panels(arm: Arm, samples: Samples, error: Array, look: Look) -> dict[str, Panel]:

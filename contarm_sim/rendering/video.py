@@ -1,20 +1,21 @@
-"""A simulation as a film: H.264 in MP4, or an animated GIF."""
+"""A simulation as a film: H.264 in MP4, an animated GIF or WebP; or one picture of it."""
 
 from __future__ import annotations
 
-import shutil
-from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager, suppress
+from collections.abc import Generator
+from contextlib import closing
+from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from contarm_sim.arm import Arm
-from contarm_sim.errors import InputError, RenderingError
-from contarm_sim.rendering.draw import Pixels, Quality, check_size
-from contarm_sim.rendering.film import Look, Progress, appearing, film, frame_indices
+from contarm_sim.errors import InputError
+from contarm_sim.rendering.draw import Pixels, check_size
+from contarm_sim.rendering.encode import encoder, encoding
+from contarm_sim.rendering.film import Look, Progress, appearing, film, film_beside, frame_indices
 
 if TYPE_CHECKING:
     from contarm_sim.simulation.samples import Samples
@@ -22,27 +23,52 @@ if TYPE_CHECKING:
 _PALETTE_FRAMES = 8
 
 
-def write_video(
-    arm: Arm,
-    samples: Samples,
-    path: Path,
-    fps: float = 30,
-    width: int = 1280,
-    height: int = 720,
-    speed: float = 1.0,
-    camera: str = "front",
-    quality: Quality = "draft",
-    on_frame: Progress | None = None,
-) -> None:
-    """Write the samples as a video (.mp4); the file appears when it is complete.
+@dataclass(frozen=True)
+class Shot:
+    """What a moving picture shows.
+
+    Attributes:
+        arm, samples: a run.
+        beside: another run to show on the right of it.
+        fps: frames per second; each shows the sample nearest to its time.
+        speed: simulated over shown time.
+        look: size [pixels], camera, quality, plots.
+    """
+
+    arm: Arm
+    samples: Samples
+    look: Look
+    fps: float = 30
+    speed: float = 1.0
+    beside: tuple[Arm, Samples] | None = None
+
+    def frames(self, on_frame: Progress | None = None, some: int | None = None) -> Generator[Pixels, None, None]:
+        """Draw all frames one after the other, or `some` of them, evenly picked."""
+        indices = frame_indices(self.samples, self.fps, self.speed)
+        step = 1 if some is None else -(-len(indices) // some)
+        if self.beside is None:
+            return film(self.arm, self.samples, indices[::step], self.look, on_frame)
+        arm, samples = self.beside
+        others = frame_indices(samples, self.fps, self.speed)
+        one, other = (self.arm, self.samples, indices[::step]), (arm, samples, others[::step])
+        return film_beside(one, other, self.look, on_frame)
+
+    def checked(self) -> Shot:
+        """Return itself.
+
+        Raises:
+            InputError: a size, rate or speed that cannot be used.
+        """
+        check_size(self.look.width, self.look.height)
+        frame_indices(self.samples, self.fps, self.speed)
+        return self
+
+
+def write_video(shot: Shot, path: Path, on_frame: Progress | None = None) -> None:
+    """Write a video (.mp4, H.264); the file appears when it is complete.
 
     Args:
         path: the file, in an existing folder.
-        fps: frames per second; each shows the sample nearest to its time.
-        width, height: size [pixels], even numbers.
-        speed: simulated over shown time.
-        camera: a camera of the scene: front, side or top.
-        quality: `draft` for speed, `final` for smooth edges.
         on_frame: called with the number of frames written and their total, for progress.
 
     Raises:
@@ -50,32 +76,22 @@ def write_video(
         RenderingError: no GL library draws here, or there is no working encoder.
     """
     path = _checked(path, ".mp4")
-    check_size(width, height)
+    width, height = shot.checked().look.width, shot.look.height
     for name, value in (("width", width), ("height", height)):
         if value % 2:
             raise InputError(name, value, "an even number [pixels]: H.264 halves the colours' resolution")
-    indices = frame_indices(samples, fps, speed)
     program = encoder()
-    with appearing(path) as temporary:
-        images = film(arm, samples, indices, Look(width, height, camera, quality), on_frame)
-        with closing(images), _encoding(program, temporary, (height, width), fps) as add:
-            for image in images:
-                add(image)
+    with (
+        appearing(path) as temporary,
+        closing(shot.frames(on_frame)) as images,
+        encoding(program, temporary, (height, width), shot.fps) as add,
+    ):
+        for image in images:
+            add(image)
 
 
-def write_gif(
-    arm: Arm,
-    samples: Samples,
-    path: Path,
-    fps: float = 15,
-    width: int = 480,
-    height: int = 270,
-    speed: float = 1.0,
-    camera: str = "front",
-    quality: Quality = "final",
-    on_frame: Progress | None = None,
-) -> None:
-    """Write the samples as an animated picture (.gif) with one palette for all frames; arguments as `write_video`.
+def write_gif(shot: Shot, path: Path, on_frame: Progress | None = None) -> None:
+    """Write an animated picture (.gif) with one palette for all frames; arguments as `write_video`.
 
     Raises:
         InputError: a value that cannot be used.
@@ -84,87 +100,59 @@ def write_gif(
     from PIL import Image
 
     path = _checked(path, ".gif")
-    indices = frame_indices(samples, fps, speed)
-    look = Look(width, height, camera, quality)
-    some = indices[:: -(-len(indices) // _PALETTE_FRAMES)]
-    typical = Image.fromarray(np.vstack(list(film(arm, samples, some, look))))
+    count = len(frame_indices(shot.checked().samples, shot.fps, shot.speed))
+    typical = Image.fromarray(np.vstack(list(shot.frames(some=_PALETTE_FRAMES))))
     palette = typical.quantize(255, Image.Quantize.MEDIANCUT, kmeans=2)
-    ends = accumulate([100 / fps] * len(indices), initial=0.0)  # a GIF counts hundredths of a second
+    ends = accumulate([100 / shot.fps] * count, initial=0.0)  # a GIF counts hundredths of a second
     durations = [10 * (round(end) - round(start)) for start, end in pairwise(ends)]
-    with appearing(path) as temporary, closing(film(arm, samples, indices, look, on_frame)) as images:
+    with appearing(path) as temporary, closing(shot.frames(on_frame)) as images:
         frames = (Image.fromarray(image).quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
         with temporary.open("wb") as file:
             next(frames).save(file, "GIF", save_all=True, append_images=frames, duration=durations, loop=0)
 
 
-def encoder() -> str:
-    """Return the ffmpeg to use: the one on PATH, or the one that comes with imageio-ffmpeg.
+def write_webp(shot: Shot, path: Path, on_frame: Progress | None = None) -> None:
+    """Write an animated picture (.webp), smaller than a GIF and in full colour; arguments as `write_video`.
 
     Raises:
-        RenderingError: there is neither.
+        InputError: a value that cannot be used.
+        RenderingError: no GL library draws here.
     """
-    found = shutil.which("ffmpeg")
-    if found is not None:
-        return found
-    try:
-        import imageio_ffmpeg
+    from PIL import Image
 
-        return str(imageio_ffmpeg.get_ffmpeg_exe())
-    except (ImportError, RuntimeError):
-        raise RenderingError("no video encoder: install ffmpeg or the Python package imageio-ffmpeg") from None
+    path = _checked(path, ".webp")
+    with appearing(path) as temporary, closing(shot.checked().frames(on_frame)) as images:
+        frames = (Image.fromarray(image) for image in images)
+        with temporary.open("wb") as file:
+            next(frames).save(
+                file, "WEBP", save_all=True, append_images=frames, duration=round(1000 / shot.fps), loop=0, quality=75
+            )
 
 
-@contextmanager
-def _encoding(program: str, path: Path, shape: tuple[int, int], fps: float) -> Iterator[Callable[[Pixels], None]]:
-    """Yield a function that hands one frame to the encoder, and end the encoder whatever happens.
+def write_still(shot: Shot, path: Path, time: float) -> None:
+    """Write the picture (.png) of the sample nearest to a time [s].
 
     Raises:
-        RenderingError: the encoder failed; says why.
+        InputError: a value that cannot be used, or a time outside the run.
+        RenderingError: no GL library draws here.
     """
-    import mediapy
+    from PIL import Image
 
-    mediapy.set_ffmpeg(program)
-    options = ["-preset", "veryfast", "-movflags", "+faststart"]
-    writer = mediapy.VideoWriter(
-        path, shape, fps=fps, codec="h264", crf=20, encoded_format="yuv420p", ffmpeg_args=options
-    )
-
-    def add(image: Pixels) -> None:
-        with _speaking(writer):
-            writer.add_image(image)
-
-    try:
-        with _speaking(writer):
-            writer.__enter__()
-        yield add
-        with _speaking(writer):
-            writer.close()
-    except BaseException:
-        with suppress(Exception):  # Ctrl-C in a terminal stops the encoder too
-            writer.close()
-        raise
+    path, samples = _checked(path, ".png"), shot.checked().samples
+    if not samples.time[0] <= time <= samples.time[-1]:
+        raise InputError("time", time, f"{samples.time[0]:g} to {samples.time[-1]:g} s")
+    picked = [int(np.abs(each.time - time).argmin()) for each in (samples, shot.beside[1] if shot.beside else samples)]
+    if shot.beside is None:
+        images = film(shot.arm, samples, picked[:1], shot.look)
+    else:
+        arm, other = shot.beside
+        images = film_beside((shot.arm, samples, picked[:1]), (arm, other, picked[1:]), shot.look)
+    with appearing(path) as temporary, closing(images):
+        Image.fromarray(next(images)).save(temporary, "PNG", optimize=True)
 
 
-@contextmanager
-def _speaking(writer: Any) -> Iterator[None]:
-    """Turn a failure of the encoder into an error that repeats the encoder's last words."""
-    try:
-        yield
-    except (OSError, RuntimeError) as error:
-        said: Exception | None = error
-        while isinstance(said, OSError):  # a broken pipe says nothing; closing it again brings the reason
-            said = _closing(writer)
-        lines = [line.strip() for line in str(said or error).splitlines() if line.strip()]
-        raise RenderingError(f"the video encoder failed: {lines[-1] if lines else type(error).__name__}") from error
-
-
-def _closing(writer: Any) -> Exception | None:
-    """Close a writer; return what that raises."""
-    try:
-        writer.close()
-    except (OSError, RuntimeError) as error:
-        return error
-    return None
+WRITERS = {".mp4": write_video, ".gif": write_gif, ".webp": write_webp}
+"""What writes a moving picture, by the ending of its name."""
 
 
 def _checked(path: Path, suffix: str) -> Path:

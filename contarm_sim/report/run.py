@@ -55,7 +55,8 @@ class RunReport:
         Raises:
             RenderingError: nothing draws or encodes here.
         """
-        from contarm_sim.rendering.video import write_video
+        from contarm_sim.rendering.film import Look
+        from contarm_sim.rendering.video import Shot, write_video
 
-        write_video(self._arm, self._samples, folder / "video.mp4", on_frame=on_frame)
+        write_video(Shot(self._arm, self._samples, Look()), folder / "video.mp4", on_frame)
         return "video.mp4"
