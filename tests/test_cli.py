@@ -116,6 +116,7 @@ RUN_FILES = {
     "arm.toml",
     "path.png",
     "budget.png",
+    "report.html",
     "muscles.png",
 }
 
@@ -543,3 +544,28 @@ def test_a_run_under_pressure_leaves_pressures(contarm, tmp_path):
     code, _, err = contarm("run", "--controller", "pressure", "--max-bend", 3, "--no-video", "--out", "x")
     assert code == 2
     assert "kPa" in err
+
+
+@pytest.mark.gl
+def test_render_draws_what_a_run_left_and_refuses_the_rest(contarm, tmp_path):
+    code, _, err = contarm("run", "--duration", 1, "--turns", 0.2, "--no-video", "--out", "r")
+    assert code in (0, 1), err
+    code, out, err = contarm("render", "r", "--size", "480p", "--fps", 5, "--out", "r.webp", "--json")
+    if code == 1 and "GL" in err:
+        pytest.skip("no GL library here")
+    assert (code, json.loads(out)) == (0, {"file": "r.webp"}), err
+    assert contarm("render", "r", "--beside", "r", "--camera", "tip", "--size", "480p", "--out", "two.png")[0] == 0
+    for words, said in (
+        (("r", "--out", "r.avi"), "a name that ends in"),
+        (("none",), "a folder that contarm run left"),
+        (("r", "--out", "r.webp"), "exist"),
+        (("r", "--fps", 0), "1 to 60"),
+        (("r", "--time", 1, "--out", "t.mp4"), "with a .png only"),
+        (("r", "--time", 9, "--out", "t.png"), "0 to 1 s"),
+        (("r", "--camera", "back"), "front"),
+    ):
+        code, _, err = contarm("render", *words)
+        assert code == 2
+        assert said in err
+        assert err.count("\n") == 1
+    assert set(os.listdir(tmp_path)) == {"r", "r.webp", "two.png"}

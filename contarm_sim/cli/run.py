@@ -44,8 +44,8 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
         timestep: float | None, no_video: bool, out: str | None, as_json: bool, **shape: Any) -> int:  # fmt: skip
     """Follow a path with the simulated arm and compare it with the analytic one.
 
-    Leaves summary.json, samples.csv, trajectory.npz, arm.xml, arm.toml, figures and video.mp4. Exit code 1 if a
-    check fails. Ctrl-C keeps what was recorded.
+    Leaves report.html, summary.json, samples.csv, trajectory.npz, arm.xml, arm.toml, figures and video.mp4. Exit code
+    1 if a check fails. Ctrl-C keeps what was recorded.
 
     \b
     contarm run
@@ -78,6 +78,7 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
         job.write(folder)
         summary["video"] = "not asked for" if no_video else _film(job, folder, recorded.interrupted)
         (folder / "summary.json").write_text(to_json(summary) + "\n")
+        job.write_page(folder, summary)
     if as_json:
         click.echo(to_json(summary))
     else:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from contarm_sim.errors import RenderingError
@@ -27,6 +29,22 @@ def encoder() -> str:
         return str(imageio_ffmpeg.get_ffmpeg_exe())
     except (ImportError, RuntimeError):
         raise RenderingError("no video encoder: install ffmpeg or the Python package imageio-ffmpeg") from None
+
+
+def shrunk(film: Path, height: int) -> bytes:
+    """Return a video of a smaller height [pixels] made from another.
+
+    Raises:
+        RenderingError: there is no encoder, or it failed.
+    """
+    with TemporaryDirectory() as folder:
+        small = Path(folder) / "small.mp4"
+        options = ["-vf", f"scale=-2:{height}", "-c:v", "libx264", "-crf", "28", "-preset", "veryfast", "-an"]
+        command = [encoder(), "-v", "error", "-i", str(film), *options, "-movflags", "+faststart", str(small)]
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode:
+            raise RenderingError(f"the video encoder failed: {(done.stderr.strip().splitlines() or ['?'])[-1]}")
+        return small.read_bytes()
 
 
 @contextmanager

@@ -49,6 +49,12 @@ class RunReport:
         draw_budget(folder / "budget.png", arm, samples, comparison, self._motion)
         draw_muscles(folder / "muscles.png", arm, samples, comparison)
 
+    def write_page(self, folder: Path, summary: dict[str, Any]) -> None:
+        """Write report.html around figures and film, which are there already; `summary` has more than the report's."""
+        from contarm_sim.report.page import write_page
+
+        write_page(folder, self._arm, self._samples, self._comparison, summary)
+
     def film(self, folder: Path, on_frame: Callable[[int, int], object]) -> str:
         """Write video.mp4 and return its name.
 

@@ -1,0 +1,119 @@
+"""report.html: one file that needs nothing else, in a real browser."""
+
+import json
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from contarm_sim import paths
+from contarm_sim.arm import Arm
+from contarm_sim.kinematics import dome
+from contarm_sim.report.run import RunReport
+from contarm_sim.simulation.run import simulate
+
+BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("run")
+    arm = Arm()
+    _, targets = paths.named("spiral", arm.length, 2.0, turns=0.5).targets(100)
+    run = simulate(arm, targets, dome.bend_from_tip(targets, arm.length).bend)
+    report = RunReport(arm, run, "servo")
+    report.write(folder)
+    (folder / "video.mp4").write_bytes(b"not really a film")
+    given = {"path": "</script><b>", "duration": 2.0, "command": "contarm run --out '<&>'", "video": "video.mp4"}
+    report.write_page(folder, report.summary | given)
+    return folder / "report.html"
+
+
+class _Outline(HTMLParser):
+    def __init__(self):
+        super().__init__()
+        self.tags = []
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append((tag, dict(attributes)))
+
+
+def test_the_page_needs_nothing_else_and_says_everything_in_words(page):
+    text = page.read_text()
+    assert len(text) < 8e6
+    outline = _Outline()
+    outline.feed(text)
+    for tag, attributes in outline.tags:
+        for name in ("src", "href"):
+            assert attributes.get(name, "data:").startswith("data:"), (tag, attributes)
+        if tag == "img":
+            assert len(attributes["alt"]) > 20
+    names = [tag for tag, _ in outline.tags]
+    assert names.count("img") == 3
+    assert names.count("video") == 1
+    assert "<b>: spiral" not in text
+    assert "contarm run --out &#39;&lt;&amp;&gt;&#39;" in text
+    assert "Verdict: " in text
+
+
+PROBE = """
+<script>
+window.failures = [];
+window.addEventListener("error", function (event) { failures.push(String(event.message)); });
+console.error = function () { failures.push(Array.from(arguments).join(" ")); };
+</script>
+"""
+
+DRAG = """
+<script>
+window.addEventListener("load", function () { setTimeout(function () {
+  var view = document.getElementById("view"), canvas = view.querySelector("canvas"), found = {failures: failures};
+  found.drawn = Boolean(canvas);
+  if (canvas) {
+    var eye = function () { return JSON.stringify(view._fullLayout.scene._scene.getCamera().eye); }, before = eye();
+    var box = canvas.getBoundingClientRect();
+    var at = function (kind, dx) {
+      canvas.dispatchEvent(new MouseEvent(kind, {bubbles: true, view: window, button: 0, buttons: 1,
+        clientX: box.left + box.width / 2 + dx, clientY: box.top + box.height / 2}));
+    };
+    at("mousedown", 0); for (var i = 1; i < 12; i++) at("mousemove", 10 * i); at("mouseup", 120);
+    setTimeout(function () { found.turned = eye() !== before; finish(found); }, 600);
+  } else { finish(found); }
+}, 1500); });
+function finish(found) {
+  found.images = Array.from(document.images).every(function (image) { return image.naturalWidth > 100; });
+  document.title = JSON.stringify(found);
+}
+</script>
+"""
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium here")
+def test_a_browser_shows_it_without_an_error_and_the_view_answers_to_the_mouse(page, tmp_path):
+    text = page.read_text()
+    probed = tmp_path / "probed.html"
+    probed.write_text(text.replace("<head>", "<head>" + PROBE, 1).replace("</body>", DRAG + "</body>", 1))
+    command = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader"]
+    command += [f"--user-data-dir={tmp_path / 'profile'}", "--virtual-time-budget=12000", "--dump-dom", probed.as_uri()]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    found = json.loads(re.search(r"<title>(.*?)</title>", done.stdout).group(1).replace("&quot;", '"'))
+    assert found == {"failures": [], "drawn": True, "turned": True, "images": True}
+
+
+def test_a_failed_run_and_a_missing_film_are_said_so(tmp_path):
+    arm = replace(Arm(), gravity=(0.0, 0.0, 9.81))
+    _, targets = paths.named("circle", arm.length, 1.0).targets(100)
+    run = simulate(arm, targets, dome.bend_from_tip(targets, arm.length).bend)
+    report = RunReport(arm, run, "servo")
+    assert np.isfinite(report.summary["tip_error"]["max_m"])
+    given = {"path": "circle", "duration": 1.0, "command": "contarm run", "video": "none: no GL library"}
+    check = {"name": "slack", "value": 1.0, "limit": 0.0, "unit": "%", "passed": False}
+    report.write_page(tmp_path, report.summary | given | {"verdict": "fail", "checks": [check]})
+    text = (tmp_path / "report.html").read_text()
+    assert "No film: none: no GL library." in text
+    assert "Verdict: FAIL" in text
+    assert "not as it should be: slack" in text
