@@ -20,7 +20,7 @@ MAY = {
     "mechanics": {"errors", "arm", "kinematics"},
     "mjcf": {"errors", "engine", "arm"},
     "simulation": {"errors", "engine", "arm", "load", "kinematics", "mechanics", "mjcf"},
-    "validation": {"errors", "arm", "arm_file", "load", "kinematics", "mechanics", "simulation"},
+    "validation": {"errors", "arm", "arm_file", "load", "kinematics", "mechanics", "paths", "simulation"},
     "rendering": {"errors", "engine", "arm", "kinematics", "mjcf", "simulation"},
     "report": {"errors", "arm", "arm_file", "kinematics", "mechanics", "mjcf", "simulation", "validation", "rendering"},
     "cli": {"errors", "arm", "arm_file", "load", "kinematics", "mechanics", "paths", "waypoints", "mjcf", "simulation",

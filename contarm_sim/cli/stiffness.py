@@ -10,10 +10,6 @@ import click
 from contarm_sim.arm import Arm
 from contarm_sim.cli.options import Command, arm_options, json_option, out_option
 
-DIRECTIONS = ("bending", "sideways", "along")
-PROBE = 1e-3
-"""Force that probes the tip [N]."""
-
 
 @click.command(cls=Command)
 @click.option(
@@ -35,18 +31,15 @@ def stiffness(arm: Arm, bend: Any, levels: int, out: str | None, as_json: bool) 
     from contarm_sim.arm_file import arm_to_dict
     from contarm_sim.cli.terminal import command_line, say, table, track
     from contarm_sim.kinematics import arc
-    from contarm_sim.mechanics.statics import holding_pressures
     from contarm_sim.report.figures import draw_stiffness
     from contarm_sim.report.output import OutputFolder, check_output, default_folder, to_json, versions
+    from contarm_sim.validation.cocontraction import DIRECTIONS, stiffness_levels
 
     target = Path(out) if out is not None else default_folder("stiffness")
     check_output(target)
     arm = arm.unloaded
     vector = arc.from_polar(*bend)
-    holding_pressures(vector, arm)  # or say what it would take, before anything is made
-    rows = [_row(arm, vector, i / (levels - 1)) for i in track(range(levels), "levels")]
-    for row in rows:
-        row["drift_percent"] = 100 * float(np.linalg.norm(np.subtract(row["tip"], rows[0]["tip"]))) / arm.length
+    rows = stiffness_levels(arm, vector, levels, track)
     summary = {"rows": rows, "bend": vector.tolist(), "directions": DIRECTIONS, "arm": arm_to_dict(arm)}
     summary |= {"versions": versions(), "command": command_line()}
     with OutputFolder(target) as opened:
@@ -62,47 +55,6 @@ def stiffness(arm: Arm, bend: Any, levels: int, out: str | None, as_json: bool) 
         said = ", ".join(f"{name} {gain:.2f} x" for name, gain in zip(DIRECTIONS, gains, strict=True))
         click.echo(f"from the lowest to the highest co-contraction: {said}")
     say(f"written: {opened.target}")
-
-
-def _row(arm: Arm, bend: Any, share: float) -> dict[str, Any]:
-    import numpy as np
-
-    from contarm_sim.kinematics import arc
-    from contarm_sim.load import Load, Muscles, Wrench
-    from contarm_sim.mechanics.compliance import tip_compliance
-    from contarm_sim.mechanics.pneumatics import force_slope, passive_slope
-    from contarm_sim.mechanics.statics import holding_pressures
-    from contarm_sim.simulation.equilibrium import equilibrium
-
-    pressures = holding_pressures(bend, arm, share)
-    muscles = Muscles(kind="pressures", values=tuple(pressures))
-    held = equilibrium(arm, Load(muscles=muscles))
-    slopes = force_slope(pressures, held.muscle_lengths, arm) + passive_slope(held.muscle_lengths, arm)
-    closed = tip_compliance(bend, held.muscle_tensions, slopes, arm)
-    _, plane = arc.to_polar(bend)
-    sideways = np.array([-np.sin(plane), np.cos(plane), 0.0])
-    outwards = arc.jacobian(bend, arm.length) @ [np.cos(plane), np.sin(plane)]
-    outwards /= np.linalg.norm(outwards)
-    directions = np.stack([outwards, sideways, np.cross(outwards, sideways)])
-    simulated = []
-    for direction in directions:
-        tips = [
-            equilibrium(
-                arm,
-                Load(muscles=muscles, wrenches=(Wrench(xi=1, force=tuple(sign * PROBE * direction)),)),
-                guess=held.qpos,
-            ).tip
-            for sign in (1, -1)
-        ]
-        simulated.append(2 * PROBE / float((tips[0] - tips[1]) @ direction))
-    return {
-        "least_tension_n": float(held.muscle_tensions.min()),
-        "pressures_pa": pressures.tolist(),
-        "mean_pressure_pa": float(pressures.mean()),
-        "tip": held.tip.tolist(),
-        "closed_form_n_per_m": [1 / float(d @ closed @ d) for d in directions],
-        "simulated_n_per_m": simulated,
-    }
 
 
 def _cells(row: dict[str, Any]) -> list[str]:
