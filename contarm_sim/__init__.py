@@ -7,7 +7,8 @@ The public names are few and load late, so that `import contarm_sim` costs nothi
     kinematics            closed forms: arc, dome (inverse), muscles, chain
     arm_spec, scene_spec  the arm as an editable mujoco.MjSpec
     simulate              follow bends in MuJoCo
-    poses_at_rest         equilibria in MuJoCo
+    poses_at_rest         rest poses of commanded bends in MuJoCo
+    equilibrium           the static pose under a Load (of Wrench, Muscles)
     compare               samples beside the closed forms
 """
 
@@ -26,6 +27,9 @@ _HOMES = {
     "simulate": "simulation.run",
     "poses_at_rest": "simulation.rest",
     "equilibrium": "simulation.equilibrium",
+    "Load": "load",
+    "Muscles": "load",
+    "Wrench": "load",
     "compare": "validation.compare",
 }
 _MODULES = ("kinematics", "mechanics", "mjcf", "paths", "rendering", "simulation", "validation", "waypoints")

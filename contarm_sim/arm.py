@@ -64,7 +64,7 @@ def _check_numbers(owner: Any, prefix: str = "") -> None:
 def _check_vector(owner: Any, name: str, size: int) -> None:
     value = getattr(owner, name)
     try:
-        vector = tuple(float(x) for x in value)
+        vector = () if isinstance(value, (str, dict)) else tuple(float(x) for x in value)
     except (TypeError, ValueError):
         vector = ()
     if len(vector) != size or not all(abs(x) <= LARGEST for x in vector):

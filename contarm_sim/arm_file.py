@@ -77,7 +77,7 @@ def load_arm(path: str | Path) -> Arm:
         raise InputError("file", f"unreadable ({error.strerror})", "a TOML file", str(path)) from error
     except UnicodeDecodeError as error:
         raise InputError("file", "not text", "a TOML file", str(path)) from error
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # TOMLDecodeError is a ValueError, as is a number of 5000 digits
         raise InputError("file", f"not TOML ({error})", "lines such as: length = 0.37", str(path)) from error
 
 

@@ -6,6 +6,7 @@ import difflib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from numbers import Real
 from typing import Any, Literal, get_args
 
 from contarm_sim.arm import Vector
@@ -18,8 +19,10 @@ _SIZE = {"off": 0, "deltas": 3, "tensions": 3, "pressures": 3, "bend": 2}
 
 def _vector(value: Any, size: int, name: str) -> tuple[float, ...]:
     try:
-        vector = tuple(float(x) for x in value)
-    except (TypeError, ValueError):
+        vector = tuple(float(x) for x in value if isinstance(x, Real) and not isinstance(x, bool))
+    except (TypeError, ValueError, OverflowError):
+        vector = ()
+    if isinstance(value, (str, dict)):
         vector = ()
     if len(vector) != size or not all(math.isfinite(x) for x in vector):
         raise InputError(name, value, f"{size} finite numbers")
@@ -39,8 +42,8 @@ class Wrench:
     moment: Vector = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.xi, (int, float)) or not 0 <= self.xi <= 1:
-            raise InputError("wrench.xi", self.xi, "0 (base) to 1 (tip)")
+        if not isinstance(self.xi, Real) or isinstance(self.xi, bool) or not 0 <= self.xi <= 1:
+            raise InputError("wrench.xi", self.xi, "a number from 0 (base) to 1 (tip)")
         for name in ("force", "moment"):
             object.__setattr__(self, name, _vector(getattr(self, name), 3, f"wrench.{name}"))
 
@@ -89,6 +92,10 @@ class Load:
     muscles: Muscles = field(default_factory=Muscles)
 
     def __post_init__(self) -> None:
+        if not all(isinstance(wrench, Wrench) for wrench in self.wrenches):
+            raise InputError("wrenches", self.wrenches, "a tuple of Wrench")
+        if not isinstance(self.muscles, Muscles):
+            raise InputError("muscles", self.muscles, "a Muscles")
         object.__setattr__(self, "follower_moment", _vector(self.follower_moment, 3, "follower_moment"))
         object.__setattr__(self, "actuation_moment", _vector(self.actuation_moment, 2, "actuation_moment"))
 

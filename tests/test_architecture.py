@@ -23,8 +23,9 @@ MAY = {
     "validation": {"errors", "arm", "arm_file", "load", "kinematics", "mechanics", "paths", "simulation"},
     "rendering": {"errors", "engine", "arm", "kinematics", "mjcf", "simulation"},
     "report": {"errors", "arm", "arm_file", "kinematics", "mechanics", "mjcf", "simulation", "validation", "rendering"},
+    "figures": {"errors", "arm", "kinematics", "mechanics", "paths", "simulation", "validation", "report"},
     "cli": {"errors", "arm", "arm_file", "load", "kinematics", "mechanics", "paths", "waypoints", "mjcf", "simulation",
-            "validation", "rendering", "report"},
+            "validation", "rendering", "report", "figures"},
 }  # fmt: skip
 
 

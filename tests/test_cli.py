@@ -569,3 +569,34 @@ def test_render_draws_what_a_run_left_and_refuses_the_rest(contarm, tmp_path):
         assert said in err
         assert err.count("\n") == 1
     assert set(os.listdir(tmp_path)) == {"r", "r.webp", "two.png"}
+
+
+@pytest.mark.parametrize(
+    "text", ["[" * 100_000, "1" * 5000, '[{"wrenches": [{"xi": 1, "force": "123"}]}]', "[]",
+             '[{}, {"muscles": {"kind": "pressures", "values": [1, 2, 3]}}]'],
+    ids=["deep", "long", "words", "empty", "pressures"],
+)  # fmt: skip
+def test_bad_load_files_are_one_line_that_names_the_place(contarm, tmp_path, text):
+    (tmp_path / "loads.json").write_text(text)
+    code, _, err = contarm("equilibrium", "--file", "loads.json")
+    assert code == 2
+    assert err.count("\n") == 1
+    assert "loads.json" in err
+    assert ("case 2" in err) is ("pressures" in text)
+
+
+def test_release_of_nothing_and_of_a_bent_arm(contarm):
+    code, out, err = contarm("release", "--wrench", *[0] * 7, "--duration", 0.1, "--out", "none", "--json")
+    assert code == 0, err
+    assert json.loads(out)["observed_order"] is None
+    code, out, err = contarm("release", "--muscles", "bend", 1.5, 0, "--duration", 0.1, "--out", "bent", "--json")
+    assert code == 0, err
+    found = json.loads(out)["arm_hz"]
+    assert len(found) == 6
+    assert found[1] > 1.1 * found[0]  # a bent arm swings differently in and across its plane
+
+
+def test_a_straight_pose_is_rigid_along_itself(contarm):
+    code, out, err = contarm("stiffness", "--bend", 0, 0, "--levels", 2, "--out", "s")
+    assert code == 0, err
+    assert "along rigid" in out

@@ -323,3 +323,84 @@ def test_cocontraction_stiffens_the_arm_by_its_own_spring():
         closed = L**3 / (12 * B) + (L / 2) ** 2 / (B / L + k_m)
         assert least < closed / found.tip_compliance[0, 0] < most
         assert found.tip_compliance[0, 0] < 0.6 * passive
+
+
+def test_a_follower_that_makes_the_arm_flutter_is_not_stable():
+    """Stepped with the couple kept on, a tenth of a millimetre grows as fast as the linearised motion says."""
+    arm = Arm()
+    for couple, flutters in ((0.2, False), (0.8, True)):
+        load = Load(follower_moment=(0.0, 0.0, couple))
+        found = equilibrium(arm, load)
+        assert found.smallest_eigenvalue > 0  # what the stiffness alone would say
+        assert found.stable is not flutters
+        plant = driven_plant(arm, load)
+        applied = AppliedLoad(plant, load)
+        plant.model.opt.timestep = 1e-3
+        plant.data.qpos[:] = found.qpos
+        plant.data.qpos[0] += 1e-5
+        size = []
+        for step in range(4000):
+            mujoco.mj_fwdPosition(plant.model, plant.data)
+            plant.data.qfrc_applied[:] = applied.generalised_forces()
+            mujoco.mj_step(plant.model, plant.data)
+            if step % 1000 == 999:
+                size.append(np.abs(plant.data.qpos).max())
+        assert bool(size[-1] > size[0]) is flutters
+        if flutters:
+            assert np.log(size[-1] / size[0]) / 3 == pytest.approx(found.growth, rel=0.35)
+
+
+def test_a_couple_between_stations_keeps_the_second_order():
+    errors = []
+    load = Load(wrenches=(Wrench(xi=0.31, moment=(0.0, 0.3, 0.0)),))
+    fine = equilibrium(Arm(links=400), load).tip
+    for links in (12, 24, 48):
+        errors.append(np.linalg.norm(equilibrium(Arm(links=links), load).tip - fine) / 0.37)
+    assert errors[1] < 1e-3
+    assert errors[2] < 0.4 * errors[0]
+    better, _ = extrapolated(Arm(), load)
+    assert np.linalg.norm(better.tip - fine) / 0.37 < 1e-3
+
+
+@pytest.mark.parametrize("pressures", [(500e3, 200e3, 200e3), (500e3, 100e3, 300e3)])
+def test_poses_under_pressure_converge_too_if_from_further_away(pressures):
+    """Straight spans make a driven chain softer by the sum of tensions times h^2/4: percents at 24 links."""
+    load = Load(muscles=Muscles(kind="pressures", values=pressures))
+    fine = equilibrium(Arm(links=192), load).tip
+    errors = [np.linalg.norm(equilibrium(Arm(links=n), load).tip - fine) / 0.37 for n in (12, 24, 48)]
+    assert np.all(np.log2(np.divide(errors[:-1], errors[1:])) > 1.7)
+    assert errors[1] < 0.04
+
+
+def test_what_no_servo_can_hold_is_refused_or_said():
+    arm = Arm()
+    for deltas in ((0.01, 0.01, 0.01), (0.2, 0.0, 0.0), (1e300, 0.0, 0.0), (-0.02, -0.02, -0.02)):
+        with pytest.raises(InputError, match="below 180 deg"):
+            equilibrium(arm, Load(muscles=Muscles(kind="deltas", values=deltas)))
+    bend = Muscles(kind="bend", values=(1.0, 0.0))
+    assert equilibrium(arm, Load(muscles=bend)).held is True
+    heavy = replace(arm, gravity=(-9.81, 0.0, 0.0), payload=3.0)
+    assert equilibrium(heavy, Load(muscles=bend)).held is False
+    assert equilibrium(arm).held is None
+
+
+def test_unusable_loads_are_refused():
+    for given in (
+        {"force": "123"},
+        {"force": (1.0, "2", 3.0)},
+        {"moment": (True, 0.0, 0.0)},
+        {"xi": True},
+        {"xi": "0.5"},
+    ):
+        with pytest.raises(InputError):
+            Wrench(**{"xi": 1.0} | given)
+    assert Wrench(xi=np.float32(0.5)).xi == 0.5
+    for given in ({"wrenches": ({"xi": 1},)}, {"muscles": "off"}, {"follower_moment": {"1": 1, "2": 2, "3": 3}}):
+        with pytest.raises(InputError):
+            Load(**given)
+    with pytest.raises(InputError, match="shape"):
+        equilibrium(Arm(), guess=np.zeros(3))
+    with pytest.raises(InputError, match="auto, newton"):
+        equilibrium(Arm(), method="foo")
+    with pytest.raises(InputError, match="at least 4"):
+        extrapolated(Arm(links=3))

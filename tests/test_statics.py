@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from sampling import bends
 
-from contarm_sim.arm import Arm
+from contarm_sim.arm import Arm, Muscle
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, chain
+from contarm_sim.load import Load, Muscles
 from contarm_sim.mechanics.compliance import tip_compliance
 from contarm_sim.mechanics.pneumatics import force, force_slope, pressure_for
-from contarm_sim.mechanics.statics import cocontraction, holding_tensions, length_jacobian
+from contarm_sim.mechanics.statics import cocontraction, holding_pressures, holding_tensions, length_jacobian
+from contarm_sim.simulation.equilibrium import equilibrium
 
 STEP = 1e-6
 
@@ -103,3 +105,29 @@ def test_tip_compliance_of_a_straight_arm_is_the_beam_formula(arm):
 def test_tensions_that_buckle_the_chain_between_disks_are_refused(arm):
     with pytest.raises(InputError, match="buckles"):
         tip_compliance([0.0, 0.0], np.full(3, 600.0), np.zeros(3), arm)
+
+
+def test_torsion_adds_to_the_tips_compliance_less_what_muscles_pull_back():
+    """Straight, twist moves nothing; bent, it softens sideways, and the muscles' r^2 sum(T) stiffens it."""
+    soft = Arm(torsional_stiffness=0.05)
+    bend, zero = arc.from_polar(1.0, 0.0), np.zeros(3)
+    np.testing.assert_allclose(
+        tip_compliance([0.0, 0.0], zero, zero, soft), tip_compliance([0.0, 0.0], zero, zero, Arm()), atol=1e-15
+    )
+    extra = [
+        (tip_compliance(bend, t, zero, soft) - tip_compliance(bend, t, zero, Arm()))[1, 1] for t in (zero, zero + 50)
+    ]
+    assert extra[0] > 0.01
+    assert extra[0] / extra[1] == pytest.approx(1 + soft.muscle_radius**2 * 150 / 0.05, rel=1e-9)
+
+
+def test_lengths_that_a_braid_cannot_take_and_chains_that_would_buckle_are_refused():
+    tight = Arm(muscle=Muscle(mount_contraction=0.0))
+    with pytest.raises(InputError, match="length it cannot take"):
+        holding_pressures(arc.from_polar(3.0, np.pi), tight)
+    with pytest.raises(InputError, match="buckle"):
+        holding_pressures(arc.from_polar(1.0, 0.0), Arm(bending_stiffness=0.001))
+    coarse = Arm(links=8)
+    tensions = holding_pressures(arc.from_polar(1.0, 0.0), coarse, share=1.0)
+    held = equilibrium(coarse, Load(muscles=Muscles(kind="pressures", values=tuple(tensions))))
+    assert held.stable

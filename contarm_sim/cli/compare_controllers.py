@@ -19,7 +19,8 @@ from contarm_sim.cli.options import Command, arm_options, json_option, out_optio
 def compare_controllers(arm: Arm, duration: float, out: str | None, as_json: bool) -> None:
     """Run the spiral with each controller, free, hanging and hanging with a payload, and print one table.
 
-    Errors are from target to simulated tip, after the first second. `along` is the part along the surface that the
+    Errors are from target to simulated tip, after the first second (or half of a
+    shorter path). `along` is the part along the surface that the
     tip can reach under that load; what lies across it no lengths can remove, for it is not the dome of the targets.
     """
     from contarm_sim.arm_file import arm_to_dict

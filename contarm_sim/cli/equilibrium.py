@@ -77,7 +77,10 @@ def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: A
             muscles=muscles_from_words(muscles),
         )
         cases = [(arm, load)]
-    results = [_solve(case, method, extrapolate, xi) for case in cases]
+    results = [
+        _solve(case, method, extrapolate, xi, None if file is None else f"{file}, case {number}")
+        for number, case in enumerate(cases, 1)
+    ]
     if as_json:
         click.echo(to_json(results if file is not None else results[0]))
     else:
@@ -97,7 +100,7 @@ def _read(file: str, arm: Arm) -> list[tuple[Arm, Any]]:
         raise InputError("file", f"unreadable ({error.strerror})", allowed, file) from error
     except UnicodeDecodeError as error:
         raise InputError("file", "not text", allowed, file) from error
-    except json.JSONDecodeError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError("file", f"not JSON ({error})", allowed, file) from error
     if not isinstance(cases, list) or not cases:
         raise InputError("file", "no list, or an empty one", allowed, file)
@@ -111,7 +114,9 @@ def _read(file: str, arm: Arm) -> list[tuple[Arm, Any]]:
     return found
 
 
-def _solve(case: tuple[Arm, Any], method: str, extrapolate: bool, xi: tuple[float, ...]) -> dict[str, Any]:
+def _solve(
+    case: tuple[Arm, Any], method: str, extrapolate: bool, xi: tuple[float, ...], where: str | None
+) -> dict[str, Any]:
     import numpy as np
 
     from contarm_sim.simulation.equilibrium import equilibrium, extrapolated, interpolate
@@ -121,6 +126,8 @@ def _solve(case: tuple[Arm, Any], method: str, extrapolate: bool, xi: tuple[floa
         found = extrapolated(arm, load)[0] if extrapolate else equilibrium(arm, load, method)
     except ConvergenceError as error:
         return {"error": str(error), "stable": False}
+    except InputError as error:
+        raise error.located(where) from None
     result = {
         "tip": found.tip.tolist(),
         "transform": found.frames[-1].tolist(),
@@ -132,6 +139,8 @@ def _solve(case: tuple[Arm, Any], method: str, extrapolate: bool, xi: tuple[floa
         "residual": found.residual,
         "stable": found.stable,
         "smallest_eigenvalue": found.smallest_eigenvalue,
+        "growth": found.growth if np.isfinite(found.growth) else None,
+        "held": found.held,
         "iterations": found.iterations,
         "seconds": found.seconds,
     }
@@ -149,7 +158,12 @@ def _show(results: list[dict[str, Any]]) -> None:
         tip = "  ".join(f"{1e3 * x + 0.0:.4f}" for x in result["tip"])
         tensions = "  ".join(f"{x + 0.0:.2f}" for x in result["muscle_tensions"])
         stable = "stable" if result["stable"] else "UNSTABLE"
-        click.echo(f"{head}tip {tip} mm; muscles {tensions} N")
+        if (result["growth"] or 0.0) > 0:
+            stable += f" (flutters, disturbances grow by {result['growth']:.2g} /s)"
+        pressures = "  ".join("-" if p is None else f"{p / 1e3:.0f}" for p in result["muscle_pressures"])
+        click.echo(f"{head}tip {tip} mm; muscles {tensions} N, which takes {pressures} kPa")
+        if result["held"] is False:
+            click.echo("NOT HELD: a length servo is at its limit, the muscles' blocked force")
         softest, residual = f"{result['smallest_eigenvalue']:.3g} N m/rad", f"{result['residual']:.1g} N m"
         took = f"{result['iterations']} iterations, {1e3 * result['seconds']:.1f} ms"
         click.echo(f"{stable}, softest mode {softest}; residual {residual} after {took}")

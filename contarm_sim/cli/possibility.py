@@ -22,8 +22,9 @@ def possibility(arm: Arm, out: str | None, as_json: bool) -> None:
     """Map the bends that pressures can hold, free, under gravity and with a payload, and draw them.
 
     The paper's ellipse of muscle lengths says no more than that the bend is below 180 deg. What limits a real arm is
-    pressure. Largest bends are in closed form; `simulated` holds each of them with its pressures and tells how far the
-    bend that muscle lengths then show is off: nothing without gravity, and little with it.
+    pressure. Largest bends are in closed form; `simulated` holds each of them with all muscles inflated and tells how
+    far the bend that muscle lengths then show is off: next to nothing without gravity, and the more the heavier the
+    arm, for one uniform bend is then an approximation. Past bends that cannot be held there may be others that can.
     """
     import numpy as np
 
@@ -40,14 +41,22 @@ def possibility(arm: Arm, out: str | None, as_json: bool) -> None:
     arms = {"free": arm.unloaded, "gravity": pulled, "payload": loaded}
     planes = 2 * np.pi * np.arange(PLANES) / PLANES
     rows: list[dict[str, Any]] = []
+    least: dict[str, float] = {}
     for name, one in arms.items():
         inflated, vented = (np.degrees(bends) for bends in largest_bends(one, planes))
+        least[name] = float(np.degrees(largest_bends(one, np.radians(np.arange(360)))[0].min()))
         for i in track(range(PLANES), name):
             row = {"load": name, "plane_deg": float(np.degrees(planes[i])), "inflated_deg": float(inflated[i])}
             row["vented_deg"] = float(vented[i])
             off = held_off(one, np.radians(0.999 * inflated[i]), planes[i]) if inflated[i] > 0 else None
             rows.append(row | {"simulated_off_deg": None if off is None else float(np.degrees(off))})
-    summary = {"rows": rows, "arm": arm_to_dict(arm), "versions": versions(), "command": command_line()}
+    summary: dict[str, Any] = {
+        "rows": rows,
+        "every_bend_to_deg": least,
+        "arm": arm_to_dict(arm),
+        "versions": versions(),
+        "command": command_line(),
+    }
     with OutputFolder(target) as opened:
         (opened.folder / "summary.json").write_text(to_json(summary) + "\n")
         draw_possibility(opened.folder / "possibility.png", arms)
@@ -57,10 +66,24 @@ def possibility(arm: Arm, out: str | None, as_json: bool) -> None:
         limits = f"{arm.muscle.min_pressure / 1e3:.0f} to {arm.muscle.max_pressure / 1e3:.0f} kPa"
         columns = ["load", "towards [deg]", "all inflated [deg]", "one may be vented [deg]", "simulated, off by [deg]"]
         table(f"largest bends that {limits} hold", columns, [_cells(row) for row in rows])
+        said = ", ".join(f"{name} {angle:.1f}" for name, angle in least.items())
+        click.echo(f"in every plane, all muscles inflated, the largest bend is at least: {said} deg")
     say(f"written: {opened.target}")
+
+
+GRID_END = 179.5
+"""Bends are tried up to here [deg]; what holds there holds any."""
 
 
 def _cells(row: dict[str, Any]) -> list[str]:
     off = row["simulated_off_deg"]
-    largest = [f"{row[key]:.1f}" if row[key] > 0 else "none" for key in ("inflated_deg", "vented_deg")]
-    return [row["load"], f"{row['plane_deg']:.0f}", *largest, "" if off is None else f"{off:.2f}"]
+    cells = [row["load"], f"{row['plane_deg']:.0f}", _angle(row["inflated_deg"]), _angle(row["vented_deg"])]
+    if row["inflated_deg"] <= 0:
+        return [*cells, ""]
+    return [*cells, "does not rest" if off is None else f"{off:.2f}"]
+
+
+def _angle(degrees: float) -> str:
+    if degrees <= 0:
+        return "none"
+    return f"{degrees:.1f}" if degrees < GRID_END else "any"

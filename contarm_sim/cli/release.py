@@ -65,31 +65,33 @@ def release(arm: Arm, wrench: Any, muscles: str, duration: float, timestep: floa
     )
     held = equilibrium(arm, load)
     if not held.stable:
-        raise InputError("wrench", "a load under which the arm does not rest", "a smaller load")
+        say("the arm does not rest under this load: no stable pose to let go from")
+        return 1
     steps = [timestep, timestep / 2, timestep / FINER]
     swings = [swinging.release(arm, held.qpos, load, steps[i], duration) for i in track(range(3), "swinging")]
     coarse, half, fine = swings
     errors = [np.linalg.norm(swing.tip - fine.tip, axis=1).mean() / arm.length for swing in (coarse, half)]
     grown = max(float(np.diff(coarse.energy).max()), 0.0)
     lost = float(coarse.energy[0] - coarse.energy[-1])
-    passive = load.muscles.kind == "off"
+    passive = load.muscles.kind == "off" and arm.damping_time > 0  # undamped, energy wavers by the step's own error
+    rounding = 1e-9 * abs(lost) + 1e-12 * float(np.abs(coarse.energy).max())
     frequencies = {
         "beam_hz": swinging.beam_frequencies(arm),
         "chain_hz": swinging.natural_frequencies(swinging.bare(arm), Load(), 6)[::2],
-        "arm_hz": swinging.natural_frequencies(arm, load, 6)[::2],
+        "arm_hz": swinging.natural_frequencies(arm, load, 6),
     }
     summary: dict[str, Any] = {
         "tip_error_mean_percent": 100 * float(errors[0]),
         "tip_error_mean_percent_half_step": 100 * float(errors[1]),
         # Against 20 times finer steps, not exact ones: e(h) - e(h/20) over e(h/2) - e(h/20) is 1.9/0.9 for order 1.
-        "observed_order": _order(float(errors[0] / max(errors[1], 1e-300))),
+        "observed_order": _order(float(errors[0]), float(errors[1])),
         "largest_energy_growth_j": grown if passive else None,
         "energy_lost_j": lost if passive else None,
         **{name: values.tolist() for name, values in frequencies.items()},
         "timestep": timestep, "duration": duration, "arm": arm_to_dict(arm), "versions": versions(),
         "command": command_line(),
     }  # fmt: skip
-    good = summary["tip_error_mean_percent"] <= LIMIT and (not passive or grown <= 1e-9 * max(abs(lost), 1e-9))
+    good = summary["tip_error_mean_percent"] <= LIMIT and (not passive or grown <= rounding)
     summary["verdict"] = "pass" if good else "fail"
     with OutputFolder(target) as opened:
         (opened.folder / "summary.json").write_text(to_json(summary) + "\n")
@@ -102,12 +104,15 @@ def release(arm: Arm, wrench: Any, muscles: str, duration: float, timestep: floa
     if as_json:
         click.echo(to_json(summary))
     else:
-        columns = ["mode", "clamped beam [Hz]", "chain, free [Hz]", "this arm [Hz]"]
-        rows = [[str(i + 1), *(f"{f[i]:.3f}" for f in frequencies.values() if i < len(f))] for i in range(3)]
-        table("natural frequencies", columns, [row for row in rows if len(row) == len(columns)])
+        columns = ["mode", "clamped beam [Hz]", "chain, free [Hz]"]
+        beam, chain = frequencies["beam_hz"], frequencies["chain_hz"]
+        rows = [[str(i + 1), f"{beam[i]:.3f}", f"{chain[i]:.3f}"] for i in range(min(len(beam), len(chain)))]
+        table("natural frequencies in either plane", columns, rows)
+        click.echo(f"this arm, where it comes to rest: {', '.join(f'{f:.3f}' for f in frequencies['arm_hz'])} Hz")
         mean, order = summary["tip_error_mean_percent"], summary["observed_order"]
         click.echo(
-            f"tip error against {FINER} times finer steps: {mean:.4f} % of length in the mean; order {order:.2f}"
+            f"tip error against {FINER} times finer steps: {mean:.4f} % of length in the mean; order "
+            + ("-" if order is None else f"{order:.2f}")
         )
         if passive:
             click.echo(f"energy: {lost:.4g} J lost in {duration:g} s, largest growth between samples {grown:.1g} J")
@@ -116,13 +121,18 @@ def release(arm: Arm, wrench: Any, muscles: str, duration: float, timestep: floa
     return 0 if good else 1
 
 
-def _order(ratio: float) -> float:
-    """Return the order p at which (1 - f^p)/(2^-p - f^p), f = 1/20, is the ratio of errors of a step and its half."""
+def _order(coarse: float, half: float) -> float | None:
+    """Return the order p at which (1 - f^p)/(2^-p - f^p), f = 1/20, is the ratio of errors of a step and its half.
+
+    None where nothing moved, or no order explains them.
+    """
     from scipy.optimize import brentq
 
     f = 1 / FINER
 
     def off(p: float) -> float:
-        return float((1 - f**p) / (0.5**p - f**p) - ratio)
+        return float((1 - f**p) / (0.5**p - f**p) - coarse / half)
 
-    return float(brentq(off, 0.05, 6)) if off(0.05) * off(6) < 0 else float("nan")
+    if not half > 1e-12 or off(0.05) * off(6) > 0:
+        return None
+    return float(brentq(off, 0.05, 6))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -69,7 +70,11 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
         )
     if len(recorded.samples) < 2:
         raise KeyboardInterrupt
-    job = RunReport(arm, recorded, controller)
+    try:
+        job = RunReport(arm, recorded, controller)
+    except KeyboardInterrupt:  # what is left of the report is cut short, the recorded motion kept
+        recorded = replace(recorded, interrupted=True)
+        job = RunReport(arm, recorded, controller, poses=2)
     summary = job.summary | {"path": path.name if places is None else path_name, "duration": path.duration}
     summary |= {"path_parameters": shape, "project": project, "timestep": stepping.timestep, "rate": CONTROL_RATE}
     summary["command"] = command_line()
@@ -194,6 +199,12 @@ def _show(summary: dict[str, Any]) -> None:
         click.echo(
             f"the load explains it (limit {limit:.0f} % of length, for sag), but constant curvature does not hold: "
             f"{error:.1f} % is more than {MODEL_LIMIT:g} %"
+        )
+    if muscle["below_min_pressure"] and summary["controller"] not in ("paper", "chain"):
+        lowest = summary["arm"]["muscle"]["min_pressure"] / 1e3
+        click.echo(
+            f"in {muscle['below_min_pressure']} samples a slack muscle would take less than the lowest pressure, "
+            f"{lowest:.0f} kPa; the controller `pressure` keeps to it"
         )
     if muscle["beyond_max_pressure"]:
         highest = summary["arm"]["muscle"]["max_pressure"] / 1e3

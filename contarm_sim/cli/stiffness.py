@@ -37,6 +37,8 @@ def stiffness(arm: Arm, bend: Any, levels: int, out: str | None, as_json: bool) 
 
     target = Path(out) if out is not None else default_folder("stiffness")
     check_output(target)
+    if any(arm.gravity) or arm.payload:
+        say("gravity and payload are left out: the pose is held without them")
     arm = arm.unloaded
     vector = arc.from_polar(*bend)
     rows = stiffness_levels(arm, vector, levels, track)
@@ -51,8 +53,10 @@ def stiffness(arm: Arm, bend: Any, levels: int, out: str | None, as_json: bool) 
         columns = ["least tension [N]", "pressures [kPa]", *(f"{name} [N/m]" for name in DIRECTIONS)]
         title = f"tip stiffness at {np.degrees(bend[0]):.0f} deg: simulated (closed form)"
         table(title, [*columns, "drift [%]"], [_cells(row) for row in rows])
-        gains = [rows[-1]["simulated_n_per_m"][i] / rows[0]["simulated_n_per_m"][i] for i in range(3)]
-        said = ", ".join(f"{name} {gain:.2f} x" for name, gain in zip(DIRECTIONS, gains, strict=True))
+        ends = zip(DIRECTIONS, rows[0]["simulated_n_per_m"], rows[-1]["simulated_n_per_m"], strict=True)
+        said = ", ".join(
+            f"{name} {last / first:.2f} x" if first and last else f"{name} rigid" for name, first, last in ends
+        )
         click.echo(f"from the lowest to the highest co-contraction: {said}")
     say(f"written: {opened.target}")
 
@@ -62,6 +66,6 @@ def _cells(row: dict[str, Any]) -> list[str]:
     return [
         f"{row['least_tension_n']:.1f}",
         " ".join(f"{p / 1e3:.0f}" for p in row["pressures_pa"]),
-        *(f"{simulated:.3g} ({closed:.3g})" for simulated, closed in both),
+        *(f"{simulated:.3g} ({closed:.3g})" if simulated and closed else "rigid" for simulated, closed in both),
         f"{row['drift_percent']:.3f}",
     ]

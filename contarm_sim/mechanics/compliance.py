@@ -7,8 +7,9 @@ muscles' springs resist with: K_m = r^2 sum_i (dF/dL)_i u_i u_i^T. Minimising gi
     C = (1/EI) ( integral of G G^T - A K_m (EI + L K_m)^-1 A^T ),   A = integral of G.
 
 Straight, this is L^3/(12 EI) + (L/2)^2/(EI/L + k_m): a part that no length feels, so muscles can stiffen at most
-fourfold. Straight spans between disks shorten with the square of the joint angle; tensions therefore soften the chain,
-and EI above is EI - (sum of T) h^2/4, h the link pitch.
+fourfold. A twist that the backbone allows adds the integral of g g^T over GJ + r^2 (sum of T), g the tangent crossed
+with the way to the tip: twisted muscles pull back. Straight spans between disks shorten with the square of the joint
+angle; tensions therefore soften the chain, and EI above is EI - (sum of T) h^2/4, h the link pitch.
 """
 
 from __future__ import annotations
@@ -58,4 +59,10 @@ def tip_compliance(bend: Any, tensions: Any, slopes: Any, arm: Arm) -> Array:
     A = np.einsum("s,sij->ij", weight, G)
     springs = arm.muscle_radius**2 * (DIRECTIONS.T * slopes) @ DIRECTIONS
     held = A @ springs @ np.linalg.inv(stiffness * np.eye(2) + length * springs) @ A.T
-    return (np.einsum("s,sij,skj->ik", weight, G, G) - held) / stiffness
+    bending = (np.einsum("s,sij,skj->ik", weight, G, G) - held) / stiffness
+    if arm.torsional_stiffness is None:
+        return bending
+    twist = np.cross(axes[:, :, 2], to_tip)
+    total = float(np.sum(as_vectors(tensions, 3, "tensions")))
+    torsion = arm.torsional_stiffness + arm.muscle_radius**2 * total
+    return bending + np.einsum("s,si,sk->ik", weight, twist, twist) / torsion

@@ -22,6 +22,9 @@ from contarm_sim.kinematics.arrays import Array, as_vectors, sinc, sinc_slope
 from contarm_sim.kinematics.muscles import DIRECTIONS
 from contarm_sim.mechanics import pneumatics
 
+BUCKLING_SHARE = 0.95
+"""Of the tension that buckles the chain between its disks, what is used at most."""
+
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
@@ -59,12 +62,14 @@ class Balance:
     Attributes:
         tensions: one of them [N], shape (..., 3), by actuators; what stretched silicone pulls is taken off.
         cocontraction: the free direction, shape (..., 3), positive, of mean 1.
-        per_pascal: force of each muscle by pressure [N/Pa], shape (..., 3).
+        per_pascal: force of each muscle by pressure [N/Pa], shape (..., 3); 0 where the braid is closed.
+        highest: level [N], shape (...), at which the chain buckles between its disks, see `compliance`.
     """
 
     tensions: Array
     cocontraction: Array
     per_pascal: Array
+    highest: Array
 
     def level(self, least: Array | float) -> Array:
         """Return the lowest level [N] at which no tension is less than `least` [N], shape (...)."""
@@ -100,7 +105,9 @@ def balance(bend: Any, arm: Arm, rate: Any = None) -> Balance:
     moment = moment + np.einsum("...ij,...i->...j", J, pneumatics.passive_tension(lengths, arm))
     gram = J.swapaxes(-1, -2) @ J
     tensions = -(J @ np.linalg.solve(gram, moment[..., None]))[..., 0]
-    return Balance(tensions, null, pneumatics.force(1.0, lengths, arm))
+    per_pascal = np.where(lengths <= arm.muscle_length_range[1], pneumatics.force(1.0, lengths, arm), 0.0)
+    buckling = BUCKLING_SHARE * 4 * arm.bending_stiffness / arm.link_pitch**2
+    return Balance(tensions, null, per_pascal, (buckling - tensions.sum(axis=-1)) / 3)
 
 
 def holding_tensions(bend: Any, arm: Arm, min_tension: float | None = None, rate: Any = None) -> Array:
@@ -121,11 +128,13 @@ def holding_tensions(bend: Any, arm: Arm, min_tension: float | None = None, rate
 def level_range(held: Balance, arm: Arm) -> tuple[Array, Array]:
     """Return the lowest and highest level [N], each of shape (...), that pressures within the limits give.
 
-    The lowest also keeps `min_tension`. Where it is higher than the highest no pressures hold the bend.
+    The lowest also keeps `min_tension`; the highest stays below what buckles the chain between its disks. Where the
+    lowest is higher, no pressures hold the bend.
     """
     low = held.level(np.maximum(arm.muscle.min_tension, arm.muscle.min_pressure * held.per_pascal))
     room = (arm.muscle.max_pressure * held.per_pascal - held.tensions) / held.cocontraction
-    return low, room.min(axis=-1)
+    high = np.where(held.per_pascal.min(axis=-1) > 0, room.min(axis=-1), -np.inf)
+    return low, np.minimum(high, held.highest)
 
 
 def pressure_needed(bend: Any, arm: Arm) -> tuple[Array, Array]:
@@ -136,12 +145,15 @@ def pressure_needed(bend: Any, arm: Arm) -> tuple[Array, Array]:
     """
     held = balance(bend, arm)
     with np.errstate(divide="ignore", invalid="ignore"):
-        inflated = (held.at(level_range(held, arm)[0]) / held.per_pascal).max(axis=-1)
-        least = inflated = np.where((held.per_pascal > 0).all(axis=-1), inflated, np.inf)
+        low = level_range(held, arm)[0]
+        inflated = (held.at(low) / held.per_pascal).max(axis=-1)
+        possible = (held.per_pascal > 0).all(axis=-1) & (low <= held.highest)
+        least = inflated = np.where(possible, inflated, np.inf)
         for i in range(3):
             level = -held.tensions[..., i] / held.cocontraction[..., i]
             others = np.delete(held.at(level) / held.per_pascal, i, axis=-1)
             allowed = (others >= arm.muscle.min_pressure).all(axis=-1) & np.isfinite(others).all(axis=-1)
+            allowed &= (held.per_pascal > 0).all(axis=-1) & (level <= held.highest)
             least = np.minimum(least, np.where(allowed, others.max(axis=-1), np.inf))
     return inflated, least
 
@@ -159,12 +171,22 @@ def holding_pressures(bend: Any, arm: Arm, share: float = 0.0, rate: Any = None)
     held = balance(bend, arm, rate)
     low, high = level_range(held, arm)
     if not np.all(low <= high):
-        with np.errstate(divide="ignore"):
-            need = held.at(low) / held.per_pascal
-        worst = float(need.max()) if np.all(held.per_pascal > 0) else np.inf
-        raise InputError(
-            "bend",
-            f"one that takes {worst / 1e3:.0f} kPa" if np.isfinite(worst) else "one shorter than a muscle can get",
-            f"bends that {arm.muscle.min_pressure / 1e3:.0f} to {arm.muscle.max_pressure / 1e3:.0f} kPa hold",
-        )
+        raise InputError("bend", *_refusal(held, low, arm))
     return held.at(low + share * (high - low)) / held.per_pascal
+
+
+def _refusal(held: Balance, low: Array, arm: Arm) -> tuple[str, str]:
+    """Say what the first bend that no pressures hold would take, and what is allowed."""
+    pressures = f"{arm.muscle.min_pressure / 1e3:.4g} to {arm.muscle.max_pressure / 1e3:.4g} kPa"
+    if not np.all(held.per_pascal > 0):
+        shortest, longest = (1e3 * length for length in arm.muscle_length_range)
+        return (
+            "one that asks a muscle for a length it cannot take",
+            f"muscle lengths of {shortest:.1f} to {longest:.1f} mm",
+        )
+    if np.any(low > held.highest):
+        return f"one that {pressures} buckle the chain at", "a stiffer arm, more links, or less of a bend"
+    return (
+        f"one that takes {float((held.at(low) / held.per_pascal).max()) / 1e3:.0f} kPa",
+        f"bends that {pressures} hold",
+    )

@@ -67,22 +67,27 @@ def draw_budget(
 
 
 def draw_muscles(path: Path, arm: Arm, samples: Samples, comparison: Comparison) -> None:
-    """Draw muscle length changes, analytic and simulated, and tensions over time."""
+    """Draw muscle length changes, analytic and simulated, tensions and pressures over time."""
     from contarm_sim.kinematics.muscles import deltas_from_bend
 
     t, analytic = samples.time, deltas_from_bend(samples.bend, arm.muscle_radius)
-    with figure(path, figsize=(6.4, 4.6)) as fig:
-        top, bottom = fig.subplots(2, 1, sharex=True)
+    pressure = 1e-3 * np.where(np.isfinite(samples.pressure), samples.pressure, np.nan)
+    with figure(path, figsize=(6.4, 5.8)) as fig:
+        top, middle, bottom = fig.subplots(3, 1, sharex=True)
         for i, colour in enumerate(MUSCLE_COLOURS):
             top.plot(t, 1e3 * (samples.muscle_lengths[:, i] - arm.length), color=colour, label=f"muscle {i + 1}")
             top.plot(t, 1e3 * analytic[:, i], color=BLACK, linewidth=0.8, linestyle=":")
-            bottom.plot(t, samples.muscle_tensions[:, i], color=colour)
+            middle.plot(t, samples.muscle_tensions[:, i], color=colour)
+            bottom.plot(t, pressure[:, i], color=colour)
         top.plot([], [], color=BLACK, linewidth=0.8, linestyle=":", label="arc (paper)")
         top.set_ylabel("length change [mm]")
         top.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4)
-        bottom.axhline(arm.muscle.min_tension, color="#888888", linewidth=0.8, linestyle="--")
-        bottom.set_ylim(bottom=min(0.0, float(samples.muscle_tensions.min())))
-        bottom.set_ylabel("tension [N]")
+        middle.axhline(arm.muscle.min_tension, color="#888888", linewidth=0.8, linestyle="--")
+        middle.set_ylim(bottom=min(0.0, float(samples.muscle_tensions.min())))
+        middle.set_ylabel("tension [N]")
+        bottom.axhline(arm.muscle.min_pressure / 1e3, color="#888888", linewidth=0.8, linestyle="--")
+        bottom.set_ylim(bottom=0)
+        bottom.set_ylabel("pressure that\nit takes [kPa]")
         bottom.set_xlabel("time [s]")
 
 
@@ -149,7 +154,7 @@ def draw_muscle_law(path: Path, arm: Arm, pressures: tuple[float, ...], kind: st
     with figure(path, kind, figsize=(5.2, 3.6)) as fig:
         ax = fig.subplots()
         used = 100 * (1 - (arm.length + np.array([reach, -reach])) / arm.muscle_rest_length)
-        ax.axvspan(*used, color="#EEF1F5", label="lengths of the dome to 170°")
+        ax.axvspan(*used, color="#D5DEEA", label="lengths of the dome to 170°")
         ax.axvline(
             100 * arm.muscle.mount_contraction, color="#888888", linewidth=0.8, linestyle="--", label="straight arm"
         )
@@ -171,13 +176,16 @@ def draw_stiffness(path: Path, rows: list[dict[str, Any]], directions: tuple[str
     with figure(path, figsize=(2.6 * len(directions), 2.9)) as fig:
         panels = fig.subplots(1, len(directions))
         for i, (ax, name, colour) in enumerate(zip(panels, directions, (BLUE, ORANGE, GREEN), strict=True)):
+            ax.set_title(name)
+            ax.set_xlabel("mean pressure [kPa]")
             simulated = [row["simulated_n_per_m"][i] for row in rows]
+            if None in simulated:
+                ax.annotate("rigid", (0.5, 0.5), xycoords="axes fraction", ha="center")
+                continue
             ax.plot(pressure, [row["closed_form_n_per_m"][i] for row in rows], color=colour, label="closed form")
             ax.plot(pressure, simulated, "o", color=BLACK, markersize=4, label="simulated, pushed")
             ax.set_ylim(0, 1.15 * max(simulated))
-            ax.set_title(name)
             ax.legend(loc="lower right")
-            ax.set_xlabel("mean pressure [kPa]")
         panels[0].set_ylabel("tip stiffness [N/m]")
 
 

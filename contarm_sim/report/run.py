@@ -25,10 +25,10 @@ class RunReport:
         summary: every number shown, plain values, SI units but where the name says otherwise; with verdict and checks.
     """
 
-    def __init__(self, arm: Arm, run: Run, controller: Controller) -> None:
+    def __init__(self, arm: Arm, run: Run, controller: Controller, poses: int = 100) -> None:
         self._arm, self._samples, self._pressures = arm, run.samples, controller == "pressure"
         self._comparison = compare(arm, run.samples)
-        self._motion = motion_part(arm, run.samples, controller)
+        self._motion = motion_part(arm, run.samples, controller, poses)
         summary = summarise(arm, run.samples, self._comparison)
         summary["motion"] = spread(self._motion[1], arm.length)
         summary |= verdict(run_checks(arm, summary))

@@ -17,6 +17,9 @@ from contarm_sim.mechanics.statics import holding_tensions
 from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.solver import Solver
 
+COMMON_MODE = 0.01
+"""Common length change that is put down to rounding [lengths]."""
+
 
 @dataclass(frozen=True)
 class Equilibrium:
@@ -30,7 +33,10 @@ class Equilibrium:
             [N m] there, shape (6, 6), muscles driven as they are. Its inverse is the stiffness where that exists: an
             inextensible straight arm does not give way along its axis.
         residual: largest generalised force left [N m].
-        smallest_eigenvalue: of the stiffness matrix [N m/rad]; the pose is stable if it is positive.
+        smallest_eigenvalue: of the stiffness matrix [N m/rad]; a stable pose has a positive one.
+        growth: fastest growth of a small disturbance [1/s], for loads that no energy belongs to, else NaN: a pose that
+            flutters is not stable either.
+        held: whether no length servo is at its limit; None where muscles are not driven by servos.
         iterations: evaluations of the stiffness matrix.
         seconds: time to solve, building the model not counted.
         qpos: joint angles [rad], shape (dofs,): a guess for a neighbouring load.
@@ -42,6 +48,8 @@ class Equilibrium:
     tip_compliance: Array
     residual: float
     smallest_eigenvalue: float
+    growth: float
+    held: bool | None
     iterations: int
     seconds: float
     qpos: Array
@@ -49,7 +57,7 @@ class Equilibrium:
     @property
     def stable(self) -> bool:
         """Whether the arm would stay there."""
-        return self.smallest_eigenvalue > 0
+        return self.smallest_eigenvalue > 0 and not self.growth > 0
 
     @property
     def tip(self) -> Array:
@@ -78,6 +86,8 @@ def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess:
     load = load or Load()
     plant = driven_plant(arm, load)
     if guess is not None:
+        if np.shape(guess) != plant.data.qpos.shape:
+            raise InputError("guess", f"of shape {np.shape(guess)}", f"shape {plant.data.qpos.shape}")
         plant.data.qpos[:] = guess
     with engine_room():
         solver = Solver(plant, load)
@@ -94,6 +104,8 @@ def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess:
         tip_compliance=solver.tip_compliance(),
         residual=found.residual,
         smallest_eigenvalue=found.smallest_eigenvalue,
+        growth=found.growth,
+        held=_held(plant) if load.muscles.kind in ("deltas", "bend") else None,
         iterations=found.iterations,
         seconds=seconds,
         qpos=plant.data.qpos.copy(),
@@ -118,14 +130,33 @@ def driven_plant(arm: Arm, load: Load) -> Plant:
             model.actuator_biasprm[:, 0] = -values
         plant.reset(np.zeros(2))
         return plant
-    if kind == "bend":
-        bend = arc.from_polar(values[0], values[1])
-    else:
-        bend, _ = chain.bend_from_lengths(arm.length + values, arm.length, arm.muscle_radius, arm.links)
+    bend = arc.from_polar(values[0], values[1]) if kind == "bend" else _bend_of(arm, values)
     lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
     plant.reset(bend)
     plant.control[:] = lengths - holding_tensions(bend, arm) / arm.muscle.servo_stiffness
     return plant
+
+
+def _bend_of(arm: Arm, deltas: Array) -> Array:
+    """Return the bend [rad] that length changes [m] ask for.
+
+    Raises:
+        InputError: no bend of an inextensible backbone has them.
+    """
+    allowed = "length changes of a bend below 180 deg, which sum to nearly nothing"
+    if np.abs(deltas).max() >= arm.length:
+        raise InputError("muscles deltas", deltas.tolist(), allowed)
+    bend, residual = chain.bend_from_lengths(arm.length + deltas, arm.length, arm.muscle_radius, arm.links)
+    common = min(abs(residual), abs(deltas.mean()))  # of links, or of arcs
+    if np.hypot(*bend) >= np.pi or common > COMMON_MODE * arm.length:
+        raise InputError("muscles deltas", deltas.tolist(), allowed)
+    return bend
+
+
+def _held(plant: Plant) -> bool:
+    low, high = plant.model.actuator_forcerange.T
+    force = plant.data.actuator_force
+    return bool(np.all((force > low) & (force < high)))
 
 
 def _checked_pressures(arm: Arm, pressures: Array) -> Array:
@@ -141,9 +172,15 @@ def extrapolated(arm: Arm, load: Load | None = None) -> tuple[Equilibrium, Equil
 
     The error of the chain is of second order in 1/N, so x_N + (x_N - x_N/2)/(r^2 - 1), r the ratio of link counts,
     is of fourth. Orientations extrapolate along the rotation from one to the other.
+
+    Raises:
+        ConvergenceError: as `equilibrium`.
+        InputError: as `equilibrium`, or fewer than 4 links.
     """
+    if arm.links < 4:
+        raise InputError("links", arm.links, "at least 4, half of which make the coarse solution")
     fine = equilibrium(arm, load)
-    coarse = equilibrium(replace(arm, links=max(2, arm.links // 2)), load)
+    coarse = equilibrium(replace(arm, links=arm.links // 2), load)
     gain = 1 / ((arm.links / (len(coarse.frames) - 1)) ** 2 - 1)
     xi = np.arange(arm.links + 1) / arm.links
     other = interpolate(coarse.frames, arm.length, xi)
@@ -153,7 +190,11 @@ def extrapolated(arm: Arm, load: Load | None = None) -> tuple[Equilibrium, Equil
 
     here, there = Rotation.from_matrix(fine.frames[:, :3, :3]), Rotation.from_matrix(other[:, :3, :3])
     frames[:, :3, :3] = (here * Rotation.from_rotvec(gain * (there.inv() * here).as_rotvec())).as_matrix()
-    return replace(fine, frames=frames, seconds=fine.seconds + coarse.seconds), fine
+    better = {
+        name: getattr(fine, name) + gain * (getattr(fine, name) - getattr(coarse, name))
+        for name in ("muscle_lengths", "muscle_tensions", "tip_compliance")
+    }
+    return replace(fine, frames=frames, seconds=fine.seconds + coarse.seconds, **better), fine
 
 
 def interpolate(frames: Array, length: float, xi: Array) -> Array:

@@ -12,8 +12,9 @@ from contarm_sim.simulation.plant import Plant
 class AppliedLoad:
     """Wrenches, follower and actuation moments on one plant, scaled by `fraction`.
 
-    A wrench acts on the link that its station lies on; one that falls on a joint is split half and half to both
-    sides, which keeps the second order of convergence.
+    A force acts on the link that its station lies on; one that falls on a joint is split half and half to both sides. A
+    couple is shared by the two stations around it, by distance: a joint stands for the curvature of the whole pitch
+    about it, of which that share carries the couple. Both keep the second order of convergence.
     """
 
     def __init__(self, plant: Plant, load: Load) -> None:
@@ -29,7 +30,10 @@ class AppliedLoad:
             for station in {max(low, 0), min(high, arm.links)}:
                 share = 1.0 if low == high else 0.5
                 z = (place - station) * arm.link_pitch
-                points.append((station, z, share * np.array(wrench.force), share * np.array(wrench.moment)))
+                points.append((station, z, share * np.array(wrench.force), np.zeros(3)))
+            before = min(int(place), arm.links - 1)
+            for station, share in ((before, before + 1 - place), (before + 1, place - before)):
+                points.append((station, 0.0, np.zeros(3), share * np.array(wrench.moment)))
         self._stations = np.array([p[0] for p in points], dtype=int)
         self._z = np.array([p[1] for p in points])
         self._forces = np.array([p[2] for p in points]).reshape(-1, 3)

@@ -116,6 +116,16 @@ class Plant:
         return np.where(at_limit, 0.0, -model.actuator_biasprm[:, 1]) + silicone
 
     @property
+    def muscle_damping(self) -> Array:
+        """What forces gain by the speed of lengthening [N s/m], shape (3,)."""
+        if len(self.pressure):
+            return np.zeros(3)
+        low, high = self.model.actuator_forcerange.T
+        force = self.data.actuator_force
+        at_limit = (self.model.actuator_forcelimited != 0) & ((force <= low) | (force >= high))
+        return np.where(at_limit, 0.0, -self.model.actuator_biasprm[:, 2])
+
+    @property
     def stations(self) -> Array:
         """Centres of base plate, disks and tip plate [m], shape (links + 1, 3)."""
         return self.centres.copy()

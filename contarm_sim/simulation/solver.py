@@ -14,12 +14,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from contarm_sim.errors import ConvergenceError
+from contarm_sim.errors import ConvergenceError, InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.load import Load
 from contarm_sim.simulation.loads import AppliedLoad
 from contarm_sim.simulation.plant import Plant
-from contarm_sim.simulation.stiffness import TangentStiffness
+from contarm_sim.simulation.stiffness import TangentStiffness, muscle_jacobian
+
+METHODS = ("auto", "newton", "pseudo-transient")
 
 RESIDUAL = 1e-9
 """Largest generalised force left at rest [N m]."""
@@ -38,17 +40,21 @@ class Solution:
     Attributes:
         residual: largest generalised force left [N m].
         smallest_eigenvalue: of the stiffness matrix (its real part, where loads have no energy) [N m/rad].
+        growth: fastest growth of a small disturbance [1/s], negative if all die out; under loads that no energy belongs
+            to (dead couples, followers) the arm may flutter though its stiffness matrix has no negative eigenvalue. NaN
+            for loads with energy, where that cannot be.
         iterations: evaluations of the stiffness matrix.
     """
 
     residual: float
     smallest_eigenvalue: float
+    growth: float
     iterations: int
 
     @property
     def stable(self) -> bool:
         """Whether the arm would stay there."""
-        return self.smallest_eigenvalue > 0
+        return self.smallest_eigenvalue > 0 and not self.growth > 0
 
 
 class _Whole:
@@ -115,19 +121,22 @@ class Solver:
 
         Raises:
             ConvergenceError: says how far it got.
+            InputError: an unknown method.
         """
+        if method not in METHODS:
+            raise InputError("method", repr(method), ", ".join(METHODS))
         start = self._plant.data.qpos.copy()
         self.iterations = 0
         residual = self.pseudo_transient() if method == "pseudo-transient" else self.newton()
         if residual <= RESIDUAL:
-            found = Solution(residual, self.softest(), self.iterations)
+            found = Solution(residual, self.softest(), self.growth(), self.iterations)
             if found.stable or method != "auto":
                 return found
         elif method != "auto":
             raise ConvergenceError(f"the {method} solver", residual, RESIDUAL, self.iterations, "N m")
         self._plant.data.qpos[:] = start
         residual = self._continue()
-        return Solution(residual, self.softest(), self.iterations)
+        return Solution(residual, self.softest(), self.growth(), self.iterations)
 
     def newton(self, iterations: int = 40) -> float:
         """Take Newton steps with backtracking; return the residual reached."""
@@ -214,6 +223,19 @@ class Solver:
         """Return the smallest eigenvalue of the stiffness matrix at the current pose [N m/rad]."""
         K = self._stiffness()
         return float(np.linalg.eigvalsh(K)[0] if self._stiffness.symmetric else np.linalg.eigvals(K).real.min())
+
+    def growth(self) -> float:
+        """Return the largest real part [1/s] of the eigenvalues of the linearised motion; NaN for loads with energy."""
+        if self._stiffness.symmetric:
+            return float("nan")
+        K = self._stiffness()
+        model, data = self._plant.model, self._plant.data
+        M = np.zeros((model.nv, model.nv))
+        mujoco.mj_fullM(model, data, M)
+        J = muscle_jacobian(model, data)
+        C = np.diag(model.dof_damping) + (J.T * self._plant.muscle_damping) @ J
+        A = np.block([[np.zeros_like(K), np.eye(model.nv)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
+        return float(np.linalg.eigvals(A).real.max())
 
     def tip_compliance(self) -> Array:
         """Return J K^-1 J^T, shape (6, 6): displacement [m] and rotation [rad] of the tip by force and couple there."""

@@ -22,6 +22,9 @@ DIRECTIONS = ("bending", "sideways", "along")
 PROBE = 1e-3
 """Force that probes the tip [N]."""
 
+RIGID = 1e-7
+"""Compliance that is put down to rounding [m/N]."""
+
 
 def stiffness_levels(
     arm: Arm, bend: Array, levels: int, track: Callable[[Iterable[int], str], Iterable[int]]
@@ -63,12 +66,17 @@ def _row(arm: Arm, bend: Array, share: float) -> dict[str, Any]:
             ).tip
             for sign in (1, -1)
         ]
-        simulated.append(2 * PROBE / float((tips[0] - tips[1]) @ direction))
+        simulated.append(_stiffness(float((tips[0] - tips[1]) @ direction) / (2 * PROBE)))
     return {
         "least_tension_n": float(held.muscle_tensions.min()),
         "pressures_pa": pressures.tolist(),
         "mean_pressure_pa": float(pressures.mean()),
         "tip": held.tip.tolist(),
-        "closed_form_n_per_m": [1 / float(d @ closed @ d) for d in directions],
+        "closed_form_n_per_m": [_stiffness(float(d @ closed @ d)) for d in directions],
         "simulated_n_per_m": simulated,
     }
+
+
+def _stiffness(compliance: float) -> float | None:
+    """Return its inverse [N/m]; None where the arm does not give way, as a straight one does not along itself."""
+    return 1 / compliance if compliance > RIGID else None

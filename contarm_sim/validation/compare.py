@@ -139,7 +139,8 @@ def muscle_summary(arm: Arm, samples: Samples) -> dict[str, Any]:
     """Return what the muscles did: forces [N] (pulling > 0), pushes, slack, sums of deltas [m], contractions [-].
 
     And what it takes: the pressure at which McKibben muscles of these lengths have these tensions, and the number
-    of samples in which that exceeds the highest. Length servos do not know of pressure.
+    of samples in which that exceeds the highest, or lies below the lowest there is. Length servos do not know of
+    pressure.
     """
     tensions, lengths = samples.muscle_tensions, samples.muscle_lengths
     contraction = 1 - lengths / arm.muscle_rest_length
@@ -150,6 +151,9 @@ def muscle_summary(arm: Arm, samples: Samples) -> dict[str, Any]:
         "pushes": int(np.count_nonzero(tensions < PUSH_TENSION)),
         "slack_fraction": float(np.mean((tensions >= PUSH_TENSION) & (tensions < SLACK_TENSION))),
         "max_pressure_needed_pa": float(pressure.max()) if np.isfinite(pressure).all() else None,
+        "below_min_pressure": int(
+            np.count_nonzero(((pressure > 0) & (pressure < (1 - 1e-6) * arm.muscle.min_pressure)).any(axis=1))
+        ),
         "beyond_max_pressure": int(np.count_nonzero((pressure > arm.muscle.max_pressure).any(axis=1))),
         "max_sum_of_deltas_m": float(np.abs(lengths.sum(axis=1) - 3 * arm.length).max()),
         "min_contraction": float(contraction.min()),

@@ -1,0 +1,54 @@
+"""`contarm figures`: the paper's figures and ours, computed and drawn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from contarm_sim.arm import Arm
+from contarm_sim.cli.options import Command, arm_options, json_option, out_option
+from contarm_sim.errors import InputError
+
+KINDS = ("png", "pdf", "svg")
+
+
+@click.command(cls=Command)
+@click.argument("names", nargs=-1, metavar="[NAME ...]")
+@click.option("--list", "listing", is_flag=True, help="Name the figures and what they show.")
+@click.option("--kind", multiple=True, type=click.Choice(KINDS), help="Repeatable; default all three.")
+@out_option("runs/figures-<time>")
+@json_option
+@arm_options
+def figures(arm: Arm, names: tuple[str, ...], listing: bool, kind: tuple[str, ...], out: str | None,
+            as_json: bool) -> None:  # fmt: skip
+    """Draw the paper's figures and ours, all or those named, as PNG, PDF and SVG; each is computed now.
+
+    \b
+    contarm figures --list
+    contarm figures
+    contarm figures lengths possibility --kind pdf --links 48
+    """
+    from contarm_sim.cli.terminal import say, table, track
+    from contarm_sim.figures import FIGURES
+    from contarm_sim.report.output import OutputFolder, check_output, default_folder, to_json
+
+    if listing:
+        if as_json:
+            click.echo(to_json({name: meaning for name, (meaning, _) in FIGURES.items()}))
+        else:
+            table("figures", ["name", "shows"], [[name, meaning] for name, (meaning, _) in FIGURES.items()])
+        return
+    for name in names:
+        if name not in FIGURES:
+            raise InputError("name", repr(name), ", ".join(FIGURES))
+    chosen = names or tuple(FIGURES)
+    target = Path(out) if out is not None else default_folder("figures")
+    check_output(target)
+    with OutputFolder(target) as opened:
+        for i in track(range(len(chosen)), "figures"):
+            for ending in kind or KINDS:
+                FIGURES[chosen[i]][1](opened.folder / f"{chosen[i]}.{ending}", arm)
+    files = [str(opened.target / f"{name}.{ending}") for name in chosen for ending in kind or KINDS]
+    click.echo(to_json({"files": files}) if as_json else "\n".join(files))
+    say(f"written: {opened.target}")

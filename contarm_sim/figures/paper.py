@@ -1,0 +1,135 @@
+"""The figures of the paper, from our own computation: forward kinematics, possible lengths, the spiral."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from contarm_sim.arm import Arm
+from contarm_sim.figures.common import followed
+from contarm_sim.kinematics import arc, chain, muscles
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics.statics import pressure_needed
+from contarm_sim.report.map import draw_possibility
+from contarm_sim.report.style import BLACK, BLUE, GREEN, ORANGE, RED, figure
+from contarm_sim.simulation.rest import poses_at_rest
+from contarm_sim.validation.scenarios import under_load
+
+MM = 1e3
+
+
+def fan(path: Path, arm: Arm) -> None:
+    """Draw arcs of growing bend in six planes, and simulated chains at rest at two of the bends."""
+    angles, planes = np.radians([30, 60, 90, 120, 150]), np.radians(np.arange(0, 360, 60))
+    xi = np.linspace(0, 1, 60)
+    with figure(path, figsize=(5.6, 5.0)) as fig:
+        ax = _space(fig)
+        for plane in planes:
+            for angle in angles:
+                line = MM * arc.position(arc.from_polar(angle, plane), arm.length, xi)
+                ax.plot(*line.T, color=BLUE, linewidth=0.9)
+        shown = arc.from_polar(angles[[1, 3]], 0.0)
+        chains = poses_at_rest(arm.unloaded, shown, arc.position(shown, arm.length)).stations
+        for i, stations in enumerate(chains):
+            ax.plot(*(MM * stations.T), "o", color=RED, markersize=2.6, label="simulated chain" if not i else None)
+        ax.plot([], [], color=BLUE, label="arc, bends of 30° to 150°")
+        ax.legend(loc="upper left")
+
+
+def possibility(path: Path, arm: Arm) -> None:
+    """Draw the pressure-limited possibility map inside the paper's ellipse, free and loaded."""
+    pulled, loaded = under_load(arm)
+    draw_possibility(path, {"free": arm.unloaded, "gravity": pulled, "payload": loaded})
+
+
+def spiral(path: Path, arm: Arm) -> None:
+    """Draw the paper's spiral on its spherical shell, the nearest reachable tips, and the simulated ones."""
+    samples = followed(arm, "sphere-spiral", "nearest")
+    angles, planes = np.linspace(0, np.pi - 1e-9, 13), np.linspace(0, 2 * np.pi, 37)
+    with figure(path, figsize=(5.6, 5.0)) as fig:
+        ax = _space(fig)
+        dome = MM * arc.position(arc.from_polar(angles[:, None], planes), arm.length)
+        ax.plot_wireframe(*np.moveaxis(dome, -1, 0), color="#C8CED6", linewidth=0.4)
+        ax.plot(*(MM * samples.target.T), color=BLACK, linestyle="--", label="the paper's, on its shell")
+        reached = MM * arc.position(samples.bend, arm.length)
+        ax.plot(*reached.T, color=BLUE, linewidth=2.4, label="nearest on the dome (analytic)")
+        ax.plot(*(MM * samples.stations[:, -1].T), color=ORANGE, linewidth=1.0, label="simulated tip")
+        ax.legend(loc="upper left")
+
+
+def angles(path: Path, arm: Arm) -> None:
+    """Draw bend and plane angle along the spiral: commanded, and as simulated lengths show them."""
+    samples = followed(arm)
+    measured, _ = chain.bend_from_lengths(samples.muscle_lengths, arm.length, arm.muscle_radius, arm.links)
+    with figure(path, figsize=(5.6, 3.8)) as fig:
+        axes = fig.subplots(2, 1, sharex=True)
+        for bend, colour, style, label in ((samples.bend, BLACK, "--", "analytic"), (measured, RED, "-", "simulated")):
+            angle, plane = arc.to_polar(bend)
+            turning = np.where(angle > 1e-3, plane, np.nan)
+            axes[0].plot(samples.time, np.degrees(angle), style, color=colour, label=label)
+            axes[1].plot(samples.time, np.degrees(_unwrapped(turning)), style, color=colour)
+        axes[0].set_ylabel("bend angle [deg]")
+        axes[1].set_ylabel("plane angle [deg]")
+        axes[1].set_xlabel("time [s]")
+        axes[0].legend()
+
+
+def lengths(path: Path, arm: Arm) -> None:
+    """Draw length changes of muscles 2 and 3 along the spiral: arc (paper), chain, simulated."""
+    samples = followed(arm)
+    forms = (
+        (muscles.deltas_from_bend(samples.bend, arm.muscle_radius), BLACK, "--", "arc (paper)"),
+        (_chain_deltas(samples.bend, arm), GREEN, "-.", "chain of links"),
+        (samples.muscle_lengths - arm.length, RED, "-", "simulated"),
+    )
+    with figure(path, figsize=(5.6, 4.2)) as fig:
+        axes = fig.subplots(2, 1, sharex=True)
+        for ax, i in zip(axes, (1, 2), strict=True):
+            for deltas, colour, style, label in forms:
+                ax.plot(samples.time, MM * deltas[:, i], style, color=colour, linewidth=1.1, label=label)
+            ax.set_ylabel(f"length change\nof muscle {i + 1} [mm]")
+        axes[1].set_xlabel("time [s]")
+        axes[0].legend(loc="upper left", ncols=3)
+
+
+def lengths_on_map(path: Path, arm: Arm) -> None:
+    """Draw the spiral's lengths over the ellipse, the bends that pressure holds shaded."""
+    samples = followed(arm)
+    bends = arc.from_polar(np.radians(np.linspace(0, 179.9, 240))[:, None], np.linspace(0, 2 * np.pi, 541))
+    deltas = MM * muscles.deltas_from_bend(bends, arm.muscle_radius)
+    held = pressure_needed(bends, arm)[1] <= arm.muscle.max_pressure
+    with figure(path, figsize=(4.4, 4.2)) as fig:
+        ax = fig.subplots()
+        ax.contourf(deltas[..., 1], deltas[..., 2], held.astype(float), [0.5, 1.5], colors=["#DCE6F2"])
+        ax.plot(deltas[-1, :, 1], deltas[-1, :, 2], color=BLACK, label="paper's ellipse, bends of 180°")
+        walked = MM * (samples.muscle_lengths - arm.length)
+        ax.plot(walked[:, 1], walked[:, 2], color=RED, label="spiral, simulated")
+        ax.fill([], [], color="#DCE6F2", label=f"held by {arm.muscle.max_pressure / 1e3:.0f} kPa")
+        ax.set_aspect("equal")
+        ax.set_xlabel("length change of muscle 2 [mm]")
+        ax.set_ylabel("length change of muscle 3 [mm]")
+        ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0))
+
+
+def _chain_deltas(bend: Array, arm: Arm) -> Array:
+    return chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links) - arm.length
+
+
+def _unwrapped(angle: Array) -> Array:
+    """Return angles [rad] without jumps of a turn, NaN left alone."""
+    out, good = angle.copy(), np.isfinite(angle)
+    out[good] = np.unwrap(angle[good])
+    return out
+
+
+def _space(fig: Any) -> Any:
+    """Return equal three-dimensional axes in mm, nothing cut off."""
+    ax = fig.add_subplot(projection="3d", computed_zorder=False)
+    ax.set_xlabel("x [mm]")
+    ax.set_ylabel("y [mm]")
+    ax.set_zlabel("z [mm]")
+    ax.view_init(24, -55)
+    ax.set_box_aspect((1, 1, 0.75), zoom=0.86)
+    return ax
