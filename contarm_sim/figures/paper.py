@@ -19,6 +19,10 @@ from contarm_sim.validation.scenarios import under_load
 
 MM = 1e3
 
+SIMULATED = {"color": ORANGE, "linestyle": "-", "linewidth": 3.0, "label": "simulated"}
+ANALYTIC = {"color": BLACK, "linestyle": "--", "linewidth": 0.9}
+"""A broad bright line with a thin dark one on it: both stay visible where they agree."""
+
 
 def fan(path: Path, arm: Arm) -> None:
     """Draw arcs of growing bend in six planes, and simulated chains at rest at two of the bends."""
@@ -65,11 +69,11 @@ def angles(path: Path, arm: Arm) -> None:
     measured, _ = chain.bend_from_lengths(samples.muscle_lengths, arm.length, arm.muscle_radius, arm.links)
     with figure(path, figsize=(5.6, 3.8)) as fig:
         axes = fig.subplots(2, 1, sharex=True)
-        for bend, colour, style, label in ((samples.bend, BLACK, "--", "analytic"), (measured, RED, "-", "simulated")):
+        for bend, look in ((measured, SIMULATED), (samples.bend, ANALYTIC | {"label": "analytic"})):
             angle, plane = arc.to_polar(bend)
             turning = np.where(angle > 1e-3, plane, np.nan)
-            axes[0].plot(samples.time, np.degrees(angle), style, color=colour, label=label)
-            axes[1].plot(samples.time, np.degrees(_unwrapped(turning)), style, color=colour)
+            axes[0].plot(samples.time, np.degrees(angle), **look)
+            axes[1].plot(samples.time, np.degrees(_unwrapped(turning)), **look)
         axes[0].set_ylabel("bend angle [deg]")
         axes[1].set_ylabel("plane angle [deg]")
         axes[1].set_xlabel("time [s]")
@@ -80,15 +84,18 @@ def lengths(path: Path, arm: Arm) -> None:
     """Draw length changes of muscles 2 and 3 along the spiral: arc (paper), chain, simulated."""
     samples = followed(arm)
     forms = (
-        (muscles.deltas_from_bend(samples.bend, arm.muscle_radius), BLACK, "--", "arc (paper)"),
-        (_chain_deltas(samples.bend, arm), GREEN, "-.", "chain of links"),
-        (samples.muscle_lengths - arm.length, RED, "-", "simulated"),
+        (samples.muscle_lengths - arm.length, SIMULATED),
+        (
+            _chain_deltas(samples.bend, arm),
+            {"color": GREEN, "linestyle": "-", "linewidth": 1.0, "label": "chain of links"},
+        ),
+        (muscles.deltas_from_bend(samples.bend, arm.muscle_radius), ANALYTIC | {"label": "arc (paper)"}),
     )
     with figure(path, figsize=(5.6, 4.2)) as fig:
         axes = fig.subplots(2, 1, sharex=True)
         for ax, i in zip(axes, (1, 2), strict=True):
-            for deltas, colour, style, label in forms:
-                ax.plot(samples.time, MM * deltas[:, i], style, color=colour, linewidth=1.1, label=label)
+            for deltas, look in forms:
+                ax.plot(samples.time, MM * deltas[:, i], **look)
             ax.set_ylabel(f"length change\nof muscle {i + 1} [mm]")
         axes[1].set_xlabel("time [s]")
         axes[0].legend(loc="upper left", ncols=3)
@@ -108,6 +115,8 @@ def lengths_on_map(path: Path, arm: Arm) -> None:
         ax.plot(walked[:, 1], walked[:, 2], color=RED, label="spiral, simulated")
         ax.fill([], [], color="#DCE6F2", label=f"held by {arm.muscle.max_pressure / 1e3:.0f} kPa")
         ax.set_aspect("equal")
+        edge = 1.04 * np.abs(deltas).max()
+        ax.set(xlim=(-edge, edge), ylim=(-edge, edge))
         ax.set_xlabel("length change of muscle 2 [mm]")
         ax.set_ylabel("length change of muscle 3 [mm]")
         ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0))

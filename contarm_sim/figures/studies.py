@@ -54,6 +54,8 @@ def convergence(path: Path, arm: Arm) -> None:
 
 def controllers(path: Path, arm: Arm) -> None:
     """Draw the tip error of every controller along the spiral, split by what lengths could remove."""
+    from matplotlib.patches import Patch
+
     rows = compare_all(arm, DURATION, quietly)
     loads = list(dict.fromkeys(row["load"] for row in rows))
     with figure(path, figsize=(3.0 * len(loads), 3.2)) as fig:
@@ -72,9 +74,9 @@ def controllers(path: Path, arm: Arm) -> None:
             ax.grid(False, axis="x")
             ax.set_title(load)
         axes[0].set_ylabel("tip error, rms [% of length]")
-        axes[0].bar([], [], color=BLUE, label="whole")
-        axes[0].bar([], [], color=ORANGE, hatch="//", edgecolor="white", label="what lengths could remove")
-        fig.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
+        whole = Patch(color=BLUE, label="whole")
+        removable = Patch(facecolor=ORANGE, hatch="//", edgecolor="white", label="what lengths could remove")
+        fig.legend(handles=[whole, removable], loc="outside upper center", ncols=2)
 
 
 def stiffness(path: Path, arm: Arm) -> None:

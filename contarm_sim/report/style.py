@@ -29,6 +29,8 @@ _STYLE = {
     "figure.constrained_layout.use": True,
     "savefig.dpi": 160,
     "svg.hashsalt": "contarm",
+    "svg.fonttype": "none",  # text stays text: it can be searched and edited
+    "pdf.fonttype": 42,
 }
 
 

@@ -1,0 +1,41 @@
+"""Every figure is drawn from a computation made then, in vectors, with units."""
+
+import re
+from xml.etree import ElementTree
+
+import pytest
+
+from contarm_sim.arm import Arm
+from contarm_sim.figures import FIGURES, common, studies
+from contarm_sim.report.style import MUSCLE_COLOURS
+
+UNITS = r"\[(mm|deg|kPa|N|N/m|s|-|% of length)\]"
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch):
+    monkeypatch.setattr(studies, "GRID", 2)
+    monkeypatch.setattr(studies, "DURATION", 3.0)
+    monkeypatch.setattr(common, "DURATION", 3.0)
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_figure_is_a_vector_drawing_with_units_on_its_axes(name, tmp_path):
+    meaning, draw = FIGURES[name]
+    draw(tmp_path / "f.svg", Arm(links=8))
+    text = (tmp_path / "f.svg").read_text()
+    ElementTree.fromstring(text)
+    labels = re.findall(UNITS, text)
+    assert labels, name
+    assert len(text) > 10_000
+    assert len(meaning) > 20
+
+
+def test_a_figure_follows_the_arm(tmp_path):
+    """Nothing is drawn from memory: another arm gives another picture, the same arm the same one."""
+    draw = FIGURES["lengths"][1]
+    for file, arm in (("a", Arm(links=8)), ("b", Arm(links=8)), ("c", Arm(links=8, muscle_radius=0.02))):
+        draw(tmp_path / f"{file}.svg", arm)
+    a, b, c = (re.sub(r"<dc:date>.*?</dc:date>", "", (tmp_path / f"{f}.svg").read_text()) for f in "abc")
+    assert a == b != c
+    assert MUSCLE_COLOURS[0] not in a
