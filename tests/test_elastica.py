@@ -17,7 +17,7 @@ from contarm_sim.mechanics.statics import holding_tensions
 from contarm_sim.simulation.equilibrium import driven_plant, equilibrium, extrapolated, interpolate
 from contarm_sim.simulation.loads import AppliedLoad
 from contarm_sim.simulation.plant import Plant
-from contarm_sim.simulation.solver import RESIDUAL, Solver
+from contarm_sim.simulation.solver import RESIDUAL, Solver, _Whole
 from contarm_sim.simulation.stiffness import TangentStiffness
 
 REFERENCE = json.loads((Path(__file__).parent / "data" / "elastica.json").read_text())
@@ -226,9 +226,10 @@ def test_loads_leave_the_arm_alone():
 def test_two_thousand_random_loads():
     """Run by hand with -m slow: half a minute. Loads lead to stable poses, or truthfully to none.
 
-    Three of these loads buckle the arm: along their path the softest mode falls to zero before the load is whole.
+    Three of these loads buckle the arm: along their path the softest mode falls to zero before the load is whole. Under
+    some couples it flutters: their pose is found, and said to be unstable.
     """
-    rng, buckled = np.random.default_rng(11), 0
+    rng, buckled, flutters = np.random.default_rng(11), 0, 0
     for _ in range(2000):
         arm = Arm(
             links=int(rng.integers(8, 60)), bending_stiffness=10 ** rng.uniform(-1.7, 0), mass=rng.uniform(0.02, 0.3),
@@ -250,15 +251,21 @@ def test_two_thousand_random_loads():
             assert _softest_along_the_path(arm, load) < 0.02 * arm.bending_stiffness / arm.link_pitch
             continue
         assert found.residual <= RESIDUAL
-        assert found.stable
+        assert found.smallest_eigenvalue > 0
+        if not found.stable:
+            flutters += 1
+            assert found.growth > 0
+            assert any(moment) or any(follower)
     assert buckled <= 3
+    assert flutters <= 20, flutters
 
 
 def _softest_along_the_path(arm, load):
     """Raise the load by Newton in small steps; return the smallest eigenvalue met before Newton is lost [N m/rad]."""
-    solver, softest = Solver(driven_plant(arm, load), load), np.inf
+    plant, softest = driven_plant(arm, load), np.inf
+    solver, whole = Solver(plant, load), _Whole(plant)
     for fraction in np.linspace(0.02, 1, 99):
-        solver._set_fraction(fraction)
+        solver._set_fraction(whole, fraction)
         if solver.newton() > RESIDUAL:
             break
         softest = min(softest, solver.softest())
