@@ -90,3 +90,7 @@ class ConvergenceError(ContarmError):
 
 class RenderingError(ContarmError):
     """No picture can be made here; says what was tried and why each attempt failed."""
+
+
+class EncodingError(RenderingError):
+    """Pictures can be drawn, but no video encoder works here."""

@@ -613,3 +613,21 @@ def test_figures_are_named_drawn_and_refused(contarm, tmp_path):
     assert code == 2
     assert "'fam'" in err
     assert not (tmp_path / "g").exists()
+
+
+@pytest.mark.gl
+def test_without_an_encoder_a_run_leaves_an_animated_picture(contarm, tmp_path, monkeypatch):
+    import imageio_ffmpeg
+
+    def missing():
+        raise RuntimeError("No ffmpeg exe could be found.")
+
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", missing)
+    code, out, err = contarm("run", "--duration", 1, "--turns", 0.2, "--out", "r", "--json")
+    assert code in (0, 1), err
+    found = json.loads(out)["video"]
+    if found.startswith("none: no picture"):
+        pytest.skip("no GL library here")
+    assert found == "video.gif"
+    assert "data:image/gif;base64" in (tmp_path / "r" / "report.html").read_text()

@@ -219,6 +219,35 @@ def test_the_target_is_drawn_where_the_closed_form_says(gl, gravity, camera):
 
 
 @pytest.mark.gl
+def test_target_trace_and_ghost_end_within_two_pixels_of_the_closed_forms_at_720p(gl, arm):
+    samples = spiral(arm)
+    samples.stations[:, -1] += [0.01, 0.0, 0.0]  # a simulated tip that is not the analytic one
+    with ArmRenderer(arm, 1280, 720) as renderer:
+        plain = renderer.frame(samples, 45, NOTHING)
+        drawn = {
+            name: renderer.frame(samples, 45, replace(NOTHING, **{name: True})) for name in ("target", "trace", "ghost")
+        }
+    places = {name: np.argwhere(changed(picture, plain))[:, ::-1] + 0.5 for name, picture in drawn.items()}
+    tip, simulated = (project(arm, at, 1280, 720) for at in (samples.target[45], samples.stations[45, -1]))
+    assert np.linalg.norm(tip - simulated) > 8
+    assert np.linalg.norm(places["target"].mean(axis=0) - tip) < 2
+    assert np.linalg.norm(places["trace"] - simulated, axis=1).min() < 2
+    beyond = project(arm, samples.stations[46:, -1], 1280, 720)[3:]
+    assert np.linalg.norm(places["trace"][:, None] - beyond, axis=2).min() > 2  # it ends there
+    rim = 1.25 * (arm.muscle_radius + 0.5 * arm.muscle.diameter)
+    turn = np.linspace(0, 2 * np.pi, 90)
+    ring = rim * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1) @ arc.rotation(samples.bend[45]).T
+    mouth = project(arm, samples.target[45] + ring, 1280, 720)
+    outer = mouth[
+        np.argsort(
+            np.linalg.norm(mouth - project(arm, arc.position(samples.bend[45], arm.length, 0.9), 1280, 720), axis=1)
+        )[:20]
+    ]
+    distance = np.linalg.norm(places["ghost"][:, None] - outer, axis=2).min(axis=0)
+    assert np.median(distance) < 2
+
+
+@pytest.mark.gl
 @pytest.mark.parametrize("gravity", DOWNS)
 def test_the_ghost_lies_along_the_analytic_arc(gl, gravity):
     arm, bend = Arm(gravity=gravity), np.array([1.2, 0.9])

@@ -160,7 +160,10 @@ def _film(job: Any, folder: Path, interrupted: bool) -> str:
         return "interrupted"
     try:
         with progress("filming") as on_frame:
-            return str(job.film(folder, on_frame))
+            name = str(job.film(folder, on_frame))
+        if name.endswith(".gif"):
+            say("no video encoder works here: an animated picture instead")
+        return name
     except KeyboardInterrupt:
         say("no video: interrupted")
         return "interrupted"

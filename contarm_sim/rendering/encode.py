@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from contarm_sim.errors import RenderingError
+from contarm_sim.errors import EncodingError
 from contarm_sim.rendering.draw import Pixels
 
 
@@ -18,7 +18,7 @@ def encoder() -> str:
     """Return the ffmpeg to use: the one on PATH, or the one that comes with imageio-ffmpeg.
 
     Raises:
-        RenderingError: there is neither.
+        EncodingError: there is neither.
     """
     found = shutil.which("ffmpeg")
     if found is not None:
@@ -28,14 +28,14 @@ def encoder() -> str:
 
         return str(imageio_ffmpeg.get_ffmpeg_exe())
     except (ImportError, RuntimeError):
-        raise RenderingError("no video encoder: install ffmpeg or the Python package imageio-ffmpeg") from None
+        raise EncodingError("no video encoder: install ffmpeg or the Python package imageio-ffmpeg") from None
 
 
 def shrunk(film: Path, height: int) -> bytes:
     """Return a video of a smaller height [pixels] made from another.
 
     Raises:
-        RenderingError: there is no encoder, or it failed.
+        EncodingError: there is no encoder, or it failed.
     """
     with TemporaryDirectory() as folder:
         small = Path(folder) / "small.mp4"
@@ -43,7 +43,7 @@ def shrunk(film: Path, height: int) -> bytes:
         command = [encoder(), "-v", "error", "-i", str(film), *options, "-movflags", "+faststart", str(small)]
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode:
-            raise RenderingError(f"the video encoder failed: {(done.stderr.strip().splitlines() or ['?'])[-1]}")
+            raise EncodingError(f"the video encoder failed: {(done.stderr.strip().splitlines() or ['?'])[-1]}")
         return small.read_bytes()
 
 
@@ -52,7 +52,7 @@ def encoding(program: str, path: Path, shape: tuple[int, int], fps: float) -> It
     """Yield a function that hands one frame to the encoder, and end the encoder whatever happens.
 
     Raises:
-        RenderingError: the encoder failed; says why.
+        EncodingError: the encoder failed; says why.
     """
     import mediapy
 
@@ -88,7 +88,7 @@ def _speaking(writer: Any) -> Iterator[None]:
         while isinstance(said, OSError):  # a broken pipe says nothing; closing it again brings the reason
             said = _closing(writer)
         lines = [line.strip() for line in str(said or error).splitlines() if line.strip()]
-        raise RenderingError(f"the video encoder failed: {lines[-1] if lines else type(error).__name__}") from error
+        raise EncodingError(f"the video encoder failed: {lines[-1] if lines else type(error).__name__}") from error
 
 
 def _closing(writer: Any) -> Exception | None:

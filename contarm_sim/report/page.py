@@ -63,6 +63,7 @@ def write_page(folder: Path, arm: Arm, samples: Samples, comparison: Comparison,
             if (folder / name).is_file()
         ],
         video=_video(film) if film.is_file() else None,
+        gif=_encoded((folder / "video.gif").read_bytes()) if (folder / "video.gif").is_file() else None,
         no_video=summary["video"],
         toml=arm_to_toml(arm),
         traces=_safe_json(_traces(arm, samples, comparison)),

@@ -8,6 +8,7 @@ from typing import Any
 
 from contarm_sim.arm import Arm
 from contarm_sim.arm_file import arm_to_dict, arm_to_toml
+from contarm_sim.errors import EncodingError
 from contarm_sim.mjcf import arm_spec, exact_xml
 from contarm_sim.report.figures import draw_budget, draw_muscles, draw_path
 from contarm_sim.report.output import versions
@@ -56,13 +57,17 @@ class RunReport:
         write_page(folder, self._arm, self._samples, self._comparison, summary)
 
     def film(self, folder: Path, on_frame: Callable[[int, int], object]) -> str:
-        """Write video.mp4 and return its name.
+        """Write video.mp4 and return its name; where no encoder works, video.gif, smaller and slower.
 
         Raises:
-            RenderingError: nothing draws or encodes here.
+            RenderingError: nothing draws here.
         """
         from contarm_sim.rendering.film import Look
-        from contarm_sim.rendering.video import Shot, write_video
+        from contarm_sim.rendering.video import Shot, write_gif, write_video
 
-        write_video(Shot(self._arm, self._samples, Look()), folder / "video.mp4", on_frame)
-        return "video.mp4"
+        try:
+            write_video(Shot(self._arm, self._samples, Look()), folder / "video.mp4", on_frame)
+            return "video.mp4"
+        except EncodingError:
+            write_gif(Shot(self._arm, self._samples, Look(640, 360), fps=10), folder / "video.gif", on_frame)
+            return "video.gif"
