@@ -1,11 +1,13 @@
-"""Bends that always include the singular cases: straight, near straight, near pi, both singular planes."""
+"""What several tests need: bends with the singular cases among them, and finite differences of a plant's forces."""
 
+import mujoco
 import numpy as np
 
 from contarm_sim.kinematics import arc
 
 
 def bends(count: int, seed: int = 0, largest: float = np.pi) -> np.ndarray:
+    """Random bends [rad] that always include straight, near straight, near pi, and both singular planes."""
     rng = np.random.default_rng(seed)
     third = count // 10
     angle = np.concatenate(
@@ -21,3 +23,18 @@ def bends(count: int, seed: int = 0, largest: float = np.pi) -> np.ndarray:
     plane[1::7] = np.pi / 2
     plane[2::7] = np.pi
     return arc.from_polar(angle, plane)
+
+
+def differenced_stiffness(plant) -> np.ndarray:
+    """Return -dQ/dq [N m/rad] at a plant's pose by central differences of the engine's own forces."""
+    model, data = plant.model, plant.data
+    at, step, columns = data.qpos.copy(), 1e-6, []
+    for j in range(model.nv):
+        forces = []
+        for sign in (1, -1):
+            data.qpos[:] = at
+            data.qpos[j] += sign * step
+            mujoco.mj_forward(model, data)
+            forces.append(data.qfrc_smooth.copy())
+        columns.append((forces[1] - forces[0]) / (2 * step))
+    return np.stack(columns, axis=1)
