@@ -161,7 +161,12 @@ def _show(results: list[dict[str, Any]]) -> None:
         if (result["growth"] or 0.0) > 0:
             stable += f" (flutters, disturbances grow by {result['growth']:.2g} /s)"
         pressures = "  ".join("-" if p is None else f"{p / 1e3:.0f}" for p in result["muscle_pressures"])
-        click.echo(f"{head}tip {tip} mm; muscles {tensions} N, which takes {pressures} kPa")
+        muscles = (
+            f"muscles {tensions} N, which takes {pressures} kPa"
+            if any(result["muscle_tensions"])
+            else "no muscle pulls"
+        )
+        click.echo(f"{head}tip {tip} mm; {muscles}")
         if result["held"] is False:
             click.echo("NOT HELD: a length servo is at its limit, the muscles' blocked force")
         softest, residual = f"{result['smallest_eigenvalue']:.3g} N m/rad", f"{result['residual']:.1g} N m"

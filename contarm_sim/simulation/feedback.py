@@ -1,7 +1,7 @@
 """Slow corrections of set-points: what a controller does about what it sees.
 
 A feedback's `value` is added to the command's set-points. In motion it is updated once a control tick with the gain
-tick / `time`; at rest with gain 1 until `error` is below `settled`.
+tick / `time`; at rest with gain 1 until the error that `update` returns, in units of its tolerance, is at most 1.
 """
 
 from __future__ import annotations
