@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from contarm_sim.arm import Arm
-from contarm_sim.cli.options import Command, arm_options, json_option, muscles_from_words
+from contarm_sim.cli.options import Command, arm_options, json_option, muscles_from_words, muscles_option
 from contarm_sim.errors import ConvergenceError, InputError
 
 
@@ -26,10 +26,7 @@ from contarm_sim.errors import ConvergenceError, InputError
     "--actuation-moment", type=float, nargs=2, default=(0.0, 0.0), metavar="MX MY",
     help="Uniform bending moment, fixed in the material frame, as ideal muscles make it [N m].",
 )  # fmt: skip
-@click.option(
-    "--muscles", default="off", metavar="KIND [X ...]",
-    help="off | deltas L1 L2 L3 [m] | tensions T1 T2 T3 [N] | pressures P1 P2 P3 [Pa] | bend ANGLE PLANE [rad].",
-)  # fmt: skip
+@muscles_option("off | deltas L1 L2 L3 [m] | tensions T1 T2 T3 [N] | pressures P1 P2 P3 [Pa] | bend ANGLE PLANE [rad].")
 @click.option(
     "--file", metavar="LOADS.json", help="A list of cases (gravity, payload, wrenches, ...) instead of flags."
 )

@@ -112,6 +112,11 @@ def out_option(default: str) -> Callable[[Any], Any]:
     return click.option("--out", metavar="PATH", help=f"Where to write; must not exist yet. Default: {default}.")
 
 
+def muscles_option(meaning: str) -> Callable[[Any], Any]:
+    """Return the --muscles option; `muscles_from_words` reads what it holds."""
+    return click.option("--muscles", default="off", metavar="KIND [X ...]", help=meaning)
+
+
 def muscles_from_words(text: str) -> Any:
     """Return the `Muscles` that --muscles describes: a kind and its numbers.
 

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from contarm_sim.arm import Arm
-from contarm_sim.cli.options import Command, arm_options, json_option, out_option
+from contarm_sim.cli.options import Command, arm_options, json_option, muscles_option, out_option
 from contarm_sim.errors import InputError
 
 FINER = 20
@@ -22,10 +22,7 @@ LIMIT = 0.1
     metavar="XI FX FY FZ MX MY MZ", show_default="0.3 N sideways at the tip",
     help="Force [N] and couple [N m] at a backbone station that holds the arm until it is let go; repeatable.",
 )  # fmt: skip
-@click.option(
-    "--muscles", default="off", metavar="KIND [X ...]",
-    help="How muscles are driven, before and after: off, tensions, pressures, ... as in contarm equilibrium.",
-)  # fmt: skip
+@muscles_option("How muscles are driven, before and after: off, tensions, pressures, ... as in contarm equilibrium.")
 @click.option("--duration", type=float, default=2.0, show_default=True, metavar="S", help="Time of the swing [s].")
 @click.option("--timestep", type=float, default=0.001, show_default=True, metavar="S", help="Engine step [s].")
 @out_option("runs/release-<time>")

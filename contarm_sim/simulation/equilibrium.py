@@ -15,15 +15,15 @@ from contarm_sim.load import Load
 from contarm_sim.mechanics.pneumatics import pressure_for
 from contarm_sim.mechanics.statics import holding_tensions
 from contarm_sim.simulation.plant import Plant, engine_room
-from contarm_sim.simulation.solver import Solver
+from contarm_sim.simulation.solver import Solution, Solver
 
 COMMON_MODE = 0.01
 """Common length change that is put down to rounding [lengths]."""
 
 
 @dataclass(frozen=True)
-class Equilibrium:
-    """A static pose; positions [m] and frames in the base frame.
+class Equilibrium(Solution):
+    """A static pose and how it was found; positions [m] and frames in the base frame.
 
     Attributes:
         frames: 4x4 frames at s = i length/N: base, links, tip, shape (N + 1, 4, 4).
@@ -32,12 +32,7 @@ class Equilibrium:
         tip_compliance: displacement [m] and rotation [rad] of the tip, base frame, by a small force [N] and couple
             [N m] there, shape (6, 6), muscles driven as they are. Its inverse is the stiffness where that exists: an
             inextensible straight arm does not give way along its axis.
-        residual: largest generalised force left [N m].
-        smallest_eigenvalue: of the stiffness matrix [N m/rad]; a stable pose has a positive one.
-        growth: fastest growth of a small disturbance [1/s], for loads that no energy belongs to, else NaN: a pose that
-            flutters is not stable either.
         held: whether no length servo is at its limit; None where muscles are not driven by servos.
-        iterations: evaluations of the stiffness matrix.
         seconds: time to solve, building the model not counted.
         qpos: joint angles [rad], shape (dofs,): a guess for a neighbouring load.
     """
@@ -46,18 +41,9 @@ class Equilibrium:
     muscle_lengths: Array
     muscle_tensions: Array
     tip_compliance: Array
-    residual: float
-    smallest_eigenvalue: float
-    growth: float
     held: bool | None
-    iterations: int
     seconds: float
     qpos: Array
-
-    @property
-    def stable(self) -> bool:
-        """Whether the arm would stay there."""
-        return self.smallest_eigenvalue > 0 and not self.growth > 0
 
     @property
     def tip(self) -> Array:
@@ -102,11 +88,8 @@ def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess:
         muscle_lengths=plant.muscle_lengths,
         muscle_tensions=plant.muscle_tensions,
         tip_compliance=solver.tip_compliance(),
-        residual=found.residual,
-        smallest_eigenvalue=found.smallest_eigenvalue,
-        growth=found.growth,
+        **vars(found),
         held=_held(plant) if load.muscles.kind in ("deltas", "bend") else None,
-        iterations=found.iterations,
         seconds=seconds,
         qpos=plant.data.qpos.copy(),
     )

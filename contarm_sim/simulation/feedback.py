@@ -41,6 +41,10 @@ class LengthFeedback:
         self._wanted = wanted
         self._least = arm.muscle.min_tension
         self._per_newton = 1 / arm.muscle.servo_stiffness
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget all corrections."""
         self.shift = np.zeros(3)
         self.value = np.zeros(3)
 
@@ -70,8 +74,13 @@ class TipFeedback:
         assert command.tip_to_bend is not None
         self._target, self._to_bend = target, command.tip_to_bend
         self._spread = length_jacobian(bend, arm)
-        self._offset = np.zeros(2)
         self._lengths = LengthFeedback(arm, command.lengths)
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget all corrections."""
+        self._offset = np.zeros(2)
+        self._lengths.restart()
 
     @property
     def value(self) -> Array:
@@ -110,6 +119,10 @@ class PressureFeedback:
         self._by_level = held.cocontraction / held.per_pascal
         self._least = np.maximum(arm.muscle.min_pressure, arm.muscle.min_tension / held.per_pascal)
         self._highest = arm.muscle.max_pressure
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget all corrections."""
         self._offset = np.zeros(2)
         self.value = np.zeros(3)
 

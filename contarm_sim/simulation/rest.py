@@ -42,11 +42,13 @@ def poses_at_rest(
         orders = command(arm, bend, controller)
     plant = Plant(arm, pull_only=orders.pull_only, actuation=orders.actuation)
     settle = Solver(plant)
+    feedback = None if controller == "tip" else feedback_for(arm, orders, bend, target)
     recorder, setpoint = Recorder(plant, len(bend)), np.empty((len(bend), 3))
     with engine_room():
         for i in ticks if ticks is not None else range(len(bend)):
             plant.reset(bend[i])
-            feedback = None if controller == "tip" else feedback_for(arm, orders, bend, target)
+            if feedback is not None:
+                feedback.restart()
             try:
                 setpoint[i] = _hold(plant, settle, orders.setpoint[i], feedback, i)
             except ConvergenceError as error:

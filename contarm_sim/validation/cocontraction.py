@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from contarm_sim.mechanics.compliance import tip_compliance
 from contarm_sim.mechanics.pneumatics import force_slope, passive_slope
 from contarm_sim.mechanics.statics import holding_pressures
 from contarm_sim.simulation.equilibrium import equilibrium
+from contarm_sim.validation.scenarios import Track
 
 DIRECTIONS = ("bending", "sideways", "along")
 """Towards more bend, out of the bending plane, and normal to both."""
@@ -26,9 +26,7 @@ RIGID = 1e-7
 """Compliance that is put down to rounding [m/N]."""
 
 
-def stiffness_levels(
-    arm: Arm, bend: Array, levels: int, track: Callable[[Iterable[int], str], Iterable[int]]
-) -> list[dict[str, Any]]:
+def stiffness_levels(arm: Arm, bend: Array, levels: int, track: Track) -> list[dict[str, Any]]:
     """Hold a bend [rad], shape (2,), with co-contraction from the least to the most that pressures allow.
 
     Returns:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from contarm_sim.simulation.control import CONTROLLERS, Controller
 from contarm_sim.simulation.plan import plan_rest
 from contarm_sim.simulation.run import CONTROL_RATE, simulate
 from contarm_sim.validation.compare import muscle_summary
-from contarm_sim.validation.scenarios import under_load
+from contarm_sim.validation.scenarios import Track, under_load
 
 SETTLED = 1.0
 """Errors count from this time on [s]: a path may start in a sagging pose."""
@@ -26,9 +25,7 @@ EVERY = 10
 """Errors are split at every tenth sample."""
 
 
-def compare_all(
-    arm: Arm, duration: float, track: Callable[[Iterable[int], str], Iterable[int]]
-) -> list[dict[str, Any]]:
+def compare_all(arm: Arm, duration: float, track: Track) -> list[dict[str, Any]]:
     """Follow the spiral with each controller: free, under gravity, with a payload; return one row of numbers each.
 
     `along` is the part of the error along the surface that the tip can reach under that load. A row of a controller
