@@ -94,3 +94,16 @@ class RenderingError(ContarmError):
 
 class EncodingError(RenderingError):
     """Pictures can be drawn, but no video encoder works here."""
+
+
+class MissingError(ContarmError):
+    """A library that an optional part needs is not installed; says how to get it.
+
+    Attributes:
+        library: its name.
+        extra: the extra of this package that brings it.
+    """
+
+    def __init__(self, library: str, extra: str) -> None:
+        self.library, self.extra = library, extra
+        super().__init__(f"{library} is not installed; get it with: pip install 'contarm-sim[{extra}]'")

@@ -24,8 +24,9 @@ MAY = {
     "rendering": {"errors", "engine", "arm", "kinematics", "mjcf", "simulation"},
     "report": {"errors", "arm", "arm_file", "kinematics", "mechanics", "mjcf", "simulation", "validation", "rendering"},
     "figures": {"errors", "arm", "kinematics", "mechanics", "paths", "simulation", "validation", "report"},
+    "live": {"errors", "arm", "kinematics", "mechanics", "mjcf", "simulation", "rendering"},
     "cli": {"errors", "arm", "arm_file", "load", "kinematics", "mechanics", "paths", "waypoints", "mjcf", "simulation",
-            "validation", "rendering", "report", "figures"},
+            "validation", "rendering", "report", "figures", "live"},
 }  # fmt: skip
 
 

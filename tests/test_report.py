@@ -2,21 +2,19 @@
 
 import json
 import re
-import shutil
 import subprocess
 from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from browser import BROWSER
 
 from contarm_sim import paths
 from contarm_sim.arm import Arm
 from contarm_sim.kinematics import dome
 from contarm_sim.report.run import RunReport
 from contarm_sim.simulation.run import simulate
-
-BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 
 @pytest.fixture(scope="module")

@@ -26,6 +26,7 @@ from contarm_sim.cli import (
     run,
     stiffness,
     validate,
+    view,
 )
 from contarm_sim.errors import ContarmError, InputError
 
@@ -40,6 +41,7 @@ def cli() -> None:
 
     \b
     contarm run                            follow the spiral, compare, film it
+    contarm view                           steer it by hand, in a browser
     contarm validate --quick               how far to trust the constant-curvature model
     contarm fk --bend 1.57 0               closed-form pose of the arm bent by 90 deg
     contarm ik --tip 0.2355 0 0.2355       bend and muscle lengths that reach a point
@@ -51,6 +53,7 @@ def cli() -> None:
 COMMANDS = (
     run.run,
     render.render,
+    view.view,
     validate.validate,
     compare_controllers.compare_controllers,
     equilibrium.equilibrium,

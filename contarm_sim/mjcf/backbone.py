@@ -31,6 +31,11 @@ def disk_radius(arm: Arm) -> float:
     return arm.muscle_radius + 0.5 * arm.muscle.diameter + 0.0015
 
 
+def payload_radius(arm: Arm) -> float:
+    """Return the radius of the payload's ball of steel [m]."""
+    return (3 * arm.payload / (4 * math.pi * _STEEL)) ** (1 / 3)
+
+
 def station_names(arm: Arm) -> list[str]:
     """Return the names of the bodies at stations 0 (base), 1 .. N - 1 (links), N (tip)."""
     return ["base", *(f"link_{i:02d}" for i in range(1, arm.links)), "tip"]
@@ -117,10 +122,9 @@ def _add_payload(spec: mujoco.MjSpec, tip: mujoco.MjsBody, arm: Arm) -> None:
     """Add a point mass at the tip, which is the tip body's centre, and draw it as a steel ball."""
     if arm.payload:
         tip.mass += arm.payload
-        radius = (3 * arm.payload / (4 * math.pi * _STEEL)) ** (1 / 3)
         tip.add_geom(
             spec.find_default(VISUAL), name="payload", type=mujoco.mjtGeom.mjGEOM_SPHERE,
-            size=[radius, 0, 0], material="steel",
+            size=[payload_radius(arm), 0, 0], material="steel",
         )  # fmt: skip
 
 

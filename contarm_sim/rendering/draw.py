@@ -29,7 +29,7 @@ TRACE: Colour = (0.00, 0.78, 0.45, 1.0)
 TARGET: Colour = (0.46, 0.16, 0.80, 1.0)
 GHOST: Colour = (0.46, 0.16, 0.80, 0.40)
 
-_SLACK = np.array([0.55, 0.55, 0.57])
+SLACK = np.array([0.55, 0.55, 0.57])
 _NARROWEST = 1.4
 _GHOST_SEGMENTS = 24
 
@@ -168,7 +168,7 @@ class ArmRenderer:
         """Draw each muscle the thicker and the brighter the larger its share of the largest tension, shape (3,)."""
         share = np.clip(share, 0.0, 1.0)
         self._model.tendon_width[:] = self._widths * (0.6 + 0.4 * share)
-        self._model.tendon_rgba[:, :3] = _SLACK + (0.45 + 0.55 * share)[:, None] * (self._colours - _SLACK)
+        self._model.tendon_rgba[:, :3] = SLACK + (0.45 + 0.55 * share)[:, None] * (self._colours - SLACK)
 
     def _add_ghost(self, bend: Array) -> None:
         """Draw the analytic arc as a glass tube about the arm."""

@@ -2,6 +2,7 @@
 
 A feedback's `value` is added to the command's set-points. In motion it is updated once a control tick with the gain
 tick / `time`; at rest with gain 1 until the error that `update` returns, in units of its tolerance, is at most 1.
+`carry_on` takes over the corrections of another of its kind, made for other samples or another arm.
 """
 
 from __future__ import annotations
@@ -48,6 +49,10 @@ class LengthFeedback:
         self.shift = np.zeros(3)
         self.value = np.zeros(3)
 
+    def carry_on(self, before: LengthFeedback) -> None:
+        """Start from the corrections of another."""
+        self.shift, self.value = before.shift.copy(), before.value.copy()
+
     def update(self, index: int, seen: Seen, gain: float) -> float:
         """Integrate one interval of sample `index`; return the error: 1 is 1 nm of length difference, 1 mN of slack."""
         # Plain floats: this runs every tick, where three numbers are not worth an array operation.
@@ -82,6 +87,11 @@ class TipFeedback:
         self._offset = np.zeros(2)
         self._lengths.restart()
 
+    def carry_on(self, before: TipFeedback) -> None:
+        """Start from the corrections of another."""
+        self._offset = before._offset.copy()
+        self._lengths.carry_on(before._lengths)
+
     @property
     def value(self) -> Array:
         """What to add to the set-points [m], shape (3,)."""
@@ -102,8 +112,8 @@ class PressureFeedback:
     commanded bend. Co-contraction stays the least that keeps every muscle at its lowest pressure and tension.
     """
 
-    time = 0.2
-    """Time constant [s]: slow beside the valves' 0.05 s."""
+    time = 0.4
+    """Time constant [s]; twice what lets an arm that hangs with 100 g swing up by itself."""
 
     def __init__(self, arm: Arm, command: Command, bend: Array) -> None:
         held = balance(bend, arm)
@@ -125,6 +135,10 @@ class PressureFeedback:
         """Forget all corrections."""
         self._offset = np.zeros(2)
         self.value = np.zeros(3)
+
+    def carry_on(self, before: PressureFeedback) -> None:
+        """Start from the corrections of another."""
+        self._offset, self.value = before._offset.copy(), before.value.copy()
 
     def update(self, index: int, seen: Seen, gain: float) -> float:
         """Integrate one interval of sample `index`; return the error: 1 is 0.1 microradian of bend."""

@@ -15,6 +15,7 @@ from contarm_sim.errors import DivergenceError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.pneumatics import force_slope, passive_slope, passive_tension
 from contarm_sim.mjcf import Actuation, arm_spec
+from contarm_sim.mjcf.muscles import MUSCLES
 
 _FATAL = [
     int(warning)
@@ -88,6 +89,9 @@ class Plant:
             axis: np.array([self.model.joint(f"joint_{i:02d}_{axis}").qposadr[0] for i in range(1, arm.links + 1)])
             for axis in "xy"
         }
+        stations = range(self.model.body("base").id, self.model.body("tip").id + 1)
+        names = [[f"{self.model.body(i).name}_{muscle}" for i in stations] for muscle in MUSCLES]
+        self._guides = np.array([[self.model.site(name).id for name in row] for row in names])
 
     @property
     def muscle_lengths(self) -> Array:
@@ -145,6 +149,11 @@ class Plant:
         """Orientations of base plate, links and tip, shape (links + 1, 3, 3)."""
         first = self.model.body("base").id
         return self.data.xmat[first : first + self.arm.links + 1].reshape(-1, 3, 3).copy()
+
+    @property
+    def muscle_paths(self) -> Array:
+        """Points that the muscles run through, straight from one to the next [m], shape (3, links + 1, 3)."""
+        return self.data.site_xpos[self._guides]
 
     def reset(self, bend: Array) -> None:
         """Put the arm at rest with every joint bent alike, the first guess of a pose at this bend [rad]."""

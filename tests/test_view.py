@@ -1,0 +1,219 @@
+"""The live arm: as a session, in a real browser, and in MuJoCo's own viewer."""
+
+import json
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from browser import BROWSER, Page, wait_for
+
+from contarm_sim.arm import Arm
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics import arc
+from contarm_sim.live.server import free_port
+from contarm_sim.live.session import LARGEST, Session
+from contarm_sim.simulation.control import CONTROLLERS
+from contarm_sim.simulation.rest import poses_at_rest
+
+BEND = np.array([0.9, 0.5])
+
+
+def _ticks(session, seconds):
+    return [session.tick() for _ in range(round(100 * seconds))]
+
+
+@pytest.mark.parametrize("controller", ["feedforward", "servo", "pressure"])
+def test_a_session_comes_to_rest_where_the_same_controller_rests(arm, controller):
+    session = Session(arm, controller)
+    session.aim(BEND)
+    reading = _ticks(session, 12)[-1]
+    rest = poses_at_rest(arm, BEND[None], arc.position(BEND[None], arm.length), controller)
+    np.testing.assert_allclose(reading.tip, rest.stations[0, -1], atol=3e-6)
+    np.testing.assert_allclose(reading.tensions, rest.muscle_tensions[0], rtol=2e-3)
+
+
+def test_the_seen_tip_fed_back_beats_held_lengths_under_load():
+    arm = Arm(gravity=(0.0, 0.0, 9.81), payload=0.1)
+    errors = {}
+    for controller in ("servo", "tip"):
+        session = Session(arm, controller)
+        session.aim(BEND)
+        errors[controller] = _ticks(session, 10)[-1].error
+    assert errors["tip"] < 0.3 * errors["servo"]
+
+
+def test_a_hanging_arm_under_pressure_does_not_swing_up_by_itself():
+    session = Session(Arm(gravity=(0.0, 0.0, 9.81), payload=0.1), "pressure")
+    session.aim(BEND)
+    _ticks(session, 10)
+    errors = [reading.error for reading in _ticks(session, 5)]
+    assert np.ptp(errors) < 1e-3
+
+
+def test_every_change_of_controller_or_load_goes_on_from_the_pose_there_was(arm):
+    session = Session(arm)
+    session.aim(BEND)
+    before = _ticks(session, 2)[-1]
+    for controller in (*CONTROLLERS, *reversed(CONTROLLERS)):
+        session.change(controller=controller)
+        after = session.tick()
+        assert np.linalg.norm(after.tip - before.tip) < 3e-3, controller
+        before = _ticks(session, 0.5)[-1]
+    session.change(arm=replace(arm, payload=0.1, gravity=(0.0, 0.0, 9.81)))
+    assert np.linalg.norm(session.tick().tip - before.tip) < 1e-3
+    assert session.plant.model.body_mass.sum() == pytest.approx(arm.mass + 0.1)
+
+
+def test_what_pressures_cannot_hold_is_said_and_waited_for():
+    session = Session(Arm(), "pressure")
+    session.aim(arc.from_polar(LARGEST, 0.0))
+    reading = _ticks(session, 4)[-1]
+    assert "kPa" in session.problem
+    assert 2.0 < np.hypot(*reading.bend) < LARGEST
+    assert reading.error < 0.02 * 0.37
+    assert reading.pressures.max() <= 700e3
+    session.aim(BEND)
+    assert np.linalg.norm(_ticks(session, 8)[-1].bend - BEND) < 1e-3
+    assert not session.problem
+
+
+def test_reset_starts_the_same_motion_again_and_what_cannot_change_is_refused(arm):
+    session, tips = Session(arm), []
+    for _ in range(2):
+        session.aim(3 * BEND)
+        assert np.hypot(*session.goal) == pytest.approx(min(LARGEST, 3 * np.hypot(*BEND)))
+        tips.append([reading.tip for reading in _ticks(session, 1)])
+        session.reset()
+    np.testing.assert_array_equal(*tips)
+    with pytest.raises(InputError, match="links"):
+        session.change(arm=replace(arm, links=12))
+    with pytest.raises(InputError, match="controller"):
+        session.change(controller="lqr")
+    assert session.controller == "servo"
+
+
+def test_a_port_in_use_is_refused_and_another_is_found():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(InputError, match=f"port is {port}"):
+            free_port(port)
+    assert 8080 <= free_port(None) < 8100
+
+
+@contextmanager
+def _served(*words, **env):
+    command = [sys.executable, "-m", "contarm_sim", "view", *words]
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, **env}
+    )
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def _time(page):
+    """Return the simulated time that a page shows [s]."""
+    return float(page.text().split("t = ")[1].split(" s")[0])
+
+
+def _ball(page, path):
+    """Return where a page shows the target [pixels]."""
+    from PIL import Image
+
+    page.screenshot(path)
+    red, green, blue = np.moveaxis(np.asarray(Image.open(path).convert("RGB")).astype(int)[:, 320:940], 2, 0)
+    y, x = np.nonzero((blue - green > 60) & (blue > red + 10))  # between the panels, nothing else is violet up there
+    return (320 + float(np.median(x[y <= y.min() + 8])), float(y.min() + 6)) if len(x) > 30 else None
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium here")
+def test_two_browsers_steer_the_arm_and_may_leave(tmp_path):
+    with _served("--json", "--port", str(free_port(None))) as process:
+        said = ""
+        while not said.endswith("}\n"):
+            said += process.stdout.readline()
+        url = json.loads(said)["url"]
+        with Page(url, tmp_path / "first") as first:
+            with Page(url, tmp_path / "second", 900, 500) as second:
+                wait_for(lambda: all("Tip error" in page.text() for page in (first, second)))
+                wait_for(lambda: _ball(first, tmp_path / "early.png"))
+                time.sleep(1)  # the camera may still be on its way
+                ball = _ball(first, tmp_path / "straight.png")
+                first.drag(ball, (ball[0] + 100, ball[1] + 40), steps=5)
+                for page in (first, second):
+                    wait_for(lambda page=page: "bend 0" not in page.text())
+                    assert "towards" in page.text()
+            started = _time(first)  # the second has left
+            wait_for(lambda: _time(first) > started + 1)
+            assert "0.00 mm" not in first.text()
+            first.click("Pause")
+            wait_for(lambda: "paused" in first.text())
+            stopped = _time(first)
+            time.sleep(1)
+            assert _time(first) == stopped
+            first.click("Reset")
+            wait_for(lambda: "bend 0.0" in first.text())
+            assert _time(first) == 0
+            first.click("Go on")
+            wait_for(lambda: _time(first) > 0.5)
+            ours = [error for error in first.errors + second.errors if "passive event listener" not in error]
+            assert not ours
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=20)
+        assert process.returncode == 0
+        assert out == ""
+        assert err.splitlines()[-1] == "ended"
+
+
+def test_a_busy_port_and_a_missing_display_each_take_one_line():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        with _served("--port", port) as process:
+            out, err = process.communicate(timeout=60)
+    assert (process.returncode, out) == (2, "")
+    assert err == f"contarm: port is {port}; allowed: a port that is free\n"
+    with _served("--native", DISPLAY="", WAYLAND_DISPLAY="") as process:
+        out, err = process.communicate(timeout=60)
+    assert (process.returncode, out, err.count("\n")) == (1, "", 1)
+    assert "no display" in err
+
+
+@pytest.mark.skipif(not (shutil.which("Xvfb") and shutil.which("xdotool")), reason="no Xvfb or no xdotool here")
+def test_the_native_viewer_bends_the_arm_by_keys(tmp_path):
+    from PIL import ImageGrab
+
+    read, write = os.pipe()
+    flags = ["-displayfd", str(write), "-screen", "0", "900x600x24", "-nolisten", "tcp", "-noreset"]
+    screen = subprocess.Popen(["Xvfb", *flags], pass_fds=[write], stderr=subprocess.DEVNULL)
+    try:
+        display = ":" + os.read(read, 16).decode().strip()
+
+        def picture():
+            return np.asarray(ImageGrab.grab(xdisplay=display)).astype(int)
+
+        with _served("--native", DISPLAY=display) as process:
+            wait_for(lambda: (picture().sum(2) > 600).mean() > 0.3)
+            straight = picture()
+
+            def bent():
+                subprocess.run(["xdotool", "key", "Right"], env={**os.environ, "DISPLAY": display}, check=True)
+                return (np.abs(picture() - straight)[200:].sum(2) > 60).sum() > 1000
+
+            wait_for(bent)
+            process.send_signal(signal.SIGINT)
+            assert process.wait(20) == 0
+    finally:
+        screen.terminate()
+        screen.wait(10)
+        os.close(read)
+        os.close(write)
