@@ -5,7 +5,8 @@ The public names are few and load late, so that `import contarm_sim` costs nothi
     Arm, Muscle           the parameters (SI units)
     load_arm              an Arm from TOML
     kinematics            closed forms: arc, dome (inverse), muscles, chain
-    arm_spec, scene_spec  the arm as an editable mujoco.MjSpec
+    spec                  the arm as a mujoco.MjSpec to attach to other models
+    arm_spec, scene_spec  the arm alone, and in its scene, as a mujoco.MjSpec to compile
     simulate              follow bends in MuJoCo
     poses_at_rest         rest poses of commanded bends in MuJoCo
     equilibrium           the static pose under a Load (of Wrench, Muscles)
@@ -24,6 +25,7 @@ _HOMES = {
     "ContarmError": "errors",
     "arm_spec": "mjcf",
     "scene_spec": "mjcf",
+    "spec": "mjcf",
     "simulate": "simulation.run",
     "poses_at_rest": "simulation.rest",
     "equilibrium": "simulation.equilibrium",

@@ -1,9 +1,15 @@
-"""What several tests need: bends with the singular cases among them, and finite differences of a plant's forces."""
+"""What several tests need: bends with the singular cases, an arm with all there is, a plant's forces differenced."""
 
 import mujoco
 import numpy as np
 
+from contarm_sim.arm import Arm, Muscle
 from contarm_sim.kinematics import arc
+
+HEAVY = Arm(
+    links=9, payload=0.2, torsional_stiffness=0.03, gravity=(1.0, 2.0, 9.0), length=1 / 3, joint_friction=1 / 700,
+    muscle=Muscle(passive_stiffness=1e3 / 7, braid_friction=1 / 3, valve_time=1 / 30),
+)  # fmt: skip
 
 
 def bends(count: int, seed: int = 0, largest: float = np.pi) -> np.ndarray:

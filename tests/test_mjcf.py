@@ -6,17 +6,14 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from sampling import HEAVY
 
-from contarm_sim.arm import Arm, Muscle
+from contarm_sim.arm import Arm
 from contarm_sim.mjcf import ACTUATIONS, arm_spec, exact_xml, scene_spec, write_models
 from contarm_sim.simulation.plant import engine_room
 
 MODELS = Path(__file__).parents[1] / "models"
 FOLDERS = (("contarm", "lengths"), ("contarm_pneumatic", "pressures"))
-HEAVY = Arm(
-    links=9, payload=0.2, torsional_stiffness=0.03, gravity=(1.0, 2.0, 9.0), length=1 / 3, joint_friction=1 / 700,
-    muscle=Muscle(passive_stiffness=1e3 / 7, braid_friction=1 / 3, valve_time=1 / 30),
-)  # fmt: skip
 
 
 def _float_arrays(model):
@@ -142,14 +139,3 @@ def test_a_stated_base_orientation_is_drawn_and_gravity_stays_in_the_base_frame(
 def test_the_offscreen_buffer_holds_1080p(arm):
     model = scene_spec(arm).compile()
     assert (model.vis.global_.offwidth, model.vis.global_.offheight) == (1920, 1080)
-
-
-def test_two_arms_attach_to_one_host():
-    host = mujoco.MjSpec()
-    for side, arm in (("left_", Arm()), ("right_", HEAVY)):
-        host.attach(arm_spec(arm), frame=host.worldbody.add_frame(), prefix=side)
-    with pytest.warns(UserWarning, match="keeping parent value"):  # the host keeps its own time step and gravity
-        model = host.compile()
-    assert model.nv == 48 + 27
-    assert model.nu == 6
-    assert model.actuator("right_muscle_3").id == 5

@@ -10,10 +10,11 @@ import pytest
 
 README = (Path(__file__).parents[1] / "README.md").read_text()
 COMMANDS = re.findall(r"^\$ contarm (?!view)(.*?)(?:\s{2,}#.*)?$", README, re.MULTILINE)  # it runs until Ctrl-C
+EXAMPLES = re.findall(r"```python\n(.*?)```\s*```text\n(.*?)```", README, re.DOTALL)
 
 
-def test_the_python_example_prints_what_it_says():
-    code, printed = re.search(r"```python\n(.*?)```\s*```text\n(.*?)```", README, re.DOTALL).groups()
+@pytest.mark.parametrize(("code", "printed"), EXAMPLES, ids=["follow", "attach"])
+def test_the_python_examples_print_what_they_say(code, printed):
     done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == printed
 

@@ -4,8 +4,11 @@ from contarm_sim import engine
 
 engine.load()
 
-from contarm_sim.mjcf.build import TIMESTEP, arm_spec, scene_spec  # noqa: E402
-from contarm_sim.mjcf.muscles import ACTUATIONS, Actuation  # noqa: E402
+from contarm_sim.mjcf.build import TIMESTEP, arm_spec, scene_spec, spec  # noqa: E402
+from contarm_sim.mjcf.muscles import ACTUATIONS, Actuation, straight_control  # noqa: E402
 from contarm_sim.mjcf.xml import exact_xml, write_models  # noqa: E402
 
-__all__ = ["ACTUATIONS", "TIMESTEP", "Actuation", "arm_spec", "exact_xml", "scene_spec", "write_models"]
+__all__ = [
+    "ACTUATIONS", "TIMESTEP", "Actuation", "arm_spec", "exact_xml", "scene_spec", "spec", "straight_control",
+    "write_models",
+]  # fmt: skip

@@ -1,4 +1,4 @@
-"""Arm to MjSpec: the attachable arm, and the arm in its scene."""
+"""Arm to MjSpec: the part that a host takes in, the arm alone, and the arm in its scene."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import mujoco
 
 from contarm_sim.arm import Arm
 from contarm_sim.mjcf.backbone import add_backbone, add_defaults
-from contarm_sim.mjcf.muscles import MUSCLES, Actuation, add_muscles, add_sensors, straight_control
+from contarm_sim.mjcf.muscles import Actuation, add_muscles, add_sensors, straight_control
 from contarm_sim.mjcf.scene import add_scene, base_quaternion, world_gravity
 
 TIMESTEP = 0.005
@@ -20,10 +20,28 @@ _MATERIALS = {
 }
 
 
-def arm_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
-    """Return the arm alone: base body at the world's origin, ready to be attached or compiled.
+def spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
+    """Return the arm as a part of other models: no options, keyframes or statistics, all the rest comes along.
 
-    Gravity is the arm's own, in the base frame, which is the world frame here.
+        host.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        host.attach(contarm_sim.spec(arm), site="mount", prefix="left/")  # or frame=host.worldbody.add_frame(...)
+        data.actuator("left/muscle_1").ctrl = mjcf.straight_control(arm)  # 2 and 3 as well
+
+    The base plate's centre goes to the site's or frame's origin, +Z along the straight arm, +X towards muscle 1; the
+    base is welded there and moves with it. Every name gets the prefix: bodies `base`, `link_01`, ..., `tip`, sites
+    `base` and `tip`, tendons and length servos `muscle_1` to `muscle_3` (by pressure: actuators `muscle_1_linear`
+    and `muscle_1_quadratic`), sensors `tip_position`, `muscle_1_length`, ..., materials and defaults. MuJoCo warns
+    of an empty prefix. A spec is moved into its host: make one for each arm.
+
+    All is in SI units, whatever angles the host is written in. What the host brings:
+
+    * the integrator: `implicitfast` or `implicit`, with time steps to 5 ms. Under `Euler`, MuJoCo's default, length
+      servos chatter between none and full force at any time step, without a warning; under `RK4` the arm diverges.
+    * gravity: `arm.gravity` and `arm.base_orientation` are left out.
+    * controls from the first step on: at zero all length servos pull with full force, which buckles a weak arm,
+      and without pressure it is limp.
+
+    The links touch geoms whose `conaffinity` has the lowest bit set; never each other, nor another such arm.
 
     Args:
         actuation: `lengths`: three length servos [m]. `pressures`: McKibben muscles behind valves, two actuators
@@ -32,39 +50,58 @@ def arm_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
     Raises:
         InputError: an unknown actuation.
     """
-    spec = mujoco.MjSpec()
-    spec.modelname = "contarm"
-    spec.compiler.degree = False
-    spec.compiler.autolimits = False
-    spec.option.timestep = TIMESTEP
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.option.gravity = arm.gravity
+    part = mujoco.MjSpec()
+    part.modelname = "contarm"
+    part.compiler.degree = False
+    part.compiler.autolimits = False
     for name, (rgba, specular, shininess) in _MATERIALS.items():
-        spec.add_material(name=name, rgba=rgba, specular=specular, shininess=shininess)
-    add_defaults(spec, arm)
-    bodies = add_backbone(spec, arm)
-    add_muscles(spec, arm, bodies, actuation)
-    add_sensors(spec)
-    dofs = arm.links * (3 if arm.torsional_stiffness is not None else 2)
-    straight = [straight_control(arm, actuation)] * len(MUSCLES)
-    if actuation == "lengths":
-        spec.add_key(name="straight", qpos=[0.0] * dofs, ctrl=straight)
-    else:
-        spec.add_key(name="straight", qpos=[0.0] * dofs, ctrl=2 * straight, act=2 * straight)
-    spec.stat.extent = 1.2 * arm.length
-    spec.stat.center = [0.0, 0.0, 0.5 * arm.length]
-    return spec
+        part.add_material(name=name, rgba=rgba, specular=specular, shininess=shininess)
+    add_defaults(part, arm)
+    bodies = add_backbone(part, arm)
+    add_muscles(part, arm, bodies, actuation)
+    add_sensors(part)
+    return part
+
+
+def arm_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
+    """Return the arm alone, ready to compile: `spec` with base at the world's origin, options and a keyframe.
+
+    Gravity is the arm's own, in the base frame, which is the world frame here. The keyframe `straight` is an
+    equilibrium without gravity.
+
+    Args:
+        actuation: as in `spec`.
+
+    Raises:
+        InputError: an unknown actuation.
+    """
+    alone = spec(arm, actuation)
+    alone.option.timestep = TIMESTEP
+    alone.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    alone.option.gravity = arm.gravity
+    straight = [straight_control(arm, actuation)] * len(alone.actuators)
+    state = straight if actuation == "pressures" else []
+    alone.add_key(name="straight", qpos=[0.0] * len(alone.joints), ctrl=straight, act=state)
+    alone.stat.extent = 1.2 * arm.length
+    alone.stat.center = [0.0, 0.0, 0.5 * arm.length]
+    return alone
 
 
 def scene_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
     """Return the arm on its mount above a floor, with light and cameras.
 
     The base is turned by `arm.base_orientation`; if omitted, so that gravity points down the picture.
+
+    Args:
+        actuation: as in `spec`.
+
+    Raises:
+        InputError: an unknown actuation.
     """
-    spec = arm_spec(arm, actuation)
-    spec.modelname = "contarm_scene"
-    spec.option.gravity = world_gravity(arm)
-    base = spec.body("base")
-    base.pos = add_scene(spec, arm)
+    scene = arm_spec(arm, actuation)
+    scene.modelname = "contarm_scene"
+    scene.option.gravity = world_gravity(arm)
+    base = scene.body("base")
+    base.pos = add_scene(scene, arm)
     base.quat = base_quaternion(arm)
-    return spec
+    return scene

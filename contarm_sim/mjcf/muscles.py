@@ -145,7 +145,7 @@ def add_sensors(spec: mujoco.MjSpec) -> None:
         )
 
 
-def straight_control(arm: Arm, actuation: Actuation) -> float:
+def straight_control(arm: Arm, actuation: Actuation = "lengths") -> float:
     """Return the control that gives the straight arm's muscles their least tension: set-point [m] or pressure [Pa].
 
     The pressure is at least the lowest that there is, so tensions may be larger.
