@@ -18,7 +18,7 @@ from browser import BROWSER, Page, wait_for
 from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
-from contarm_sim.live.server import free_port
+from contarm_sim.live.page import free_port
 from contarm_sim.live.session import LARGEST, Session
 from contarm_sim.simulation.control import CONTROLLERS
 from contarm_sim.simulation.rest import poses_at_rest

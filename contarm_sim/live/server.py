@@ -1,44 +1,21 @@
-"""The page: a server on this machine, and the loop that keeps the arm in step with the clock."""
+"""The loop that keeps the arm on the page in step with the clock."""
 
 from __future__ import annotations
 
-import io
-import queue
-import socket
 import time
 from collections.abc import Callable
-from contextlib import redirect_stdout
 from typing import Any
 
 from contarm_sim.arm import Arm
-from contarm_sim.errors import DivergenceError, InputError, MissingError
+from contarm_sim.errors import DivergenceError, InputError
+from contarm_sim.live.page import HOST, Wishes, page
 from contarm_sim.live.session import PERIOD, Session
 from contarm_sim.simulation.control import Controller
 from contarm_sim.simulation.plant import engine_room
 
-HOST = "127.0.0.1"
-PORT = 8080
-_TRIED = 20
 _PICTURES, _PLOTS = 1 / 30, 1 / 8
 _MOST_BEHIND = 0.25
 """Wall-clock time [s] that is made up for; more is given up, and said."""
-
-
-def free_port(port: int | None) -> int:
-    """Return a port that is free: the one given, or the first from `PORT` on.
-
-    Raises:
-        InputError: the one given is taken, or none is free.
-    """
-    for tried in [port] if port is not None else range(PORT, PORT + _TRIED):
-        with socket.socket() as probe:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            try:
-                probe.bind((HOST, tried))
-                return tried
-            except OSError:
-                continue
-    raise InputError("port", port if port is not None else f"{PORT} to {PORT + _TRIED - 1}", "a port that is free")
 
 
 def serve(
@@ -48,44 +25,24 @@ def serve(
 
     Any number of browsers may come and go; all show and steer the same arm.
 
+    Args:
+        port: default the first free one from 8080 on.
+
     Raises:
         MissingError: viser, which makes the page, is not installed.
         InputError: the port is taken, or an unknown controller.
     """
-    try:
-        import viser
-    except ImportError:
-        raise MissingError("viser", "view") from None
-    from contarm_sim.live.panel import Panel
-    from contarm_sim.live.scene import Scene
-
     session = Session(arm, controller)
-    wishes: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
-    with redirect_stdout(io.StringIO()):  # its banner; stdout is for whoever asked for JSON
-        server = viser.ViserServer(host=HOST, port=free_port(port), label="contarm_sim", verbose=False)
     try:
-        server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
-        scene = Scene(server, session)
-        panel = Panel(server, session, wishes.put, scene.turn)
-
-        async def drag(event: Any) -> None:
-            if event.phase != "end":
-                eye, through = event.client.camera.position, event.end_position
-                wishes.put(lambda: panel.aim(scene.bend_seen(eye, through)))
-
-        scene.target.on_drag("left")(drag)
-        if on_ready is not None:
-            on_ready(f"http://{HOST}:{server.get_port()}")
-        with engine_room():
+        with page(session, port) as (server, scene, panel, wishes), engine_room():
+            if on_ready is not None:
+                on_ready(f"http://{HOST}:{server.get_port()}")
             _loop(session, scene, panel, server, wishes)
     except KeyboardInterrupt:
         pass
-    finally:
-        with redirect_stdout(io.StringIO()):
-            server.stop()
 
 
-def _loop(session: Session, scene: Any, panel: Any, server: Any, wishes: queue.SimpleQueue[Callable[[], None]]) -> None:
+def _loop(session: Session, scene: Any, panel: Any, server: Any, wishes: Wishes) -> None:
     """Step as much as the clock asks for; send pictures only where somebody looks."""
     due, before, next_picture, next_plot = 0.0, time.perf_counter(), 0.0, 0.0
     busy, behind = 0.0, False

@@ -1,0 +1,76 @@
+"""The page itself: a server, the scene and the controls on it, all showing one session."""
+
+from __future__ import annotations
+
+import io
+import queue
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, redirect_stdout
+from typing import TYPE_CHECKING, Any
+
+from contarm_sim.errors import InputError, MissingError
+from contarm_sim.live.session import Session
+
+if TYPE_CHECKING:
+    from contarm_sim.live.panel import Panel
+    from contarm_sim.live.scene import Scene
+
+Wishes = queue.SimpleQueue[Callable[[], None]]
+"""What people did, to be carried out between two ticks."""
+
+HOST = "127.0.0.1"
+PORT = 8080
+_TRIED = 20
+
+
+def free_port(port: int | None) -> int:
+    """Return a port that is free: the one given, or the first from `PORT` on.
+
+    Raises:
+        InputError: the one given is taken, or none is free.
+    """
+    for tried in [port] if port is not None else range(PORT, PORT + _TRIED):
+        with socket.socket() as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                probe.bind((HOST, tried))
+                return tried
+            except OSError:
+                continue
+    raise InputError("port", port if port is not None else f"{PORT} to {PORT + _TRIED - 1}", "a port that is free")
+
+
+@contextmanager
+def page(session: Session, port: int | None) -> Iterator[tuple[Any, Scene, Panel, Wishes]]:
+    """Serve a page that shows a session while inside; yields (server, scene, panel, wishes).
+
+    Raises:
+        MissingError: viser, which makes the page, is not installed.
+        InputError: the port is taken.
+    """
+    try:
+        import viser
+    except ImportError:
+        raise MissingError("viser", "view") from None
+    from contarm_sim.live.panel import Panel
+    from contarm_sim.live.scene import Scene
+
+    wishes: Wishes = queue.SimpleQueue()
+    with redirect_stdout(io.StringIO()):  # its banner; stdout is for whoever asked for JSON
+        server = viser.ViserServer(host=HOST, port=free_port(port), label="contarm_sim", verbose=False)
+    try:
+        server.gui.configure_theme(show_logo=False, show_share_button=False)
+        scene = Scene(server, session)
+        panel = Panel(server, session, wishes.put, scene.turn)
+
+        async def drag(event: Any) -> None:
+            if event.phase != "end":
+                eye, through = event.client.camera.position, event.end_position
+                wishes.put(lambda: panel.aim(scene.bend_seen(eye, through)))
+
+        scene.target.on_drag("left")(drag)
+        yield server, scene, panel, wishes
+    finally:
+        with redirect_stdout(io.StringIO()):
+            server.stop()
