@@ -61,8 +61,8 @@ def add_scene(spec: mujoco.MjSpec, arm: Arm) -> np.ndarray:
     base = np.array([0.0, 0.0, length * (CLEARANCE - reach[:, 2].min())])
     spec.visual.global_.offwidth, spec.visual.global_.offheight = OFFSCREEN
     spec.visual.map.znear = 0.01
-    spec.visual.map.zfar = 30
-    spec.visual.map.shadowclip = 4.0  # wide: towards its edge the shadow map stains the floor
+    spec.visual.map.zfar = 8
+    spec.visual.map.shadowclip = 4.0  # wide: towards its edge the shadow map stains the floor, which haze hides
     spec.stat.extent = 1.2 * length
     spec.stat.center = base + 0.45 * length * along
     _add_surroundings(spec)
