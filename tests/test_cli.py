@@ -631,3 +631,28 @@ def test_without_an_encoder_a_run_leaves_an_animated_picture(contarm, tmp_path, 
         pytest.skip("no GL library here")
     assert found == "video.gif"
     assert "data:image/gif;base64" in (tmp_path / "r" / "report.html").read_text()
+
+
+def test_a_run_through_poses_that_have_no_rest_is_kept_and_says_so(contarm, tmp_path):
+    words = [
+        "run",
+        "--gravity",
+        0,
+        0,
+        -9.81,
+        "--payload",
+        0.2,
+        "--duration",
+        2,
+        "--turns",
+        1,
+        "--no-video",
+        "--out",
+        "r",
+    ]
+    code, out, _ = contarm(*words)
+    assert code in (0, 1)
+    assert "the share of motion is not known" in out
+    assert "of which motion" not in out
+    assert json.loads((tmp_path / "r" / "summary.json").read_text())["motion"] is None
+    assert "The load explains it" in (tmp_path / "r" / "report.html").read_text()

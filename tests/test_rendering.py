@@ -17,7 +17,7 @@ from contarm_sim.mjcf import scene_spec
 from contarm_sim.rendering.caption import Caption
 from contarm_sim.rendering.draw import ArmRenderer, Overlays, still, trace_colours
 from contarm_sim.rendering.encode import encoder
-from contarm_sim.rendering.film import LEGEND, Look, frame_indices
+from contarm_sim.rendering.film import Look, Scale, frame_indices
 from contarm_sim.rendering.gl import choose_backend
 from contarm_sim.rendering.overlays import thin
 from contarm_sim.rendering.video import Shot, write_gif, write_still, write_video, write_webp
@@ -374,7 +374,9 @@ def test_lines_keep_their_ends():
 def test_a_caption_is_not_clipped(size):
     text = "t = 10.00 s    tip error 100.00 mm"
     picture = np.zeros((size[1], size[0], 3), np.uint8)
-    caption = Caption(*size, text, LEGEND)
+    caption = Caption(
+        *size, text, {"path": [(0.3, 0.3, 0.4)], "tip, by error": trace_colours(np.linspace(0, 1, 24), 1.0)}
+    )
     caption.write(picture, text)
     strip = picture[: np.flatnonzero(picture.any(axis=(1, 2)))[-1] + 1].min(axis=2)
     assert len(strip) < 0.2 * size[1]
@@ -384,6 +386,14 @@ def test_a_caption_is_not_clipped(size):
 
 
 # --- Films.
+
+
+def test_two_runs_beside_each_other_have_one_scale(arm):
+    straight, off = samples_of(arm, np.zeros((5, 2))), samples_of(arm, np.zeros((5, 2)))
+    off.stations[:, -1, 0] += 0.02
+    assert Scale.of((arm, straight)).error == pytest.approx(0.0, abs=1e-12)
+    assert Scale.of((arm, straight), (arm, off)) == Scale.of((arm, off), (arm, straight))
+    assert Scale.of((arm, straight), (arm, off)).error == pytest.approx(0.02)
 
 
 def test_frames_show_the_nearest_samples(arm):

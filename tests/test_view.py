@@ -166,6 +166,11 @@ def test_two_browsers_steer_the_arm_and_may_leave(tmp_path):
             assert _time(first) == 0
             first.click("Go on")
             wait_for(lambda: _time(first) > 0.5)
+            for typed in ("0", "-1", "1e9"):  # into the box of the speed
+                first.run("Array.from(document.querySelectorAll('input')).pop().select()")
+                first.ask("Input.insertText", text=typed)
+                before = _time(first)
+                wait_for(lambda before=before: _time(first) > before)
             ours = [error for error in first.errors + second.errors if "passive event listener" not in error]
             assert not ours
         process.send_signal(signal.SIGINT)

@@ -24,7 +24,7 @@ SIZES = {"480p": (854, 480), "720p": (1280, 720), "1080p": (1920, 1080)}
     help="Fixed, circling once, or following the tip.",
 )  # fmt: skip
 @click.option("--size", default="720p", show_default=True, type=click.Choice(list(SIZES)), help="Size of the picture.")
-@click.option("--fps", type=float, help="Frames per second, 1 to 60; default 30, GIF and WebP 15.")
+@click.option("--fps", type=float, help="Frames per second, 1 to 60 (GIF 50); default 30, GIF and WebP 15.")
 @click.option("--speed", type=float, default=1.0, show_default=True, help="Simulated over shown time.")
 @click.option("--time", "at", type=float, metavar="S", help="For a .png: the time to show [s]; default the end.")
 @click.option(
@@ -60,7 +60,8 @@ def render(run_dir: str, out: str | None, beside: str | None, camera: str, size:
     check_output(target)
     width, height = SIZES[size]
     other = _recorded(beside) if beside is not None else None
-    shot = Shot(arm, samples, Look(width, height, camera, quality, not no_plots), fps, speed, other)
+    names = (Path(run_dir).resolve().name, Path(beside).resolve().name) if beside is not None else ("", "")
+    shot = Shot(arm, samples, Look(width, height, camera, quality, not no_plots), fps, speed, other, names)
     if target.suffix == ".png":
         write_still(shot, target, float(samples.time[-1]) if at is None else at)
     else:

@@ -174,20 +174,13 @@ def _film(job: Any, folder: Path, interrupted: bool) -> str:
 
 def _show(summary: dict[str, Any]) -> None:
     from contarm_sim.cli.terminal import table, verdict_line
-    from contarm_sim.validation.verdict import MODEL_LIMIT
+    from contarm_sim.report.words import parts, remarks
 
-    meanings = {
-        "tip_error": "tip error (simulated vs analytic)",
-        "discretisation": "  discretisation: arc vs chain form",
-        "servo": "  servo: commanded vs measured lengths",
-        "shape": "  shape: inertia, gravity, unequal joints",
-        "motion": "    of which motion (vs at rest)",
-        "backbone_error": "largest along the backbone",
-        "miss": "miss (target vs dome)",
-    }
     keys = ("max_m", "rms_m", "max_percent", "rms_percent")
     rows = []
-    for name, meaning in meanings.items():
+    for name, meaning in parts(summary["controller"]).items():
+        if summary[name] is None:
+            continue
         most, rms, most_percent, rms_percent = (summary[name][key] for key in keys)
         rows.append([meaning, f"{1e3 * most:.4f}", f"{1e3 * rms:.4f}", f"{most_percent:.4f}", f"{rms_percent:.4f}"])
     title = f"{summary['path']}, {summary['duration']:g} s, controller {summary['controller']}"
@@ -197,18 +190,5 @@ def _show(summary: dict[str, Any]) -> None:
     slack = f"{muscle['pushes']} pushes, {100 * muscle['slack_fraction']:.3g} % slack"
     click.echo(f"orientation error {degrees:.3f} deg max; muscles {forces}, {slack}; {speed:.0f} x real time")
     click.echo(verdict_line("verdict", summary))
-    error, limit = summary["tip_error"]["max_percent"], summary["checks"][0]["limit"]
-    if MODEL_LIMIT < error <= limit:
-        click.echo(
-            f"the load explains it (limit {limit:.0f} % of length, for sag), but constant curvature does not hold: "
-            f"{error:.1f} % is more than {MODEL_LIMIT:g} %"
-        )
-    if muscle["below_min_pressure"] and summary["controller"] not in ("paper", "chain"):
-        lowest = summary["arm"]["muscle"]["min_pressure"] / 1e3
-        click.echo(
-            f"in {muscle['below_min_pressure']} samples a slack muscle would take less than the lowest pressure, "
-            f"{lowest:.0f} kPa; the controller `pressure` keeps to it"
-        )
-    if muscle["beyond_max_pressure"]:
-        highest = summary["arm"]["muscle"]["max_pressure"] / 1e3
-        click.echo(f"{muscle['beyond_max_pressure']} samples would take real muscles more than {highest:.0f} kPa")
+    for remark in remarks(summary):
+        click.echo(remark)

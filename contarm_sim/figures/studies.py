@@ -40,7 +40,9 @@ def budget(path: Path, arm: Arm) -> None:
     with figure(path, figsize=(5.8, 3.4)) as fig:
         ax = fig.subplots()
         stacked = 1e3 * np.array(list(parts.values()))
-        ax.stackplot(samples.time, stacked, labels=list(parts), colors=[BLUE, GREEN, SKY, ORANGE])
+        layers = ax.stackplot(samples.time, stacked, labels=list(parts), colors=[BLUE, GREEN, SKY, ORANGE])
+        for layer, hatch in zip(layers, ("", "....", "", "////"), strict=True):
+            layer.set(hatch=hatch, edgecolor="white", linewidth=0)
         ax.plot(samples.time, 1e3 * comparison.tip_error, color=BLACK, label="tip error (vector sum)")
         ax.set_xlabel("time [s]")
         ax.set_ylabel("distance [mm]")

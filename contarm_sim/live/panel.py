@@ -85,7 +85,7 @@ class Panel:
         for control in (self._least, self._payload, self._gravity):
             self._on(control, self._load)
         self._on(self._mount, self._load)
-        self._on(self._speed, lambda: setattr(self, "speed", float(self._speed.value)))
+        self._on(self._speed, lambda: setattr(self, "speed", _value(self._speed)))
         self._pause.on_click(lambda _: self._post(self._toggle))
         self._reset.on_click(lambda _: self._post(self._start_again))
 
@@ -94,7 +94,7 @@ class Panel:
         control.on_update(lambda event: self._post(action) if event.client is not None else None)
 
     def _aim(self) -> None:
-        angle, plane = np.radians([self._angle.value, self._plane.value])
+        angle, plane = np.radians([_value(self._angle), _value(self._plane)])
         self._session.aim(arc.from_polar(angle, plane))
 
     def _load(self) -> None:
@@ -102,9 +102,9 @@ class Panel:
         down = self._given if self._mount.value == _GIVEN else np.array(_DOWN[self._mount.value])
         arm = self._session.arm
         # A hair of gravity keeps the picture's way down while it is turned off.
-        x, y, z = (float(part) for part in max(self._gravity.value, 1e-9) * down)
-        muscle = replace(arm.muscle, min_tension=float(self._least.value))
-        changed = replace(arm, gravity=(x, y, z), payload=1e-3 * float(self._payload.value), muscle=muscle)
+        x, y, z = (float(part) for part in max(_value(self._gravity), 1e-9) * down)
+        muscle = replace(arm.muscle, min_tension=_value(self._least))
+        changed = replace(arm, gravity=(x, y, z), payload=1e-3 * _value(self._payload), muscle=muscle)
         turned = not np.allclose(_direction(changed), _direction(arm))
         self._session.change(arm=changed)
         if turned:
@@ -151,10 +151,12 @@ class Panel:
         reading, arm = self._session.reading, self._session.arm
         angle, plane = (np.degrees(x) for x in arc.to_polar(reading.bend))
         pace = "**slower than asked**" if behind else f"{100 * busy:.0f} % of a core"
+        highest = arm.muscle.max_pressure
+        over = f"  \n**takes more than {1e-3 * highest:.0f} kPa**" if reading.pressures.max() > 1.001 * highest else ""
         text = (
             f"**Tip error {1e3 * reading.error:.2f} mm** ({100 * reading.error / arm.length:.2f} % of length)  \n"
             f"bend {angle:.1f}° towards {plane:.0f}°  \n"
-            f"t = {reading.time:.1f} s, {'paused' if self.paused else pace}"
+            f"t = {reading.time:.1f} s, {'paused' if self.paused else pace}{over}"
         )
         self._status.content = text + (f"\n\n**Waiting:** {self._session.problem}" if self._session.problem else "")
         if self._points:
@@ -172,8 +174,8 @@ class _Plots:
         self._plots = []
         for title, names, colours, least in (
             ("tip error [mm]", ("error",), ("#7526cc",), 1.0),
-            ("tension [N]", ("1", "2", "3"), muscles, 10.0),
-            ("pressure [kPa]", ("1", "2", "3"), muscles, 100.0),
+            ("tension [N]: 1 red, 2 blue, 3 amber", ("1", "2", "3"), muscles, 10.0),
+            ("pressure it takes [kPa]", ("1", "2", "3"), muscles, 100.0),
         ):
             series = [uplot.Series(label="t [s]")]
             series += [
@@ -181,7 +183,7 @@ class _Plots:
             ]
             self._plots.append(
                 gui.add_uplot(
-                    (empty,) * len(series), tuple(series), title=title, height=150,
+                    (empty,) * len(series), tuple(series), title=title, height=140, padding=(10, 24, 0, 0),
                     scales={"x": uplot.Scale(time=False, auto=True), "y": {"range": _from_zero(least)}},
                     legend=uplot.Legend(show=False),
                 )
@@ -197,6 +199,13 @@ class _Plots:
 def _from_zero(least: float) -> Any:
     """Return the range of an axis that shows 0, and `least`, and more if there is more."""
     return {"min": {"pad": 0.1, "soft": 0.0, "mode": 1}, "max": {"pad": 0.1, "soft": least, "mode": 1}}
+
+
+def _value(slider: Any) -> float:
+    """Return what a slider says, within its limits: boxes pass on whatever is typed, key by key."""
+    value = slider.value
+    number = float(value) if isinstance(value, int | float) and np.isfinite(value) else slider.min
+    return float(np.clip(number, slider.min, slider.max))
 
 
 def _slider(

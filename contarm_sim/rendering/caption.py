@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contarm_sim.rendering.overlays import Colour
-
 _BACKGROUND, _INK = (250, 250, 251), (28, 30, 34)
 _SMALLEST = 7.0
 
@@ -20,10 +18,10 @@ class Caption:
     Args:
         width, height: size of the pictures [pixels].
         longest: the longest text that will be written.
-        legend: names and colours of the lines to explain.
+        legend: names of the lines to explain and their colours, each shape (K, 3) or longer, from left to right.
     """
 
-    def __init__(self, width: int, height: int, longest: str, legend: dict[str, Colour]) -> None:
+    def __init__(self, width: int, height: int, longest: str, legend: dict[str, Any]) -> None:
         from PIL import Image, ImageDraw
 
         size = max(0.026 * height, 9.0)
@@ -36,10 +34,13 @@ class Caption:
         draw = ImageDraw.Draw(self._strip)
         x = width - gap - sum(self._font.getlength(name) + 3.5 * gap for name in legend) + gap
         if x > 3 * gap + needed:
-            for name, colour in legend.items():
+            for name, colours in legend.items():
                 middle = self._strip.height / 2
-                tint = tuple(round(255 * value) for value in colour[:3])
-                draw.line([(x, middle), (x + 1.8 * gap, middle)], fill=tint, width=max(2, round(0.25 * size)))
+                share = 1.8 * gap / len(colours)
+                for i, colour in enumerate(colours):
+                    ends = [(x + i * share, middle), (x + (i + 1) * share, middle)]
+                    tint = tuple(round(255 * value) for value in colour[:3])
+                    draw.line(ends, fill=tint, width=max(2, round(0.25 * size)))
                 draw.text((x + 2.2 * gap, middle), name, fill=_INK, font=self._font, anchor="lm")
                 x += self._font.getlength(name) + 3.5 * gap
 

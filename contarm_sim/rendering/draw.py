@@ -100,8 +100,12 @@ class ArmRenderer:
     def __exit__(self, *_: object) -> None:
         self._renderer.close()
 
-    def frame(self, samples: Samples, index: int, overlays: Overlays = ALL) -> Pixels:
-        """Draw sample `index`, muscles coloured by tension; return the picture, shape (height, width, 3)."""
+    def frame(self, samples: Samples, index: int, overlays: Overlays = ALL, largest: float | None = None) -> Pixels:
+        """Draw sample `index`, muscles coloured by tension; return the picture, shape (height, width, 3).
+
+        Args:
+            largest: tip error [m] that the trace shows as the worst; default the largest of the samples.
+        """
         self._pose(samples.qpos[index])
         self._colour_muscles(samples.muscle_tensions[index] / max(samples.muscle_tensions.max(), 1e-9))
         self._look(index / max(len(samples) - 1, 1))
@@ -112,7 +116,7 @@ class ArmRenderer:
             stride = -(-len(samples) // MAX_SEGMENTS)  # the same for all of a film, so that the line does not crawl
             tips = np.vstack([samples.stations[:index:stride, -1], samples.stations[index, -1]])
             error = tip_error(self.arm, samples)
-            tints = trace_colours(error[:index:stride], float(error.max()))
+            tints = trace_colours(error[:index:stride], float(error.max()) if largest is None else largest)
             add_line(scene, self.to_world(tips), 3.2 * pixel, TRACE, tints)
         if overlays.target:
             add_ball(scene, self.to_world(samples.target[index]), 0.02 * self.arm.length, TARGET)

@@ -17,13 +17,11 @@ from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.rendering.caption import Caption
-from contarm_sim.rendering.draw import PATH, TARGET, TRACE, ArmRenderer, Pixels, Quality, tip_error
+from contarm_sim.rendering.draw import PATH, TARGET, ArmRenderer, Pixels, Quality, tip_error, trace_colours
 from contarm_sim.rendering.panel import Curve, Panel
 
 if TYPE_CHECKING:
     from contarm_sim.simulation.samples import Samples
-
-LEGEND = {"planned path": PATH, "simulated tip": TRACE, "analytic arc": TARGET}
 
 Progress = Callable[[int, int], object]
 """Called with the number of frames done and their total."""
@@ -38,6 +36,22 @@ class Look:
     camera: str = "front"
     quality: Quality = "draft"
     plots: bool = True
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What the colours of the trace and the plots reach to: tip error [m] and pressure [Pa]."""
+
+    error: float
+    pressure: float
+
+    @classmethod
+    def of(cls, *runs: tuple[Arm, Samples]) -> Scale:
+        """Return the scale that shows all of some runs."""
+        finite = [samples.pressure[np.isfinite(samples.pressure)] for _, samples in runs]
+        return cls(
+            max(float(tip_error(*run).max()) for run in runs), max(float(each.max(initial=0.0)) for each in finite)
+        )
 
 
 def frame_indices(samples: Samples, fps: float, speed: float = 1.0) -> list[int]:
@@ -62,28 +76,41 @@ def frame_indices(samples: Samples, fps: float, speed: float = 1.0) -> list[int]
 
 
 def film(
-    arm: Arm, samples: Samples, indices: list[int], look: Look, on_frame: Progress | None = None
+    arm: Arm,
+    samples: Samples,
+    indices: list[int],
+    look: Look,
+    on_frame: Progress | None = None,
+    scale: Scale | None = None,
+    name: str = "",
 ) -> Generator[Pixels, None, None]:
     """Draw samples one after the other, with a caption; one picture exists at a time.
+
+    Args:
+        scale: of colours and plots; default this run's own.
+        name: what the caption begins with.
 
     Raises:
         InputError: an unknown camera or quality, or a size that is no positive whole number.
         RenderingError: no GL library draws here.
     """
-    error = tip_error(arm, samples)
+    error, scale = tip_error(arm, samples), scale or Scale.of((arm, samples))
     moving = bool(samples.time[-1] > samples.time[0])
     angle, plane = (np.round(np.degrees(x)) for x in arc.to_polar(samples.bend))
     texts = [
-        (f"t = {samples.time[i]:.2f} s" if moving else f"pose {i + 1} of {len(samples)}, at rest")
+        (name + "   " if name else "")
+        + (f"t = {samples.time[i]:.2f} s" if moving else f"pose {i + 1} of {len(samples)}, at rest")
         + f"   tip error {1e3 * error[i]:.2f} mm = {100 * error[i] / arm.length:.2f} %"
         + f"   bend {angle[i]:.0f}° towards {plane[i] + 0.0:.0f}°"
         for i in indices
     ]
-    panels = _panels(arm, samples, error, look) if moving and look.plots else {}
+    panels = _panels(arm, samples, error, look, scale) if moving and look.plots else {}
     with ArmRenderer(arm, look.width, look.height, look.camera, look.quality) as renderer:
-        caption = Caption(look.width, look.height, max(texts, key=len), LEGEND)
+        colours = trace_colours(np.linspace(0, 1, 24), 1.0)
+        legend = {"path": [PATH], f"tip, by error to {1e3 * scale.error:.2g} mm": colours, "analytic": [TARGET]}
+        caption = Caption(look.width, look.height, max(texts, key=len), legend)
         for done, (i, text) in enumerate(zip(indices, texts, strict=True), 1):
-            image = renderer.frame(samples, i)
+            image = renderer.frame(samples, i, largest=scale.error)
             caption.write(image, text)
             for corner, panel in panels.items():
                 panel.write(image, float(samples.time[i]), corner)
@@ -97,17 +124,19 @@ def film_beside(
     other: tuple[Arm, Samples, list[int]],
     look: Look,
     on_frame: Progress | None = None,
+    names: tuple[str, str] = ("", ""),
 ) -> Generator[Pixels, None, None]:
-    """Draw two runs side by side, each in half the width; the shorter one stays at its last sample.
+    """Draw two runs side by side, each in half the width and to one scale; the shorter one stays at its last sample.
 
     Raises:
         InputError, RenderingError: as `film`.
     """
     count = max(len(one[2]), len(other[2]))
     half = replace(look, width=look.width // 2)
+    scale = Scale.of(one[:2], other[:2])
     films = [
-        film(arm, samples, indices + indices[-1:] * (count - len(indices)), half)
-        for arm, samples, indices in (one, other)
+        film(arm, samples, indices + indices[-1:] * (count - len(indices)), half, None, scale, name)
+        for (arm, samples, indices), name in zip((one, other), names, strict=True)
     ]
     for done, pictures in enumerate(zip(*films, strict=True), 1):
         yield np.concatenate(pictures, axis=1)
@@ -115,7 +144,7 @@ def film_beside(
             on_frame(done, count)
 
 
-def _panels(arm: Arm, samples: Samples, error: Array, look: Look) -> dict[str, Panel]:
+def _panels(arm: Arm, samples: Samples, error: Array, look: Look, scale: Scale) -> dict[str, Panel]:
     """Return the plots of the lower corners: tip error, and muscle pressures (those needed, under length servos)."""
     from contarm_sim.mjcf.muscles import COLOURS
 
@@ -128,10 +157,10 @@ def _panels(arm: Arm, samples: Samples, error: Array, look: Look) -> dict[str, P
         for i in range(3)
     ]
     highest = 1e-3 * arm.muscle.max_pressure
-    near = float(np.max(samples.pressure[np.isfinite(samples.pressure)], initial=0.0)) > 600 * highest
+    limit = highest if scale.pressure > 600 * highest else None
     return {
-        "left": Panel(size, samples.time, [red], "tip error [mm]"),
-        "right": Panel(size, samples.time, pressures, "muscle pressures [kPa]", highest if near else None),
+        "left": Panel(size, samples.time, [red], "tip error [mm]", 1e3 * scale.error),
+        "right": Panel(size, samples.time, pressures, "pressure it takes [kPa]", 1e-3 * scale.pressure, limit),
     }
 
 

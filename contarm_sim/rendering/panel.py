@@ -32,15 +32,17 @@ class Panel:
         size: width and height [pixels].
         time: [s], shape (T,).
         title: quantity and unit.
+        top: the largest value to be shown.
         limit: a value to draw a dashed line at.
     """
 
     def __init__(
-        self, size: tuple[int, int], time: Array, curves: list[Curve], title: str, limit: float | None = None
-    ) -> None:
+        self, size: tuple[int, int], time: Array, curves: list[Curve], title: str, top: float,
+        limit: float | None = None,
+    ) -> None:  # fmt: skip
         self._start, self._end = float(time[0]), float(time[-1])
-        empty, _ = _drawn(size, time, [], curves, title, limit)
-        full, (self._left, self._right, self._top, self._bottom) = _drawn(size, time, curves, curves, title, limit)
+        empty, _ = _drawn(size, time, [], title, top, limit)
+        full, (self._left, self._right, self._top, self._bottom) = _drawn(size, time, curves, title, top, limit)
         self._full, self._later = full.astype(np.uint8), (empty + _AHEAD * (full - empty)).astype(np.uint8)
 
     def write(self, image: Pixels, time: float, corner: str) -> None:
@@ -56,7 +58,7 @@ class Panel:
 
 
 def _drawn(
-    size: tuple[int, int], time: Array, shown: list[Curve], scaled: list[Curve], title: str, limit: float | None
+    size: tuple[int, int], time: Array, curves: list[Curve], title: str, top: float, limit: float | None
 ) -> tuple[NDArray[np.float32], tuple[int, int, int, int]]:
     """Return the card, shape (height, width, 3), and the columns of first and last time, the rows of top and bottom."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -65,10 +67,9 @@ def _drawn(
     dpi = 100 * size[1] / 190
     fig = Figure(figsize=(size[0] / dpi, size[1] / dpi), dpi=dpi, facecolor="white")
     canvas = FigureCanvasAgg(fig)
-    ax = fig.add_axes((0.16, 0.2, 0.8, 0.62))
-    for curve in shown:
+    ax = fig.add_axes((0.16, 0.2, 0.77, 0.62))
+    for curve in curves:
         ax.plot(time, curve.values, color=curve.colour, linewidth=1.6)
-    top = max(float(np.nanmax(np.where(np.isfinite(c.values), c.values, np.nan))) for c in scaled)
     if limit is not None:
         ax.axhline(limit, color="#888888", linewidth=0.9, linestyle="--")
         top = max(top, limit)

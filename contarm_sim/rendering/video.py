@@ -30,6 +30,7 @@ class Shot:
     Attributes:
         arm, samples: a run.
         beside: another run to show on the right of it.
+        names: of the two, for their captions.
         fps: frames per second; each shows the sample nearest to its time.
         speed: simulated over shown time.
         look: size [pixels], camera, quality, plots.
@@ -41,6 +42,7 @@ class Shot:
     fps: float = 30
     speed: float = 1.0
     beside: tuple[Arm, Samples] | None = None
+    names: tuple[str, str] = ("", "")
 
     def frames(self, on_frame: Progress | None = None, some: int | None = None) -> Generator[Pixels, None, None]:
         """Draw all frames one after the other, or `some` of them, evenly picked."""
@@ -51,7 +53,7 @@ class Shot:
         arm, samples = self.beside
         others = frame_indices(samples, self.fps, self.speed)
         one, other = (self.arm, self.samples, indices[::step]), (arm, samples, others[::step])
-        return film_beside(one, other, self.look, on_frame)
+        return film_beside(one, other, self.look, on_frame, self.names)
 
     def checked(self) -> Shot:
         """Return itself.
@@ -100,6 +102,8 @@ def write_gif(shot: Shot, path: Path, on_frame: Progress | None = None) -> None:
     from PIL import Image
 
     path = _checked(path, ".gif")
+    if shot.fps > 50:
+        raise InputError("fps", shot.fps, "1 to 50 in a GIF: browsers slow faster ones down")
     count = len(frame_indices(shot.checked().samples, shot.fps, shot.speed))
     typical = Image.fromarray(np.vstack(list(shot.frames(some=_PALETTE_FRAMES))))
     palette = typical.quantize(255, Image.Quantize.MEDIANCUT, kmeans=2)
@@ -146,7 +150,7 @@ def write_still(shot: Shot, path: Path, time: float) -> None:
         images = film(shot.arm, samples, picked[:1], shot.look)
     else:
         arm, other = shot.beside
-        images = film_beside((shot.arm, samples, picked[:1]), (arm, other, picked[1:]), shot.look)
+        images = film_beside((shot.arm, samples, picked[:1]), (arm, other, picked[1:]), shot.look, None, shot.names)
     with appearing(path) as temporary, closing(images):
         Image.fromarray(next(images)).save(temporary, "PNG", optimize=True)
 

@@ -12,6 +12,7 @@ import numpy as np
 from contarm_sim.arm import Arm
 from contarm_sim.arm_file import arm_to_toml
 from contarm_sim.kinematics import arc
+from contarm_sim.report.words import explanation, parts, remarks
 from contarm_sim.simulation.samples import Samples
 from contarm_sim.validation.compare import Comparison
 from contarm_sim.validation.verdict import MODEL_LIMIT
@@ -28,16 +29,6 @@ FIGURES = {
     "muscles.png": "Length changes and tensions of the three muscles over time, the arc's lengths dotted",
 }
 
-_PARTS = {
-    "tip_error": "tip error (simulated vs analytic)",
-    "discretisation": "discretisation: arc vs chain form",
-    "servo": "servo: commanded vs measured lengths",
-    "shape": "shape: inertia, gravity, unequal joints",
-    "motion": "of which motion (vs at rest)",
-    "backbone_error": "largest along the backbone",
-    "miss": "miss (target vs dome)",
-}
-
 
 def write_page(folder: Path, arm: Arm, samples: Samples, comparison: Comparison, summary: dict[str, Any]) -> None:
     """Write report.html beside the figures and the film that a run's folder holds already."""
@@ -51,10 +42,12 @@ def write_page(folder: Path, arm: Arm, samples: Samples, comparison: Comparison,
         title=f"contarm: {summary['path']}, {summary['duration']:g} s, controller {summary['controller']}",
         summary=summary,
         said=_said(summary),
-        words=_words(summary),
+        words=explanation(summary),
+        remarks=remarks(summary),
         budget=[
             {"name": meaning, "numbers": [scale * summary[name][key] for scale, key in _NUMBERS]}
-            for name, meaning in _PARTS.items()
+            for name, meaning in parts(summary["controller"]).items()
+            if summary[name] is not None
         ],
         muscles=_muscles(summary),
         figures=[
@@ -109,22 +102,8 @@ def _said(summary: dict[str, Any]) -> str:
     if failed:
         return f"{said}; not as it should be: {', '.join(failed)}."
     if error["max_percent"] > MODEL_LIMIT:
-        return f"{said}: the load explains it, but constant curvature does not hold."
+        return f"{said}: the load explains it."
     return f"{said}, and every muscle pulls."
-
-
-def _words(summary: dict[str, Any]) -> str:
-    """Say in a sentence each where the difference comes from."""
-    part = {name: 1e3 * summary[name]["max_m"] for name in ("discretisation", "servo", "shape", "motion")}
-    lines = [
-        f"Rigid links instead of an arc account for {part['discretisation']:.3f} mm, known in closed form.",
-        f"Muscle lengths that are not as commanded account for {part['servo']:.3f} mm.",
-        f"What lengths cannot see, sag, inertia and unequal joints, accounts for {part['shape']:.3f} mm; "
-        f"{part['motion']:.3f} mm of it are motion, for at rest they are gone.",
-    ]
-    if summary["miss"]["max_m"] > 1e-6:
-        lines.append(f"Targets lie up to {1e3 * summary['miss']['max_m']:.2f} mm off the dome of reachable tips.")
-    return " ".join(lines)
 
 
 def _muscles(summary: dict[str, Any]) -> list[tuple[str, str]]:
@@ -158,13 +137,15 @@ def _traces(arm: Arm, samples: Samples, comparison: Comparison) -> dict[str, Any
             "simulated tip", comparison.simulated_tip[::step],
             {"color": np.round(error, 4).tolist(), "colorscale": "Viridis", "width": 6,
              "colorbar": {"title": {"text": "tip error [mm]"}, "len": 0.6}}, hover,
-        ),
+        ) | {"showlegend": False, "legendgroup": "simulated"},
+        _line("simulated tip", comparison.simulated_tip[:1], {"color": "#21918c", "width": 6}, hover)
+        | {"legendgroup": "simulated"},  # a line of many colours has none in the legend
         _line("backbone, last sample", samples.stations[-1], {"color": "#0072B2", "width": 8}, hover),
     ]  # fmt: skip
     axes = {f"{axis}axis": {"title": {"text": f"{axis} [mm]"}, "showbackground": False} for axis in "xyz"}
     layout = {
         "scene": {**axes, "aspectmode": "data", "camera": {"eye": {"x": 1.2, "y": -1.3, "z": 0.7}}},
-        "margin": {"l": 0, "r": 0, "t": 0, "b": 0}, "legend": {"x": 0, "y": 1},
+        "margin": {"l": 0, "r": 0, "t": 30, "b": 20}, "legend": {"x": 0, "y": 1},
         "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)",
     }  # fmt: skip
     return {"data": data, "layout": layout}

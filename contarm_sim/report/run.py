@@ -6,9 +6,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from contarm_sim.arm import Arm
 from contarm_sim.arm_file import arm_to_dict, arm_to_toml
-from contarm_sim.errors import EncodingError
+from contarm_sim.errors import ConvergenceError, EncodingError
 from contarm_sim.mjcf import arm_spec, exact_xml
 from contarm_sim.report.figures import draw_budget, draw_muscles, draw_path
 from contarm_sim.report.output import versions
@@ -23,15 +25,19 @@ class RunReport:
     """A run beside the closed forms.
 
     Attributes:
-        summary: every number shown, plain values, SI units but where the name says otherwise; with verdict and checks.
+        summary: every number shown, plain values, SI units but where the name says otherwise; with verdict and checks;
+            `motion` is None where some commanded pose has no rest.
     """
 
     def __init__(self, arm: Arm, run: Run, controller: Controller, poses: int = 100) -> None:
         self._arm, self._samples, self._pressures = arm, run.samples, controller == "pressure"
         self._comparison = compare(arm, run.samples)
-        self._motion = motion_part(arm, run.samples, controller, poses)
+        try:
+            self._motion = motion_part(arm, run.samples, controller, poses)
+        except ConvergenceError:  # a pose that the loaded arm cannot rest in
+            self._motion = run.samples.time[[0, -1]], np.full(2, np.nan)
         summary = summarise(arm, run.samples, self._comparison)
-        summary["motion"] = spread(self._motion[1], arm.length)
+        summary["motion"] = spread(self._motion[1], arm.length) if np.isfinite(self._motion[1]).all() else None
         summary |= verdict(run_checks(arm, summary))
         if run.interrupted:
             summary["verdict"] = "interrupted"
