@@ -90,7 +90,7 @@ class Page:
         Path(path).write_bytes(base64.b64decode(self.ask("Page.captureScreenshot", format="png")["data"]))
 
 
-def wait_for(condition, seconds=30):
+def wait_for(condition, seconds=120):
     """Wait until something is true and return it."""
     end = time.monotonic() + seconds
     while not (found := condition()):

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import queue
-import sys
 import time
 from typing import Any
 
@@ -12,13 +10,13 @@ import mujoco
 import numpy as np
 
 from contarm_sim.arm import Arm
-from contarm_sim.errors import RenderingError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.live.session import LARGEST, PERIOD, Session
 from contarm_sim.mjcf import scene_spec
 from contarm_sim.rendering.draw import GHOST, TARGET
 from contarm_sim.rendering.overlays import add_ball, add_line
+from contarm_sim.rendering.window import window
 from contarm_sim.simulation.control import Controller
 from contarm_sim.simulation.plant import engine_room
 
@@ -34,34 +32,22 @@ def show(arm: Arm, controller: Controller = "servo") -> None:
     Raises:
         RenderingError: there is no display, or no window can be opened on it.
     """
-    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise RenderingError(
-            "no display here (DISPLAY is not set); leave --native out: a browser on any machine will do"
-        )
-    import mujoco.viewer
-
     session, keys = Session(arm, controller), queue.SimpleQueue[int]()
     model = scene_spec(arm).compile()
     data = mujoco.MjData(model)
     try:
-        window = mujoco.viewer.launch_passive(
-            model, data, key_callback=keys.put, show_left_ui=False, show_right_ui=False
-        )
-    except Exception as error:  # the window system's own, of any kind
-        raise RenderingError(f"no window can be opened: {error}") from error
-    window.cam.lookat[:], window.cam.distance = model.stat.center, 3.2 * arm.length
-    window.cam.azimuth, window.cam.elevation = 120.0, -14.0
-    try:
-        with window, engine_room():
-            _loop(session, model, data, window, keys)
+        with window(model, data, keys.put) as shown, engine_room():
+            shown.cam.lookat[:], shown.cam.distance = model.stat.center, 3.2 * arm.length
+            shown.cam.azimuth, shown.cam.elevation = 120.0, -14.0
+            _loop(session, model, data, shown, keys)
     except KeyboardInterrupt:
         pass
 
 
-def _loop(session: Session, model: Any, data: Any, window: Any, keys: queue.SimpleQueue[int]) -> None:
+def _loop(session: Session, model: Any, data: Any, shown: Any, keys: queue.SimpleQueue[int]) -> None:
     """Keep in step with the clock; draw what is drawn over the model."""
     paused, due, before = False, 0.0, time.perf_counter()
-    while window.is_running():
+    while shown.is_running():
         while not keys.empty():
             key = keys.get()
             paused = paused != (key == _SPACE)
@@ -75,12 +61,12 @@ def _loop(session: Session, model: Any, data: Any, window: Any, keys: queue.Simp
         while due >= PERIOD:
             session.tick()
             due -= PERIOD
-        with window.lock():
+        with shown.lock():
             data.qpos[:], data.time = session.plant.data.qpos, session.plant.data.time
             mujoco.mj_forward(model, data)
-            _draw_over(session, data, window.user_scn)
-        window.set_texts((None, mujoco.mjtGridPos.mjGRID_TOPLEFT, *_said(session, paused)))
-        window.sync()
+            _draw_over(session, data, shown.user_scn)
+        shown.set_texts((None, mujoco.mjtGridPos.mjGRID_TOPLEFT, *_said(session, paused)))
+        shown.sync()
         time.sleep(max(0.0, _PICTURE - (time.perf_counter() - now)))
 
 
