@@ -25,7 +25,8 @@ MAY = {
     "report": {"errors", "arm", "arm_file", "kinematics", "mechanics", "mjcf", "simulation", "validation", "rendering"},
     "figures": {"errors", "arm", "kinematics", "mechanics", "paths", "simulation", "validation", "report"},
     "cli": {"errors", "arm", "arm_file", "load", "kinematics", "mechanics", "paths", "waypoints", "mjcf", "simulation",
-            "validation", "rendering", "report", "figures"},
+            "validation", "rendering", "report", "figures", "envs"},
+    "envs": {"errors", "engine", "arm", "arm_file", "kinematics", "mechanics", "paths", "mjcf", "simulation", "rendering"},
 }  # fmt: skip
 
 

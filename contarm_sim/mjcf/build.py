@@ -27,7 +27,8 @@ def arm_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
 
     Args:
         actuation: `lengths`: three length servos [m]. `pressures`: McKibben muscles behind valves, two actuators
-            each, which both take the muscle's gauge pressure [Pa]: controls are p1 p2 p3 p1 p2 p3.
+            each, which both take the muscle's gauge pressure [Pa]: controls are p1 p2 p3 p1 p2 p3. `tensions`: three
+            plain forces, controls are tensions [N].
 
     Raises:
         InputError: an unknown actuation.
@@ -47,7 +48,7 @@ def arm_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
     add_sensors(spec)
     dofs = arm.links * (3 if arm.torsional_stiffness is not None else 2)
     straight = [straight_control(arm, actuation)] * len(MUSCLES)
-    if actuation == "lengths":
+    if actuation != "pressures":
         spec.add_key(name="straight", qpos=[0.0] * dofs, ctrl=straight)
     else:
         spec.add_key(name="straight", qpos=[0.0] * dofs, ctrl=2 * straight, act=2 * straight)
