@@ -87,6 +87,8 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
             mask = np.ones(self.num_envs, dtype=bool)
         if not isinstance(mask, np.ndarray) or mask.shape != (self.num_envs,) or mask.dtype != bool or not mask.any():
             raise InputError("reset_mask", repr(mask), f"an array of {self.num_envs} bools, some of them true")
+        if not mask.all() and any(random is None for random in self._random):
+            raise InputError("reset_mask", "given before any reset", "reset all arms first")
         for place in np.flatnonzero(mask):
             if seeds[place] is not None:
                 self._random[place] = np.random.RandomState(seeds[place])
@@ -135,8 +137,7 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
         arms = {}
         for place in places.tolist():
             random = self._random[place]
-            if random is None:
-                raise InputError("reset_mask", "without an arm that has no episode yet", "reset all arms first")
+            assert random is not None
             arms[place] = self._episodes.vary(place, random)
             self._episodes.begin(place, random)
         self._physics.use(arms)
