@@ -26,7 +26,8 @@ MAY = {
     "figures": {"errors", "arm", "kinematics", "mechanics", "paths", "simulation", "validation", "report"},
     "cli": {"errors", "arm", "arm_file", "load", "kinematics", "mechanics", "paths", "waypoints", "mjcf", "simulation",
             "validation", "rendering", "report", "figures", "envs"},
-    "envs": {"errors", "engine", "arm", "arm_file", "kinematics", "mechanics", "paths", "mjcf", "simulation", "rendering"},
+    "envs": {"errors", "engine", "arm", "arm_file", "kinematics", "mechanics", "paths", "mjcf", "simulation",
+             "rendering"},
 }  # fmt: skip
 
 

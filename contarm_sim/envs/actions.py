@@ -7,7 +7,7 @@
     pressures   3           lowest .. highest pressure [Pa]               McKibben muscles behind valves
 
 `bend` uses the closed forms of the arm that the task was made with: lengths of the chain, and the least tensions that
-hold them under that arm's gravity and payload. It knows nothing of variations. Bends beyond 170 deg are shortened to it.
+hold them under that arm's gravity and payload. It knows nothing of variations. Bends beyond 170 deg are shortened.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ class Actions:
         return np.concatenate([asked, asked], axis=-1) if self.mode == "pressures" else asked
 
     def setpoints(self, bend: Array) -> Array:
-        """Return the servos' set-points [m], shape (B, 3), that hold bends [rad], shape (B, 2), shortened to 170 deg."""
+        """Return set-points [m], shape (B, 3), that hold bends [rad], shape (B, 2), shortened to 170 deg."""
         angle = np.sqrt(bend[..., 0] * bend[..., 0] + bend[..., 1] * bend[..., 1])
         bend = bend * (MAX_BEND / np.maximum(angle, MAX_BEND))[..., None]
         arm = self.arm

@@ -1,4 +1,4 @@
-"""A task as people ask for it: an arm, what actions mean, how it is rewarded, what varies; and its flat observations."""
+"""A task as people ask for it: an arm, what actions mean, how it is rewarded, what varies; its flat observations."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 import mujoco
 import numpy as np
 
-from contarm_sim.arm import Arm
+from contarm_sim.arm import Arm, Muscle
 from contarm_sim.envs import variations as variation
 from contarm_sim.envs.actions import Actions, Mode
 from contarm_sim.envs.hold import Hold
@@ -19,7 +19,7 @@ from contarm_sim.envs.task import CONTROL_PERIOD, Goals, Task
 from contarm_sim.envs.track import Track
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mjcf import arm_spec
+from contarm_sim.mjcf import Actuation, arm_spec
 
 TASKS: dict[str, type[Task]] = {kind.name: kind for kind in (Reach, Track, Hold)}
 
@@ -31,6 +31,9 @@ TOLERANCE = 0.01
 
 NEAR = 0.05
 """Error that halves the shaped reward, as a fraction of length."""
+
+DEFAULT_ARM = Arm(muscle=Muscle(servo_time=0.005))
+"""The paper's arm, its servos damped no more than steps of the set-point need: muscles of 177 N then do 0.25 m/s."""
 
 LIMIT = 10.0
 """Observations are clipped here; they are scaled so that random actions stay within about 4."""
@@ -80,11 +83,8 @@ class Definition:
         return sum(self.sizes.values())
 
     def model(self, arm: Arm) -> mujoco.MjModel:
-        """Compile the model of an arm, without the payload's drawing: models of one batch must be laid out alike."""
-        spec = arm_spec(arm, self.actions.actuation)
-        if arm.payload:
-            spec.delete(spec.geom("payload"))
-        return spec.compile()
+        """Compile the model of an arm."""
+        return plain_spec(arm, self.actions.actuation).compile()
 
     def quantities(self, goals: Goals, state: State, tick: Array) -> dict[str, Array]:
         """Return all that is seen, in SI units, by the names of `sizes`, each of shape (B, size)."""
@@ -105,6 +105,24 @@ class Definition:
         return found
 
 
+def plain_spec(arm: Arm, actuation: Actuation) -> mujoco.MjSpec:
+    """Return the arm as the environments simulate it; its poses at rest are those of `arm_spec`.
+
+    The servos' damping is the tendons' own: as a part of a force that is limited it drops out at the limit, and after a
+    large step of the set-point the arm would hunt between the limits for ever. The payload is not drawn: whatever
+    varies, models must be laid out alike.
+    """
+    spec = arm_spec(arm, actuation)
+    if actuation == "lengths":
+        for tendon in spec.tendons:
+            tendon.damping = [arm.muscle.servo_stiffness * arm.muscle.servo_time, 0, 0]
+        for actuator in spec.actuators:
+            actuator.biasprm[2] = 0.0
+    if arm.payload:
+        spec.delete(spec.geom("payload"))
+    return spec
+
+
 def define(
     name: str,
     arm: Arm | None = None,
@@ -117,7 +135,7 @@ def define(
 
     Args:
         name: reach, track or hold.
-        arm: default the paper's arm.
+        arm: default `DEFAULT_ARM`.
         actions: an action mode; default the task's own.
         reward: shaped or sparse.
         variations: what changes from episode to episode, see `variations`.
@@ -133,7 +151,7 @@ def define(
         raise InputError("arm", repr(arm), "an Arm")
     if reward not in REWARDS:
         raise InputError("reward", repr(reward), ", ".join(REWARDS))
-    task = TASKS[name](arm or Arm())
+    task = TASKS[name](arm or DEFAULT_ARM)
     mode: Any = task.modes[0] if actions is None else actions
     if mode not in task.modes:
         raise InputError("actions", repr(mode), f"{', '.join(task.modes)} for {name}")

@@ -6,6 +6,7 @@ The front ends own the physics; this owns everything else, so that an arm's epis
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +42,7 @@ class Outcome:
     success: Flags
 
     @property
-    def info(self) -> dict[str, Array]:
+    def info(self) -> dict[str, NDArray[Any]]:
         """What the front ends pass on beside the reward."""
         return {"error": self.error, "success": self.success}
 

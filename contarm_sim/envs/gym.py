@@ -1,8 +1,8 @@
 """The arm's tasks for Gymnasium: `contarm/Reach-v0`, `contarm/Track-v0`, `contarm/Hold-v0`.
 
 Observations are flat, of float64; `state` and each task have tables of what they hold, in the order of
-`Definition.sizes`. Actions are numbers in [-1, 1], see `actions`; what lies beyond is clipped. Episodes are truncated at
-their time limit and never terminated. `info` has `error` [m] and `success`; at the end that is the verdict.
+`Definition.sizes`. Actions are numbers in [-1, 1], see `actions`; what lies beyond is clipped. Episodes are truncated
+at their time limit and never terminated. `info` has `error` [m] and `success`; at the end that is the verdict.
 
 Importing this module registers them; so does a name with the module in front, which needs no import:
 `gymnasium.make("contarm_sim.envs.gym:contarm/Reach-v0")`. Needs the extra: pip install contarm-sim[gym].
@@ -47,9 +47,9 @@ class ArmEnv(gymnasium.Env[Array, Array]):
         arm, actions, reward, variations, time_limit: see `definition.define`.
         render_mode: rgb_array, human (needs a display) or None.
 
-    An episode is drawn from a `np.random.RandomState` of the seed given to `reset`, as dm_control's is: the first episode
-    after `reset(seed=s)` is that of `contarm_sim.envs.dm.load(..., random=s)`. Later resets without a seed go on from
-    there.
+    An episode is drawn from a `np.random.RandomState` of the seed given to `reset`, as dm_control's is: the first
+    episode after `reset(seed=s)` is that of `contarm_sim.envs.dm.load(..., random=s)`. Later resets without a seed go
+    on from there.
 
     Raises:
         InputError: an unknown task, mode, variation or render mode; an action of another shape or not finite; a step

@@ -1,10 +1,10 @@
 """`hold`: keep a bend and a stiffness while a wrench pulls at the tip.
 
-The wrench is a dead force (up to 0.3 N any way) and couple (up to 20 mN m) in the base frame, from the start and all the
-time. Asked for are a bend up to 80 deg, as the three muscle lengths measure it (its error is given as what it moves the
-straight arm's tip by, half a length per radian), and a bending stiffness: the least eigenvalue of
-EI/L0 + J^T diag(dT/dL) J, the McKibben muscles' own slopes at their pressures, J at the bend asked for. It is drawn from
-what 90 to 700 kPa allow at that bend under that wrench; what they cannot hold is shrunk until they can.
+The wrench is a dead force (up to 0.3 N any way) and couple (up to 20 mN m) in the base frame, from the start and all
+the time. Asked for are a bend up to 80 deg, as the three muscle lengths measure it (its error is given as what it moves
+the straight arm's tip by, half a length per radian), and a bending stiffness: the least eigenvalue of
+EI/L0 + J^T diag(dT/dL) J, the McKibben muscles' own slopes at their pressures, J at the bend asked for. It is drawn
+from what 90 to 700 kPa allow at that bend under that wrench; what they cannot hold is shrunk until they can.
 
     quantity            size  unit     scaled by
     bend_asked          2     rad      pi

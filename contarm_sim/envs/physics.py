@@ -7,6 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
+from numpy.typing import NDArray
 
 from contarm_sim.arm import Arm
 from contarm_sim.envs.definition import Definition
@@ -91,13 +92,13 @@ class Many:
         """What is seen of the arms; views into the engine's arrays, which the next call changes."""
         return read(self._fields)
 
-    def reset(self, places: Array, forces: Array | None) -> None:
+    def reset(self, places: NDArray[np.integer], forces: Array | None) -> None:
         """Put the arms at these places straight and at rest, with forces [N, N m], shape (B, 6), on their tips."""
         self.batch.reset(places, keyframe=0)
         if forces is not None:
             self._forces[places, self._tip] = forces[places]
 
-    def step(self, controls: Array, places: Array | None) -> None:
+    def step(self, controls: Array, places: NDArray[np.integer] | None) -> None:
         """Hold controls, shape (B, nu), of the arms at these places (None: all) for one control period.
 
         Raises:

@@ -1,8 +1,8 @@
 """`track`: follow a path of `contarm_sim.paths` with the tip for 10 s.
 
-One of the five paths, its largest bend from 30 to 120 deg, turned about the base's axis by any angle. The paths lie on the
-unloaded arm's dome (the sphere spiral is brought onto it), so under load a part of the error is across the surface that
-the tip can reach. The first second is not judged: the arm starts straight, most paths do not.
+One of the five paths, its largest bend from 30 to 120 deg, turned about the base's axis by any angle. The paths lie on
+the unloaded arm's dome (the sphere spiral is brought onto it), so under load a part of the error is across the surface
+that the tip can reach. The first second is not judged: the arm starts straight, most paths do not.
 
     quantity   size  unit  scaled by
     target     3     m     L0; of this moment
@@ -74,7 +74,7 @@ class Track(Task):
     @property
     def scales(self) -> dict[str, tuple[float, float]]:
         """Lengths of the arm."""
-        return {name: (0.0, self.arm.length) for name in ("target", "to_target", "next", "ahead")}
+        return dict.fromkeys(("target", "to_target", "next", "ahead"), (0.0, self.arm.length))
 
     def error(self, goals: Goals, state: State, tick: Array) -> Array:
         """Measure the distance from tip to the target of this moment."""

@@ -1,7 +1,7 @@
 """What changes from episode to episode, in composer's own way: a value, or a callable of (initial, current, random).
 
-Names are parameters of `Arm` (`VARIED`), and what a task draws: `target` of reach, `max_bend` of track, `bend` and `force`
-of hold, and so on. dm_control.composer.variation.distributions work unchanged in every front end; so does
+Names are parameters of `Arm` (`VARIED`), and what a task draws: `target` of reach, `max_bend` of track, `bend` and
+`force` of hold, and so on. dm_control.composer.variation.distributions work unchanged in every front end; so does
 
     lambda initial_value, current_value, random_state: random_state.uniform(0, 0.1)
 """

@@ -1,7 +1,7 @@
 """Many arms as one Gymnasium `VectorEnv`, stepped on threads by `mujoco.batch.Batch`.
 
-The same bits as `gymnasium.vector.SyncVectorEnv` of as many `ArmEnv`, with any number of threads. Autoreset is its default,
-NEXT_STEP: the step after an episode's end ignores that arm's action, resets it and rewards it nothing.
+The same bits as `gymnasium.vector.SyncVectorEnv` of as many `ArmEnv`, with any number of threads. Autoreset is its
+default, NEXT_STEP: the step after an episode's end ignores that arm's action, resets it and rewards it nothing.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
             raise InputError("reset_mask", repr(mask), f"an array of {self.num_envs} bools, some of them true")
         if not mask.all() and any(random is None for random in self._random):
             raise InputError("reset_mask", "given before any reset", "reset all arms first")
-        for place in np.flatnonzero(mask):
+        for place in np.flatnonzero(mask).tolist():
             if seeds[place] is not None:
                 self._random[place] = np.random.RandomState(seeds[place])
             elif self._random[place] is None:

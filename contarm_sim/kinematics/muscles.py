@@ -22,7 +22,7 @@ DIRECTIONS = np.array([[1.0, 0.0], [-0.5, np.sqrt(3) / 2], [-0.5, -np.sqrt(3) / 
 
 
 def towards_muscles(bend: Array) -> Array:
-    """Return bend . u_i, shape (..., 3): element by element, so that a bend gives the same bits alone or among others."""
+    """Return bend . u_i, shape (..., 3), term by term: a bend gives the same bits alone or among others."""
     return bend[..., :1] * DIRECTIONS[:, 0] + bend[..., 1:] * DIRECTIONS[:, 1]
 
 

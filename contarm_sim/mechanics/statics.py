@@ -56,11 +56,11 @@ def weight_moment(bend: Any, arm: Arm) -> Array:
 
 
 def wrench_moment(bend: Any, force: Any, moment: Any, arm: Arm) -> Array:
-    """Return the moment [N m] on the bend, shape (..., 2), of a dead force [N] and couple [N m] at the tip, (..., 3)."""
+    """Return the moment on the bend [N m], shape (..., 2), of a dead force [N] and couple [N m] at the tip."""
     bend = as_vectors(bend, 2, "bend")
     force, moment = as_vectors(force, 3, "force"), as_vectors(moment, 3, "moment")
     moved = (arc.jacobian(bend, arm.length) * force[..., :, None]).sum(axis=-2)
-    # The tip turns by exp([-bend_y, bend_x, 0]^), whose left Jacobian is sin a/a + (1 - sin a/a) n n^T + (1 - cos a)/a n^.
+    # The tip turns by exp([-bend_y, bend_x, 0]^), left Jacobian is sin a/a + (1 - sin a/a) n n^T + (1 - cos a)/a n^.
     angle = np.hypot(bend[..., 0], bend[..., 1])
     by_sine, by_cosine = sinc(angle), 0.5 * sinc(0.5 * angle) ** 2
     vector = np.stack([-bend[..., 1], bend[..., 0], np.zeros_like(angle)], axis=-1)

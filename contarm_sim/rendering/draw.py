@@ -123,7 +123,7 @@ class ArmRenderer:
         return self._renderer.render()
 
     def pose(self, qpos: Array, target: Array | None = None) -> Pixels:
-        """Draw the arm with joint angles [rad], shape (dofs,), and a ball at a target [m], shape (3,), if there is one."""
+        """Draw the arm with joint angles [rad], shape (dofs,), and a ball at a target [m], if there is one."""
         self._pose(qpos)
         self._colour_muscles(np.ones(3))
         self._look(0.0)
