@@ -1,0 +1,132 @@
+"""Policies to compare a learner with: closed forms with feed-forward, and chance. Both take flat observations.
+
+    reach  the bend whose tip is nearest to the target, in closed form; under gravity or payload the set-points at which
+           the model's own tip rests nearest to it (inverse statics, once a target)
+    track  the bend in closed form of where the target will be when the action has been carried out
+    hold   tensions that balance bend, weight and wrench in closed form, co-contraction for the stiffness asked for, as
+           pressures; what the measured bend lacks is added up in the same closed forms
+
+All of them know the arm that the task was made with, and nothing of variations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from contarm_sim.envs.definition import Definition
+from contarm_sim.envs.hold import stiffness_at
+from contarm_sim.errors import ConvergenceError, InputError
+from contarm_sim.kinematics import chain, dome
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.kinematics.muscles import DIRECTIONS
+from contarm_sim.mechanics.statics import balance, holding_tensions, length_jacobian, level_range, wrench_moment
+from contarm_sim.simulation.plan import plan_rest
+
+Policy = Callable[[Array], Array]
+"""From flat observations, shape (B, size), to actions, shape (B, size of an action)."""
+
+MARGIN = 1.02
+"""Stiffness that the baseline of `hold` goes for, over what is asked for."""
+
+GAIN = 0.3
+"""Share of the measured bend's error that the baseline of `hold` makes up for in a control period."""
+
+
+def random_policy(definition: Definition, seed: int = 0) -> Policy:
+    """Return a policy of even chance."""
+    random = np.random.default_rng(seed)
+    return lambda observation: random.uniform(-1.0, 1.0, (len(observation), definition.actions.size))
+
+
+def baseline(definition: Definition) -> Policy:
+    """Return the closed-form policy of a task. It has a memory: make a new one for new arms."""
+    if definition.task.name == "hold":
+        return _Hold(definition)
+    return _Steer(definition)
+
+
+class _Steer:
+    """Bends the arm so that its tip meets a target."""
+
+    def __init__(self, definition: Definition) -> None:
+        self._definition, self._actions, self._arm = definition, definition.actions, definition.arm
+        self._planned = definition.task.name == "reach" and self._arm != self._arm.unloaded
+        self._known: dict[bytes, Array] = {}
+
+    def __call__(self, observation: Array) -> Array:
+        seen = self._definition.unflat(observation)
+        if self._planned:
+            return self._asking(np.array([self._plan(target) for target in seen["target"]]))
+        target = seen["target" if self._definition.task.name == "reach" else "next"]
+        return self._asking(dome.bend_from_tip(target, self._arm.length, "nearest").bend)
+
+    def _plan(self, target: Array) -> Array:
+        """Return the bend [rad], shape (2,), that asks for the set-points of inverse statics."""
+        target = target.round(9)  # observed targets are scaled ones, and not the same to the last bit
+        if target.tobytes() not in self._known:
+            bend = dome.bend_from_tip(target[None], self._arm.length, "nearest").bend
+            try:
+                setpoint = plan_rest(self._arm, bend, target[None]).setpoint
+            except (ConvergenceError, InputError):  # no pose at rest there: the closed form alone
+                setpoint = self._actions.setpoints(bend)
+            for _ in range(30):  # the bend whose own set-points have the same differences
+                off = setpoint - self._actions.setpoints(bend)
+                bend = bend - 2 / (3 * self._arm.muscle_radius) * off @ DIRECTIONS
+            self._known[target.tobytes()] = bend[0]
+        return self._known[target.tobytes()]
+
+    def _asking(self, bend: Array) -> Array:
+        """Return the actions that hold bends [rad], shape (B, 2)."""
+        actions, mode = self._actions, self._actions.mode
+        if mode == "bend":
+            return actions.asking(bend)
+        if mode == "lengths":
+            return actions.asking(actions.setpoints(bend))
+        if mode == "tensions":
+            return actions.asking(holding_tensions(bend, self._arm))
+        held = balance(bend, self._arm)
+        level = level_range(held, self._arm)[0]
+        return actions.asking(held.at(level) / np.maximum(held.per_pascal, 1e-9))
+
+
+class _Hold:
+    """Balances a wrench and keeps a stiffness."""
+
+    def __init__(self, definition: Definition) -> None:
+        self._definition, self._arm = definition, definition.arm
+        self._goals: Array = np.empty((0, 9))
+        self._offset: Array = np.empty((0, 2))
+        self._parts: list[tuple[Array, Array, Array]] = []
+
+    def __call__(self, observation: Array) -> Array:
+        seen = self._definition.unflat(observation)
+        goals = np.concatenate([seen[name] for name in ("bend_asked", "force", "couple", "stiffness_asked")], axis=-1)
+        if len(goals) != len(self._goals):
+            self._goals, self._offset = np.full(goals.shape, np.nan), np.zeros((len(goals), 2))
+            self._parts = [(np.empty(0),) * 3] * len(goals)
+        for i in np.flatnonzero((goals != self._goals).any(axis=-1)).tolist():
+            self._goals[i], self._offset[i], self._parts[i] = goals[i], 0.0, self._solve(goals[i])
+        asked = np.empty((len(goals), 3))
+        for i, (pressures, by_bend, by_level) in enumerate(self._parts):
+            self._offset[i] += GAIN * seen["bend_error"][i]
+            found = pressures + by_bend @ self._offset[i]
+            lacking = (self._arm.muscle.min_pressure - found) / by_level
+            asked[i] = found + max(float(lacking.max()), 0.0) * by_level
+        return self._definition.actions.asking(asked)
+
+    def _solve(self, goal: Array) -> tuple[Array, Array, Array]:
+        """Return pressures [Pa], shape (3,), and their derivatives by the bend, (3, 2), and by the level, (3,)."""
+        arm, bend, force, couple, stiffness = self._arm, goal[:2], goal[2:5], goal[5:8], float(goal[8])
+        held = balance(bend, arm, load=wrench_moment(bend, force, couple, arm))
+        lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
+        J = length_jacobian(bend, arm)
+        low, high = (float(level) for level in level_range(held, arm))
+        for _ in range(40):  # stiffness rises with the level
+            middle = 0.5 * (low + high)
+            enough = stiffness_at(held, middle, lengths, J, arm) >= MARGIN * stiffness
+            low, high = (low, middle) if enough else (middle, high)
+        spread = np.linalg.solve(J.T @ J, J.T)
+        by_bend = -(spread.T * stiffness) / held.per_pascal[:, None]
+        return held.at(high) / held.per_pascal, by_bend, held.cocontraction / held.per_pascal
