@@ -1,8 +1,8 @@
 """Policies to compare a learner with: closed forms with feed-forward, and chance. Both take flat observations.
 
-    reach  the bend whose tip is nearest to the target, in closed form; under gravity or payload the set-points at which
-           the model's own tip rests nearest to it (inverse statics, once a target)
-    track  the bend in closed form of where the target will be when the action has been carried out
+    reach  the bend whose tip is nearest to the target, in closed form; with gravity or payload the bend at whose
+           set-points the model's own tip rests nearest to it (inverse statics)
+    track  the same for where the target will be when the action has been carried out
     hold   tensions that balance bend, weight and wrench in closed form, co-contraction for the stiffness asked for, as
            pressures; what the measured bend lacks is added up in the same closed forms
 
@@ -17,21 +17,22 @@ import numpy as np
 
 from contarm_sim.envs.definition import Definition
 from contarm_sim.envs.hold import stiffness_at
-from contarm_sim.errors import ConvergenceError, InputError
-from contarm_sim.kinematics import chain, dome
+from contarm_sim.kinematics import chain
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.kinematics.muscles import DIRECTIONS
 from contarm_sim.mechanics.statics import balance, holding_tensions, length_jacobian, level_range, wrench_moment
-from contarm_sim.simulation.plan import plan_rest
 
 Policy = Callable[[Array], Array]
 """From flat observations, shape (B, size), to actions, shape (B, size of an action)."""
 
+REMEMBERED = 10_000
+"""Targets under load whose bends are kept."""
+
 MARGIN = 1.02
 """Stiffness that the baseline of `hold` goes for, over what is asked for."""
 
-GAIN = 0.3
-"""Share of the measured bend's error that the baseline of `hold` makes up for in a control period."""
+GAIN, NEAR = 0.06, 0.15
+"""Share of the measured bend's error that the baseline of `hold` makes up for in a control period, once the error is
+below this [rad]: before, the arm is only on its way."""
 
 
 def random_policy(definition: Definition, seed: int = 0) -> Policy:
@@ -52,30 +53,23 @@ class _Steer:
 
     def __init__(self, definition: Definition) -> None:
         self._definition, self._actions, self._arm = definition, definition.actions, definition.arm
-        self._planned = definition.task.name == "reach" and self._arm != self._arm.unloaded
+        self._seen = "target" if definition.task.name == "reach" else "next"
         self._known: dict[bytes, Array] = {}
 
     def __call__(self, observation: Array) -> Array:
-        seen = self._definition.unflat(observation)
-        if self._planned:
-            return self._asking(np.array([self._plan(target) for target in seen["target"]]))
-        target = seen["target" if self._definition.task.name == "reach" else "next"]
-        return self._asking(dome.bend_from_tip(target, self._arm.length, "nearest").bend)
+        return self._asking(self._bends(self._definition.unflat(observation)[self._seen]))
 
-    def _plan(self, target: Array) -> Array:
-        """Return the bend [rad], shape (2,), that asks for the set-points of inverse statics."""
-        target = target.round(9)  # observed targets are scaled ones, and not the same to the last bit
-        if target.tobytes() not in self._known:
-            bend = dome.bend_from_tip(target[None], self._arm.length, "nearest").bend
-            try:
-                setpoint = plan_rest(self._arm, bend, target[None]).setpoint
-            except (ConvergenceError, InputError):  # no pose at rest there: the closed form alone
-                setpoint = self._actions.setpoints(bend)
-            for _ in range(30):  # the bend whose own set-points have the same differences
-                off = setpoint - self._actions.setpoints(bend)
-                bend = bend - 2 / (3 * self._arm.muscle_radius) * off @ DIRECTIONS
-            self._known[target.tobytes()] = bend[0]
-        return self._known[target.tobytes()]
+    def _bends(self, targets: Array) -> Array:
+        """Return the bends [rad], shape (B, 2), whose tips rest nearest to targets; under load each is solved once."""
+        resting = self._definition.task.resting
+        if not resting.loaded:
+            return resting.bends(targets)
+        keys = [target.tobytes() for target in targets]
+        new = [i for i, key in enumerate(keys) if key not in self._known]
+        if len(self._known) + len(new) > REMEMBERED:
+            self._known, new = {}, list(range(len(keys)))
+        self._known |= {keys[i]: bend for i, bend in zip(new, resting.bends(targets[new]), strict=True)} if new else {}
+        return np.array([self._known[key] for key in keys])
 
     def _asking(self, bend: Array) -> Array:
         """Return the actions that hold bends [rad], shape (B, 2)."""
@@ -109,8 +103,9 @@ class _Hold:
         for i in np.flatnonzero((goals != self._goals).any(axis=-1)).tolist():
             self._goals[i], self._offset[i], self._parts[i] = goals[i], 0.0, self._solve(goals[i])
         asked = np.empty((len(goals), 3))
+        near = np.hypot(seen["bend_error"][:, 0], seen["bend_error"][:, 1]) < NEAR
+        self._offset += GAIN * np.where(near[:, None], seen["bend_error"], 0.0)
         for i, (pressures, by_bend, by_level) in enumerate(self._parts):
-            self._offset[i] += GAIN * seen["bend_error"][i]
             found = pressures + by_bend @ self._offset[i]
             lacking = (self._arm.muscle.min_pressure - found) / by_level
             asked[i] = found + max(float(lacking.max()), 0.0) * by_level

@@ -1,8 +1,7 @@
 """`reach`: bring the tip to a point.
 
-The point is where the tip rests at a bend drawn evenly from the disk to 170 deg: without load the dome, in closed form.
-Under gravity or payload two degrees of freedom reach another surface, and points of the dome off it are out of every
-controller's reach; there the point is the resting tip of the simulated arm under that bend's set-points.
+The point is where the tip rests at a bend drawn evenly from the disk to 170 deg: on the dome without load, on the
+surface that the arm reaches with gravity or payload, see `resting`.
 
     quantity   size  unit  scaled by
     target     3     m     L0
@@ -11,23 +10,16 @@ controller's reach; there the point is the resting tip of the simulated arm unde
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
 
 from contarm_sim.arm import Arm
-from contarm_sim.envs.actions import MAX_BEND, Actions, Mode
+from contarm_sim.envs.actions import MAX_BEND, Mode
 from contarm_sim.envs.state import State
 from contarm_sim.envs.task import Goals, Task, even_bend, norm
-from contarm_sim.errors import ConvergenceError, InputError
-from contarm_sim.kinematics import arc
+from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array, as_vectors
-from contarm_sim.simulation.plant import Plant, engine_room
-from contarm_sim.simulation.solver import Solver
-
-SHORTEN = 0.9
-"""What a bend is shortened by where the loaded arm has no pose at rest."""
 
 
 class Reach(Task):
@@ -40,13 +32,7 @@ class Reach(Task):
 
     def draw(self, random: np.random.RandomState) -> dict[str, Any]:
         """Draw a target [m]."""
-        bend = even_bend(random, MAX_BEND)
-        loaded = self.arm != self.arm.unloaded
-        return {"target": self._resting.tip(bend) if loaded else arc.position(bend, self.arm.length)}
-
-    @cached_property
-    def _resting(self) -> RestingTip:
-        return RestingTip(self.arm)
+        return {"target": self.resting.tips(even_bend(random, MAX_BEND)[None])[0]}
 
     def prepare(self, values: dict[str, Any], arm: Arm) -> Goals:
         """Check the target."""
@@ -71,27 +57,3 @@ class Reach(Task):
     def target(self, goals: Goals, tick: int) -> Array:
         """Draw the target."""
         return goals["target"]
-
-
-class RestingTip:
-    """Finds where the tip of a loaded arm rests under the set-points of a bend."""
-
-    def __init__(self, arm: Arm) -> None:
-        self._actions, self._plant = Actions(arm, "bend"), Plant(arm)
-        self._settle = Solver(self._plant)
-
-    def tip(self, bend: Array) -> Array:
-        """Return the resting tip [m], shape (3,); a bend without a pose at rest is shortened until there is one.
-
-        Raises:
-            ConvergenceError: not even the straight pose is one.
-        """
-        for _ in range(100):
-            try:
-                with engine_room():
-                    self._plant.reset(bend)
-                    self._settle(self._actions.setpoints(bend[None])[0])
-                return self._plant.tip
-            except ConvergenceError as error:
-                bend, failed = SHORTEN * bend, error
-        raise failed

@@ -9,6 +9,7 @@ import numpy as np
 
 from contarm_sim.arm import Arm
 from contarm_sim.envs.actions import Mode
+from contarm_sim.envs.resting import Resting
 from contarm_sim.envs.state import State
 from contarm_sim.kinematics.arrays import Array
 
@@ -24,6 +25,7 @@ class Task(ABC):
 
     Attributes:
         arm: the arm that the task was made with; variations come on top.
+        resting: where that arm's tip rests.
         name: what it is called.
         time_limit: length of an episode [s]; it is cut off then, never terminated.
         modes: the action modes that make sense, the default first.
@@ -39,6 +41,7 @@ class Task(ABC):
 
     def __init__(self, arm: Arm) -> None:
         self.arm = arm
+        self.resting = Resting(arm)
 
     @abstractmethod
     def draw(self, random: np.random.RandomState) -> dict[str, Any]:

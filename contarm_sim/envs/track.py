@@ -1,8 +1,8 @@
 """`track`: follow a path of `contarm_sim.paths` with the tip for 10 s.
 
 One of the five paths, its largest bend from 30 to 120 deg, turned about the base's axis by any angle. The paths lie on
-the unloaded arm's dome (the sphere spiral is brought onto it), so under load a part of the error is across the surface
-that the tip can reach. The first second is not judged: the arm starts straight, most paths do not.
+the dome (the sphere spiral is brought onto it); with gravity or payload the targets are where the tip rests at the
+path's bends, see `resting`. The first second is not judged: the arm starts straight, most paths do not.
 
     quantity   size  unit  scaled by
     target     3     m     L0; of this moment
@@ -16,6 +16,7 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from contarm_sim import paths
 from contarm_sim.arm import Arm
@@ -28,6 +29,7 @@ from contarm_sim.kinematics.arrays import Array
 
 BENDS = (np.radians(30), np.radians(120))
 AHEAD = 5
+EVERY = 4
 
 
 class Track(Task):
@@ -55,11 +57,20 @@ class Track(Task):
         length = self.arm.length
         path = paths.named(str(name), length, duration=self.time_limit, max_bend=bend)
         _, points = path.targets(1 / CONTROL_PERIOD)
+        bends = dome.bend_from_tip(points, length, "nearest").bend
         if name == "sphere-spiral":
-            points = arc.position(dome.bend_from_tip(points, length, "nearest").bend, length)
+            points = arc.position(bends, length)
         x, y, (c, s) = points[:, 0], points[:, 1], (np.cos(turn), np.sin(turn))
         turned = np.column_stack([c * x - s * y, s * x + c * y, points[:, 2]])
+        if self.resting.loaded:
+            turned = self._rested(bends @ np.array([[c, s], [-s, c]]))
         return {"path": np.concatenate([turned, np.repeat(turned[-1:], AHEAD, axis=0)])}
+
+    def _rested(self, bends: Array) -> Array:
+        """Return resting tips [m], shape (T, 3), of bends: statics at every fourth, splines between."""
+        ticks = np.arange(len(bends))
+        solved = np.unique(np.append(ticks[::EVERY], ticks[-1]))
+        return CubicSpline(solved, self.resting.tips(bends[solved]))(ticks)
 
     def quantities(self, goals: Goals, state: State, tick: Array) -> dict[str, Array]:
         """Show the targets of now and soon."""
