@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 import mujoco
 import numpy as np
 
-from contarm_sim.arm import Arm, Muscle
+from contarm_sim.arm import Arm
 from contarm_sim.envs import variations as variation
 from contarm_sim.envs.actions import Actions, Mode
 from contarm_sim.envs.hold import Hold
@@ -32,8 +32,8 @@ TOLERANCE = 0.01
 NEAR = 0.05
 """Error that halves the shaped reward, as a fraction of length."""
 
-DEFAULT_ARM = Arm(muscle=Muscle(servo_time=0.005))
-"""The paper's arm, its servos damped no more than steps of the set-point need: muscles of 177 N then do 0.25 m/s."""
+SERVO_TIME = 0.005
+"""Damping of the servos over their stiffness, at most [s]: with it muscles that pull 177 N do 0.25 m/s."""
 
 LIMIT = 10.0
 """Observations are clipped here; they are scaled so that random actions stay within about 4."""
@@ -108,14 +108,14 @@ class Definition:
 def plain_spec(arm: Arm, actuation: Actuation) -> mujoco.MjSpec:
     """Return the arm as the environments simulate it; its poses at rest are those of `arm_spec`.
 
-    The servos' damping is the tendons' own: as a part of a force that is limited it drops out at the limit, and after a
-    large step of the set-point the arm would hunt between the limits for ever. The payload is not drawn: whatever
-    varies, models must be laid out alike.
+    The servos' damping, at most `SERVO_TIME`, is the tendons' own: as a part of a force that is limited it drops out at
+    the limit, and after a large step of the set-point the arm would hunt between the limits for ever. The payload is
+    not drawn: whatever varies, models must be laid out alike.
     """
     spec = arm_spec(arm, actuation)
     if actuation == "lengths":
         for tendon in spec.tendons:
-            tendon.damping = [arm.muscle.servo_stiffness * arm.muscle.servo_time, 0, 0]
+            tendon.damping = [arm.muscle.servo_stiffness * min(arm.muscle.servo_time, SERVO_TIME), 0, 0]
         for actuator in spec.actuators:
             actuator.biasprm[2] = 0.0
     if arm.payload:
@@ -135,7 +135,7 @@ def define(
 
     Args:
         name: reach, track or hold.
-        arm: default `DEFAULT_ARM`.
+        arm: default the paper's arm.
         actions: an action mode; default the task's own.
         reward: shaped or sparse.
         variations: what changes from episode to episode, see `variations`.
@@ -151,7 +151,7 @@ def define(
         raise InputError("arm", repr(arm), "an Arm")
     if reward not in REWARDS:
         raise InputError("reward", repr(reward), ", ".join(REWARDS))
-    task = TASKS[name](arm or DEFAULT_ARM)
+    task = TASKS[name](arm or Arm())
     mode: Any = task.modes[0] if actions is None else actions
     if mode not in task.modes:
         raise InputError("actions", repr(mode), f"{', '.join(task.modes)} for {name}")

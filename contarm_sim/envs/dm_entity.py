@@ -11,7 +11,7 @@ import numpy as np
 from contarm_sim import engine
 from contarm_sim.arm import Arm
 from contarm_sim.envs.actions import Actions, Mode
-from contarm_sim.envs.definition import DEFAULT_ARM, plain_spec
+from contarm_sim.envs.definition import plain_spec
 from contarm_sim.envs.state import State, read
 from contarm_sim.mjcf import exact_xml
 from contarm_sim.mjcf.muscles import MUSCLES, straight_control
@@ -36,7 +36,7 @@ class ContinuumArm(composer.Robot):
     servos are made for. The integrator, `implicitfast`, it brings along, unless the arena has another.
 
     Args:
-        arm: its parameters; default `DEFAULT_ARM`.
+        arm: its parameters; default the paper's arm.
         actions: what `apply_action` takes, in [-1, 1]: bend, lengths, tensions or pressures, see `actions`.
         name: of the model.
 
@@ -45,7 +45,7 @@ class ContinuumArm(composer.Robot):
     """
 
     def _build(self, arm: Arm | None = None, actions: Mode = "bend", name: str = "contarm") -> None:
-        self._actions = Actions(arm or DEFAULT_ARM, actions)
+        self._actions = Actions(arm or Arm(), actions)
         self._mjcf = self._model(self._actions.arm)
         self._mjcf.model = name
 

@@ -7,12 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contarm_sim.envs.baseline import Policy
+from contarm_sim.envs.baseline import Policy, baseline, random_policy
 from contarm_sim.envs.definition import Definition
 from contarm_sim.envs.episodes import SETTLE
 from contarm_sim.envs.task import CONTROL_PERIOD
 from contarm_sim.envs.vector import ArmVectorEnv
 from contarm_sim.kinematics.arrays import Array
+
+POLICIES: dict[str, Callable[[Definition], Policy]] = {"baseline": baseline, "random": random_policy}
+"""What `contarm envs` scores."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +31,16 @@ class Score:
     reward: Array
     success: Array
     error: Array
+
+    @property
+    def summary(self) -> dict[str, float]:
+        """Plain numbers: mean reward, episodes solved, mean and largest error [m]."""
+        return {
+            "reward_mean": float(self.reward.mean()),
+            "solved": int(self.success.sum()),
+            "error_mean_m": float(self.error.mean()),
+            "error_largest_m": float(self.error.max()),
+        }
 
 
 def score(
