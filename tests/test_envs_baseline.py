@@ -1,4 +1,4 @@
-"""The closed-form baseline: the dome and the loaded arm's surface, every task over seeds, and what `contarm envs` says."""
+"""The closed-form baseline: the dome, the loaded arm's surface, every task over seeds; what `contarm envs` says."""
 
 import json
 import subprocess
@@ -10,15 +10,16 @@ import pytest
 
 pytest.importorskip("gymnasium")
 
+from contarm_sim.arm import Arm
 from contarm_sim.envs.actions import MAX_BEND
 from contarm_sim.envs.baseline import baseline, random_policy
-from contarm_sim.envs.definition import DEFAULT_ARM, TASKS, define
+from contarm_sim.envs.definition import TASKS, define
 from contarm_sim.envs.scores import score
 from contarm_sim.envs.vector import ArmVectorEnv
 from contarm_sim.kinematics import arc
 
-HANGING = replace(DEFAULT_ARM, gravity=(0.0, 0.0, 9.81))
-LENGTH = DEFAULT_ARM.length
+HANGING = replace(Arm(), gravity=(0.0, 0.0, 9.81))
+LENGTH = Arm().length
 
 
 def tips_reached(arm, targets):
@@ -40,7 +41,7 @@ def dome_targets(largest):
 
 def test_every_target_on_the_dome_is_reached_within_a_millimetre():
     targets = dome_targets(MAX_BEND)
-    assert np.linalg.norm(tips_reached(DEFAULT_ARM, targets) - targets, axis=1).max() < 1e-3
+    assert np.linalg.norm(tips_reached(Arm(), targets) - targets, axis=1).max() < 1e-3
 
 
 def test_with_gravity_only_what_lies_across_the_reachable_surface_is_missed():
@@ -55,12 +56,12 @@ def test_with_gravity_only_what_lies_across_the_reachable_surface_is_missed():
     np.testing.assert_allclose(missed, np.linalg.norm(nearest - targets, axis=1), atol=2e-3)
 
 
-@pytest.mark.parametrize("arm", [DEFAULT_ARM, HANGING], ids=["free", "hanging"])
+@pytest.mark.parametrize("arm", [Arm(), HANGING], ids=["free", "hanging"])
 def test_reach_is_solved_in_100_of_100_seeds(arm):
     definition = define("reach", arm)
     found = score(definition, baseline(definition), 100)
     assert found.success.all()
-    assert found.error.max() < (1e-3 if arm is DEFAULT_ARM else 0.01 * LENGTH)
+    assert found.error.max() < (1e-3 if arm == Arm() else 0.01 * LENGTH)
 
 
 @pytest.mark.parametrize("task", ["track", "hold"])

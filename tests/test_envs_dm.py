@@ -15,9 +15,10 @@ from dataclasses import replace
 import dm_env
 import mujoco
 
+from contarm_sim.arm import Arm
 from contarm_sim.envs import dm
 from contarm_sim.envs.actions import MODES
-from contarm_sim.envs.definition import DEFAULT_ARM, plain_spec
+from contarm_sim.envs.definition import plain_spec
 from contarm_sim.envs.dm_entity import composer
 from contarm_sim.envs.gym import ArmEnv
 from contarm_sim.errors import DivergenceError, InputError
@@ -27,7 +28,7 @@ with warnings.catch_warnings():
     from dm_control import mjcf
     from dm_control.composer.variation import distributions
 
-HANGING = replace(DEFAULT_ARM, gravity=(3.0, 0.0, 9.0), payload=0.02, links=12)
+HANGING = replace(Arm(), gravity=(3.0, 0.0, 9.0), payload=0.02, links=12)
 UNIFORM = {
     "payload": distributions.Uniform(0.0, 0.05),
     "bending_stiffness": distributions.Uniform(0.08, 0.12),
@@ -124,7 +125,7 @@ def test_the_varied_model_is_that_of_the_varied_arm(actions):
     env.reset()
     arm, model = env.task._episodes.arms[0], env.physics.model
     wanted = plain_spec(arm, env.task.arm._actions.actuation).compile()
-    assert arm.payload != DEFAULT_ARM.payload
+    assert arm.payload != Arm().payload
     for field in ("body_mass", "body_inertia"):
         np.testing.assert_allclose(getattr(model, field)[-wanted.nbody + 1 :], getattr(wanted, field)[1:], rtol=1e-12)
     for field in ("jnt_stiffness", "dof_damping", "dof_frictionloss", "tendon_frictionloss", "tendon_stiffness",

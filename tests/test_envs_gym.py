@@ -15,7 +15,7 @@ from gymnasium.vector import AutoresetMode  # noqa: E402
 
 from contarm_sim.arm import Arm  # noqa: E402
 from contarm_sim.envs.actions import MODES, Actions  # noqa: E402
-from contarm_sim.envs.definition import DEFAULT_ARM, LIMIT, TASKS, define  # noqa: E402
+from contarm_sim.envs.definition import LIMIT, TASKS, define  # noqa: E402
 from contarm_sim.envs.gym import ArmEnv  # noqa: E402
 from contarm_sim.envs.registration import NAMES  # noqa: E402
 from contarm_sim.errors import DivergenceError, InputError, RenderingError  # noqa: E402
@@ -218,7 +218,7 @@ def test_variations_give_the_model_of_the_varied_arm():
     env = make("reach", variations={"payload": 0.03, "bending_stiffness": uniform(0.2), "target": [0.2, 0.0, 0.25]})
     env.reset(seed=0)
     arm, model = env.unwrapped._episodes.arms[0], env.unwrapped._physics._model
-    assert arm == replace(DEFAULT_ARM, payload=0.03, bending_stiffness=arm.bending_stiffness)
+    assert arm == replace(Arm(), payload=0.03, bending_stiffness=arm.bending_stiffness)
     assert model.body("tip").mass[0] == pytest.approx(0.3 / 48 + 0.03)
     assert model.jnt_stiffness[0] == pytest.approx(arm.bending_stiffness / arm.link_pitch)
     stiffness = arm.bending_stiffness
@@ -302,12 +302,12 @@ def test_divergence_is_raised_with_its_place_and_logs_nothing(count, tmp_path, m
 
 def test_100_000_random_steps_stay_inside_their_spaces():
     """Over all tasks and modes, with half the links; a warning is an error here."""
-    random_steps(100_000, replace(DEFAULT_ARM, links=12))
+    random_steps(100_000, Arm(links=12))
 
 
 @pytest.mark.slow
 def test_a_million_random_steps_stay_inside_their_spaces():
-    random_steps(1_000_000, DEFAULT_ARM)
+    random_steps(1_000_000, Arm())
 
 
 def random_steps(count, arm):

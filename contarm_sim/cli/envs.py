@@ -34,7 +34,7 @@ def envs(arm: Arm, seeds: int, no_scores: bool, as_json: bool) -> None:
         from contarm_sim.envs.registration import NAMES
         from contarm_sim.envs.scores import POLICIES, score
     except ModuleNotFoundError as error:
-        if error.name != "gymnasium":
+        if not (error.name or "").startswith("gymnasium"):
             raise
         raise ContarmError("gymnasium is not installed; pip install 'contarm-sim[gym]'") from None
     from contarm_sim.cli.terminal import progress, table
