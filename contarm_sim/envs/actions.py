@@ -103,12 +103,16 @@ class Actions:
 
     def setpoints(self, bend: Array) -> Array:
         """Return set-points [m], shape (B, 3), that hold bends [rad], shape (B, 2), shortened to 170 deg."""
-        angle = np.sqrt(bend[..., 0] * bend[..., 0] + bend[..., 1] * bend[..., 1])
-        bend = bend * (MAX_BEND / np.maximum(angle, MAX_BEND))[..., None]
-        arm = self.arm
+        arm, bend = self.arm, shortened(bend)
         lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
         return lengths - holding_tensions(bend, arm) / arm.muscle.servo_stiffness
 
     def asking(self, values: Array) -> Array:
         """Return the actions, shape (B, size), that ask for values in the mode's unit, as near as [-1, 1] allows."""
         return ((values - self.middle) / self.half).clip(-1.0, 1.0)
+
+
+def shortened(bend: Array) -> Array:
+    """Return bends [rad], shape (..., 2), those beyond 170 deg shortened to it."""
+    angle = np.sqrt(bend[..., 0] * bend[..., 0] + bend[..., 1] * bend[..., 1])
+    return bend * (MAX_BEND / np.maximum(angle, MAX_BEND))[..., None]

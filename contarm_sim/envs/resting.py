@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from contarm_sim.arm import Arm
-from contarm_sim.envs.actions import Actions
+from contarm_sim.envs.actions import Actions, shortened
 from contarm_sim.errors import ConvergenceError, InputError
 from contarm_sim.kinematics import arc, dome
 from contarm_sim.kinematics.arrays import Array
@@ -61,11 +61,11 @@ class Resting:
             return np.array([self._tip(bend) for bend in bends])
 
     def bends(self, targets: Array) -> Array:
-        """Return the bends [rad], shape (T, 2), whose tips rest nearest to targets [m], shape (T, 3).
+        """Return the bends [rad], shape (T, 2), to 170 deg whose tips rest nearest to targets [m], shape (T, 3).
 
         Where no pose at rest is found, the closed form's.
         """
-        bends = dome.bend_from_tip(targets, self._arm.length, "nearest").bend
+        bends = shortened(dome.bend_from_tip(targets, self._arm.length, "nearest").bend)
         if not self.loaded:
             return bends
         with engine_room():
@@ -90,5 +90,5 @@ class Resting:
             return bend
         for _ in range(CORRECTIONS):  # the bend whose own set-points have the same differences
             off = setpoint - self._actions.setpoints(bend[None])[0]
-            bend = bend - 2 / (3 * self._arm.muscle_radius) * off @ DIRECTIONS
+            bend = shortened(bend - 2 / (3 * self._arm.muscle_radius) * off @ DIRECTIONS)
         return np.asarray(bend)
