@@ -1,5 +1,7 @@
 """The dm_control tasks: their contract, the entity in other arenas, and the same numbers as the Gymnasium tasks."""
 
+import os
+import shutil
 import subprocess
 import sys
 import warnings
@@ -188,6 +190,27 @@ def test_the_viewers_ways_in():
     renderer.update_scene(env.physics.data.ptr, "front")
     assert np.ptp(renderer.render()) > 50
     renderer.close()
+
+
+@pytest.mark.gl
+@pytest.mark.skipif(shutil.which("xvfb-run") is None, reason="no virtual display here")
+def test_dm_controls_viewer_opens_and_runs_a_policy():
+    code = """if True:
+        import glfw
+        from contarm_sim.envs import dm
+        from dm_control.viewer import application
+        app, seen = application.Application(width=320, height=240), []
+        tick, app._pause_subject.value = app._tick, False
+        def counted():
+            tick()
+            seen.append(app._environment.physics.data.time)
+            glfw.set_window_should_close(app._window._context.window, max(seen) > 0 or len(seen) > 1000)
+        app._tick = counted
+        app.launch(lambda: dm.load("reach", random=0), policy=lambda step: [0.5, 0.1])
+        print(max(seen) > 0)"""
+    words = ["xvfb-run", "-a", sys.executable, "-c", code]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60, env={**os.environ, "MUJOCO_GL": "glfw"})
+    assert done.stdout == "True\n", done.stderr
 
 
 def test_mistakes_are_said_in_one_line():

@@ -1,5 +1,6 @@
 """The Gymnasium tasks: their contract, bits that agree alone and in batches, variations, mistakes in one clear line."""
 
+import shutil
 import subprocess
 import sys
 
@@ -346,6 +347,23 @@ def test_pictures_show_arm_and_target():
     envs.reset(seed=0)
     np.testing.assert_array_equal(envs.render()[0], one)
     envs.close()
+
+
+@pytest.mark.gl
+@pytest.mark.skipif(shutil.which("xvfb-run") is None, reason="no virtual display here")
+def test_a_window_opens_shows_arm_and_target_and_closes():
+    code = """if True:
+        import gymnasium
+        env = gymnasium.make("contarm_sim.envs.gym:contarm/Reach-v0", render_mode="human")
+        env.reset(seed=0)
+        for _ in range(5):
+            env.step([0.5, 0.5])
+        viewer = env.unwrapped._picture._viewer
+        print(viewer.is_running(), viewer.user_scn.ngeom)
+        env.close()"""
+    words = ["xvfb-run", "-a", sys.executable, "-c", code]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout) == (0, "True 1\n"), done.stderr
 
 
 def test_a_window_without_a_display_is_one_clear_line(monkeypatch):

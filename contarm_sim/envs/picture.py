@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
 from typing import Any, Protocol
 
 from contarm_sim.arm import Arm
@@ -69,7 +70,9 @@ class Window:
         self._model = scene_spec(arm).compile()
         self._data = mujoco.MjData(self._model)
         self._ball = 0.02 * arm.length
+        before = set(threading.enumerate())
         self._viewer = mujoco.viewer.launch_passive(self._model, self._data, show_left_ui=False, show_right_ui=False)
+        self._threads = set(threading.enumerate()) - before
 
     def draw(self, qpos: Array, target: Array | None) -> None:
         """Show the pose and the target."""
@@ -89,5 +92,7 @@ class Window:
         self._viewer.sync()
 
     def close(self) -> None:
-        """Close the window."""
+        """Close the window, and wait until it is gone: Python must not end under it."""
         self._viewer.close()
+        for thread in self._threads:
+            thread.join(timeout=5)
