@@ -34,7 +34,7 @@ _HOMES = {
     "Wrench": "load",
     "compare": "validation.compare",
 }
-_MODULES = ("kinematics", "mechanics", "mjcf", "paths", "rendering", "simulation", "validation", "waypoints")
+_MODULES = ("envs", "kinematics", "mechanics", "mjcf", "paths", "rendering", "simulation", "validation", "waypoints")
 
 __all__ = [*_HOMES, "kinematics", "paths"]
 

@@ -26,7 +26,9 @@ MAY = {
     "figures": {"errors", "arm", "kinematics", "mechanics", "paths", "simulation", "validation", "report"},
     "live": {"errors", "arm", "kinematics", "mechanics", "mjcf", "simulation", "rendering"},
     "cli": {"errors", "arm", "arm_file", "load", "kinematics", "mechanics", "paths", "waypoints", "mjcf", "simulation",
-            "validation", "rendering", "report", "figures", "live"},
+            "validation", "rendering", "report", "figures", "live", "envs"},
+    "envs": {"errors", "engine", "arm", "arm_file", "kinematics", "mechanics", "paths", "mjcf", "simulation",
+             "rendering"},
 }  # fmt: skip
 
 

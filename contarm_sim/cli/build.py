@@ -13,8 +13,9 @@ from contarm_sim.cli.options import Command, arm_options, json_option, out_optio
 
 @click.command(cls=Command)
 @click.option(
-    "--actuation", default="lengths", show_default=True, type=click.Choice(["lengths", "pressures"]),
-    help="lengths: three length servos. pressures: McKibben muscles behind valves; controls are p1 p2 p3 p1 p2 p3.",
+    "--actuation", default="lengths", show_default=True, type=click.Choice(["lengths", "pressures", "tensions"]),
+    help="lengths: three length servos. pressures: McKibben muscles behind valves; controls are p1 p2 p3 p1 p2 p3. "
+    "tensions: three forces.",
 )  # fmt: skip
 @out_option("runs/build-<time>")
 @json_option

@@ -15,6 +15,7 @@ from contarm_sim.cli import (
     build,
     compare_controllers,
     doctor,
+    envs,
     equilibrium,
     figures,
     hold,
@@ -66,6 +67,7 @@ COMMANDS = (
     kinematics.fk,
     kinematics.ik,
     build.build,
+    envs.envs,
     doctor.doctor,
 )
 for command in COMMANDS:

@@ -16,7 +16,7 @@ import numpy as np
 
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array, as_vectors, sinc
-from contarm_sim.kinematics.muscles import DIRECTIONS
+from contarm_sim.kinematics.muscles import DIRECTIONS, towards_muscles
 
 
 def _half_joint_angle(bend: Array, links: int) -> Array:
@@ -57,7 +57,7 @@ def lengths_from_bend(bend: Any, length: float, radius: float, links: int) -> Ar
     """Return muscle lengths [m], shape (..., 3)."""
     bend = as_vectors(bend, 2, "bend")
     half = _half_joint_angle(bend, links)
-    return (length * np.cos(half))[..., None] - radius * sinc(half)[..., None] * (bend @ DIRECTIONS.T)
+    return (length * np.cos(half))[..., None] - radius * sinc(half)[..., None] * towards_muscles(bend)
 
 
 def bend_from_lengths(lengths: Any, length: float, radius: float, links: int) -> tuple[Array, Array]:

@@ -21,9 +21,14 @@ DIRECTIONS = np.array([[1.0, 0.0], [-0.5, np.sqrt(3) / 2], [-0.5, -np.sqrt(3) / 
 """Unit vectors u_i from the backbone to the muscles, shape (3, 2)."""
 
 
+def towards_muscles(bend: Array) -> Array:
+    """Return bend . u_i, shape (..., 3), term by term: a bend gives the same bits alone or among others."""
+    return bend[..., :1] * DIRECTIONS[:, 0] + bend[..., 1:] * DIRECTIONS[:, 1]
+
+
 def deltas_from_bend(bend: Any, radius: float) -> Array:
     """Return muscle length changes [m] (shortening < 0), shape (..., 3), of the arc."""
-    return -radius * (as_vectors(bend, 2, "bend") @ DIRECTIONS.T)
+    return -radius * towards_muscles(as_vectors(bend, 2, "bend"))
 
 
 def bend_from_deltas(deltas: Any, radius: float, tolerance: float | None = None) -> tuple[Array, Array]:

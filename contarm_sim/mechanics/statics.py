@@ -19,7 +19,7 @@ from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, chain
 from contarm_sim.kinematics.arrays import Array, as_vectors, sinc, sinc_slope
-from contarm_sim.kinematics.muscles import DIRECTIONS
+from contarm_sim.kinematics.muscles import DIRECTIONS, towards_muscles
 from contarm_sim.mechanics import pneumatics
 
 BUCKLING_SHARE = 0.95
@@ -33,7 +33,7 @@ def length_jacobian(bend: Any, arm: Arm) -> Array:
     bend = as_vectors(bend, 2, "bend")
     n = arm.links
     half = np.hypot(bend[..., 0], bend[..., 1]) / (2 * n)
-    along = (bend @ DIRECTIONS.T)[..., None] * bend[..., None, :]
+    along = towards_muscles(bend)[..., None] * bend[..., None, :]
     J = -arm.muscle_radius * sinc(half)[..., None, None] * DIRECTIONS
     J = J - (arm.muscle_radius / (4 * n**2)) * sinc_slope(half)[..., None, None] * along
     return J - (arm.length / (4 * n**2)) * (sinc(half)[..., None] * bend)[..., None, :]
@@ -53,6 +53,21 @@ def weight_moment(bend: Any, arm: Arm) -> Array:
     spread = np.einsum("q,...qij->...ij", weight, arc.jacobian(bend[..., None, :], arm.length, xi))
     moved = arm.mass * spread + arm.payload * arc.jacobian(bend, arm.length)
     return np.einsum("i,...ij->...j", gravity, moved)
+
+
+def wrench_moment(bend: Any, force: Any, moment: Any, arm: Arm) -> Array:
+    """Return the moment on the bend [N m], shape (..., 2), of a dead force [N] and couple [N m] at the tip."""
+    bend = as_vectors(bend, 2, "bend")
+    force, moment = as_vectors(force, 3, "force"), as_vectors(moment, 3, "moment")
+    moved = (arc.jacobian(bend, arm.length) * force[..., :, None]).sum(axis=-2)
+    # The tip turns by exp([-bend_y, bend_x, 0]^), left Jacobian is sin a/a + (1 - sin a/a) n n^T + (1 - cos a)/a n^.
+    angle = np.hypot(bend[..., 0], bend[..., 1])
+    by_sine, by_cosine = sinc(angle), 0.5 * sinc(0.5 * angle) ** 2
+    vector = np.stack([-bend[..., 1], bend[..., 0], np.zeros_like(angle)], axis=-1)
+    rest = np.divide(1 - by_sine, angle**2, out=np.full_like(angle, 1 / 6), where=angle > 1e-4)
+    turned = by_sine[..., None] * moment + (rest * (vector * moment).sum(axis=-1))[..., None] * vector
+    turned = turned - by_cosine[..., None] * np.cross(vector, moment)
+    return moved + np.stack([turned[..., 1], -turned[..., 0]], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -80,11 +95,12 @@ class Balance:
         return self.tensions + np.asarray(level)[..., None] * self.cocontraction
 
 
-def balance(bend: Any, arm: Arm, rate: Any = None) -> Balance:
+def balance(bend: Any, arm: Arm, rate: Any = None, load: Any = 0.0) -> Balance:
     """Return the tensions that hold bends [rad], shape (..., 2), under the arm's gravity and payload.
 
     Args:
         rate: velocity of the bend [rad/s], shape (..., 2), whose Kelvin-Voigt damping is carried too.
+        load: further moment on the bend [N m], shape (..., 2), as `wrench_moment` gives it.
 
     Raises:
         InputError: no pulling tensions hold the bend. That needs few links: their straight muscle spans
@@ -101,7 +117,7 @@ def balance(bend: Any, arm: Arm, rate: Any = None) -> Balance:
             f"bends that pulling muscles can hold with {arm.links} links: more links, or bend less",
         )
     lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
-    moment = (arm.bending_stiffness / arm.length) * elastic - weight_moment(bend, arm)
+    moment = (arm.bending_stiffness / arm.length) * elastic - weight_moment(bend, arm) - load
     moment = moment + np.einsum("...ij,...i->...j", J, pneumatics.passive_tension(lengths, arm))
     gram = J.swapaxes(-1, -2) @ J
     tensions = -(J @ np.linalg.solve(gram, moment[..., None]))[..., 0]

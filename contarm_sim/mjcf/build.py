@@ -45,7 +45,8 @@ def spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
 
     Args:
         actuation: `lengths`: three length servos [m]. `pressures`: McKibben muscles behind valves, two actuators
-            each, which both take the muscle's gauge pressure [Pa]: controls are p1 p2 p3 p1 p2 p3.
+            each, which both take the muscle's gauge pressure [Pa]: controls are p1 p2 p3 p1 p2 p3. `tensions`: three
+            plain forces, controls are tensions [N].
 
     Raises:
         InputError: an unknown actuation.

@@ -11,7 +11,7 @@ from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
 from contarm_sim.mjcf.backbone import HARD
 
-Actuation = Literal["lengths", "pressures"]
+Actuation = Literal["lengths", "pressures", "tensions"]
 ACTUATIONS: tuple[Actuation, ...] = get_args(Actuation)
 
 MUSCLES = ("muscle_1", "muscle_2", "muscle_3")
@@ -49,8 +49,8 @@ def add_muscles(spec: mujoco.MjSpec, arm: Arm, bodies: list[mujoco.MjsBody], act
         for body in bodies:
             site = body.add_site(muscle, name=f"{body.name}_{name}", pos=place)
             tendon.wrap_site(site.name)
-    if actuation == "lengths":
-        _servo(muscle.actuator, arm)
+    if actuation != "pressures":
+        {"lengths": _servo, "tensions": _pull}[actuation](muscle.actuator, arm)
         _add_actuators(spec, muscle)
     else:
         _add_actuators(spec, _linear(spec, arm), "_linear")
@@ -77,6 +77,17 @@ def _servo(actuator: mujoco.MjsActuator, arm: Arm) -> None:
     actuator.forcerange = [-blocked, 0.0]
     actuator.forcelimited = True
     actuator.ctrlrange = [shortest - blocked / kp, longest]
+    actuator.ctrllimited = True
+
+
+def _pull(actuator: mujoco.MjsActuator, arm: Arm) -> None:
+    """Make a plain force: the control is the tension, at most the blocked force."""
+    blocked = arm.muscle.blocked_force
+    actuator.gaintype = mujoco.mjtGain.mjGAIN_FIXED
+    actuator.gainprm[0] = -1.0
+    actuator.forcerange = [-blocked, 0.0]
+    actuator.forcelimited = True
+    actuator.ctrlrange = [0.0, blocked]
     actuator.ctrllimited = True
 
 
@@ -146,12 +157,14 @@ def add_sensors(spec: mujoco.MjSpec) -> None:
 
 
 def straight_control(arm: Arm, actuation: Actuation = "lengths") -> float:
-    """Return the control that gives the straight arm's muscles their least tension: set-point [m] or pressure [Pa].
+    """Return the control that gives the straight arm's muscles their least tension: [m], [Pa] or [N].
 
     The pressure is at least the lowest that there is, so tensions may be larger.
     """
     muscle = arm.muscle
     if actuation == "lengths":
         return arm.length - muscle.min_tension / muscle.servo_stiffness
+    if actuation == "tensions":
+        return muscle.min_tension
     s, s0 = 1 - muscle.mount_contraction, 1 - muscle.max_contraction
     return max(muscle.min_tension / (_pull_per_pascal(arm) * (s**2 - s0**2)), muscle.min_pressure)

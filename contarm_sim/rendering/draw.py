@@ -126,11 +126,13 @@ class ArmRenderer:
             self._add_frames(1.6 * pixel)
         return self._renderer.render()
 
-    def pose(self, qpos: Array) -> Pixels:
-        """Draw the arm alone with joint angles [rad], shape (dofs,)."""
+    def pose(self, qpos: Array, target: Array | None = None) -> Pixels:
+        """Draw the arm with joint angles [rad], shape (dofs,), and a ball at a target [m], if there is one."""
         self._pose(qpos)
         self._colour_muscles(np.ones(3))
         self._look(0.0)
+        if target is not None:
+            add_ball(self._renderer.scene, self.to_world(target), 0.02 * self.arm.length, TARGET)
         return self._renderer.render()
 
     def bent(self, bend: Array) -> Array:

@@ -17,7 +17,7 @@ from contarm_sim.mechanics.pneumatics import force_slope, passive_slope, passive
 from contarm_sim.mjcf import Actuation, arm_spec
 from contarm_sim.mjcf.muscles import MUSCLES
 
-_FATAL = [
+FATAL = [
     int(warning)
     for warning in (
         mujoco.mjtWarning.mjWARN_BADQPOS,
@@ -25,6 +25,7 @@ _FATAL = [
         mujoco.mjtWarning.mjWARN_BADQACC,
     )
 ]
+"""Warnings after which the engine has reset the arm."""
 
 
 @contextmanager
@@ -34,13 +35,23 @@ def engine_room() -> Iterator[None]:
     `Plant.check` reads the engine's warning counters instead. The matrices here are small: a second BLAS thread gains
     nothing, and spins beside the stepping loop until that takes twice as long.
     """
+    with quiet_engine(), threadpool_limits(1, user_api="blas"):
+        yield
+
+
+@contextmanager
+def quiet_engine() -> Iterator[None]:
+    """Keep the engine from writing warnings to MUJOCO_LOG.TXT; its counters still tell."""
     previous = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda message: None)
+    mujoco.set_mju_user_warning(_ignore)
     try:
-        with threadpool_limits(1, user_api="blas"):
-            yield
+        yield
     finally:
         mujoco.set_mju_user_warning(previous)
+
+
+def _ignore(message: str) -> None:
+    pass
 
 
 class Plant:
@@ -52,13 +63,13 @@ class Plant:
             position servos, which also push: what the paper's lengths meet when read naively.
         timestep: engine step [s]; default the model's.
         integrator: engine integrator; default the model's.
-        actuation: `lengths` (servos) or `pressures` (McKibben muscles behind valves).
+        actuation: `lengths` (servos), `pressures` (McKibben muscles behind valves) or `tensions` (plain forces).
 
     Attributes:
         model, data: the engine's.
         centres: what `stations` copies, as a view into the engine's memory that stays current.
-        control: the engine's controls as a view, one column a muscle: assign set-points [m] or pressures [Pa], shape
-            (3,), to all of it.
+        control: the engine's controls as a view, one column a muscle: assign set-points [m], pressures [Pa] or
+            tensions [N], shape (3,), to all of it.
         pressure: pressures behind the valves [Pa], a view like `control`; empty for servos.
     """
 
@@ -167,8 +178,8 @@ class Plant:
         Raises:
             DivergenceError: with the time, the degree of freedom and the settings.
         """
-        if any(self._warnings.tolist()) and self._warnings[_FATAL].any():
-            fatal = next(self.data.warning[i] for i in _FATAL if self.data.warning[i].number)
+        if any(self._warnings.tolist()) and self._warnings[FATAL].any():
+            fatal = next(self.data.warning[i] for i in FATAL if self.data.warning[i].number)
             dof = int(fatal.lastinfo)
             name = self.model.joint(self.model.dof_jntid[dof]).name if 0 <= dof < self.model.nv else "?"
             raise DivergenceError(float(self.data.time), dof, name, settings)

@@ -1,0 +1,73 @@
+"""Cost of the vector environment: against bare `Batch.step` calls, and against a loop over single environments.
+
+All three step the same arms through whole episodes of `reach`, resets included, under the same actions. They take turns
+within one run; ratios are of neighbouring turns, their median and range.
+"""
+
+import os
+import time
+
+import gymnasium
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+
+import contarm_sim.envs.gym  # noqa: F401
+from contarm_sim.envs.definition import define, plain_spec
+
+ARMS, THREADS, ROUNDS = 256, len(os.sched_getaffinity(0)), 5
+definition = define("reach")
+TICKS = definition.ticks + 1  # an episode and the step that resets
+
+
+def bare():
+    """Return a function that steps a batch, without anything around it."""
+    batch = Batch(plain_spec(definition.arm, "lengths").compile(), ARMS, THREADS, persistent=True)
+    control = batch.bind("ctrl")
+    batch.reset(keyframe=0)
+
+    def run(actions):
+        for action in actions:
+            control[:] = action
+            batch.step(None, definition.substeps)
+
+    return run
+
+
+def wrapped(mode, **given):
+    """Return a function that steps environments."""
+    envs = gymnasium.make_vec("contarm/Reach-v0", ARMS, vectorization_mode=mode, **given)
+    envs.reset(seed=0)
+
+    def run(actions):
+        for action in actions:
+            envs.step(action)
+
+    return run
+
+
+def main() -> None:
+    rng = np.random.default_rng(0)
+    actions = rng.uniform(-1, 1, (TICKS, ARMS, 2))
+    controls = [definition.actions.controls(action) for action in actions]
+    runs = {
+        "bare Batch.step": (bare(), controls),
+        "native vector": (wrapped("vector_entry_point", threads=THREADS), actions),
+        "SyncVectorEnv": (wrapped("sync"), actions),
+    }
+    took = {name: [] for name in runs}
+    for _ in range(ROUNDS):
+        for name, (run, given) in runs.items():
+            start = time.perf_counter()
+            run(given)
+            took[name].append(time.perf_counter() - start)
+    print(f"{ARMS} arms, {THREADS} threads, mujoco {mujoco.__version__}")
+    for name, values in took.items():
+        print(f"{name:16} {ARMS * TICKS / np.median(values):8.0f} steps/s")
+    bare_took, native, loop = (np.array(values) for values in took.values())
+    for what, ratios in (("native vector over bare", native / bare_took), ("SyncVectorEnv over native", loop / native)):
+        print(f"time of {what}: {np.median(ratios):.2f} x ({ratios.min():.2f} to {ratios.max():.2f})")
+
+
+if __name__ == "__main__":
+    main()

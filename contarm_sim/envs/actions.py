@@ -1,0 +1,118 @@
+"""What an action means: numbers in [-1, 1] to the engine's controls.
+
+    mode        per action  -1 .. 1 is                                    engine
+    bend        2           -170 .. 170 deg of bend along x and y         length servos, feed-forward tensions folded in
+    lengths     3           L0 - pi r .. L0 + pi r: a set-point [m]       length servos
+    tensions    3           0 .. what holds 170 deg at most: a force [N]  plain forces
+    pressures   3           lowest .. highest pressure [Pa]               McKibben muscles behind valves
+
+`bend` uses the closed forms of the arm that the task was made with: lengths of the chain, and the least tensions that
+hold them under that arm's gravity and payload. It knows nothing of variations. Bends beyond 170 deg are shortened.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from contarm_sim.arm import Arm
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics import arc, chain
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics.statics import holding_tensions
+from contarm_sim.mjcf import Actuation
+
+Mode = Literal["bend", "lengths", "tensions", "pressures"]
+MODES: tuple[Mode, ...] = get_args(Mode)
+
+MAX_BEND = float(np.radians(170))
+"""Largest bend that an action asks for [rad]."""
+
+
+@dataclass(frozen=True)
+class Actions:
+    """The meaning of actions for one arm.
+
+    Attributes:
+        arm: the arm whose closed forms are used.
+        mode: bend, lengths, tensions or pressures.
+        middle, half: an action a asks for middle + half * a, in the mode's unit.
+
+    Raises:
+        InputError: an unknown mode, or an arm that no pulling muscles hold at 170 deg.
+    """
+
+    arm: Arm
+    mode: Mode
+    middle: float = field(init=False)
+    half: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        low, high = self._limits()
+        object.__setattr__(self, "middle", 0.5 * (low + high))
+        object.__setattr__(self, "half", 0.5 * (high - low))
+
+    def _limits(self) -> tuple[float, float]:
+        arm, muscle = self.arm, self.arm.muscle
+        if self.mode not in MODES:
+            raise InputError("actions", repr(self.mode), ", ".join(MODES))
+        if self.mode == "lengths":
+            return arm.length - np.pi * arm.muscle_radius, arm.length + np.pi * arm.muscle_radius
+        if self.mode == "pressures":
+            return muscle.min_pressure, muscle.max_pressure
+        farthest = holding_tensions(arc.from_polar(MAX_BEND, np.radians(np.arange(0, 360, 15))), arm)
+        if self.mode == "tensions":
+            return 0.0, min(float(farthest.max()), muscle.blocked_force)
+        return -MAX_BEND, MAX_BEND
+
+    @property
+    def size(self) -> int:
+        """Numbers in an action."""
+        return 2 if self.mode == "bend" else 3
+
+    @property
+    def actuation(self) -> Actuation:
+        """What drives the model."""
+        return "lengths" if self.mode == "bend" else self.mode
+
+    def check(self, action: Any, count: int | None = None) -> Array:
+        """Return actions clipped to [-1, 1], shape (B, size); B is `count`, or 1 for one action of shape (size,).
+
+        Raises:
+            InputError: another shape, or numbers that are not finite.
+        """
+        wanted = (self.size,) if count is None else (count, self.size)
+        try:
+            array = np.asarray(action, dtype=float)
+        except (TypeError, ValueError):
+            raise InputError("action", repr(action), f"numbers in [-1, 1], shape {wanted}") from None
+        if array.shape != wanted:
+            raise InputError("action", f"of shape {array.shape}", f"shape {wanted}, numbers in [-1, 1]")
+        if not np.isfinite(array).all():
+            raise InputError("action", array.tolist(), "finite numbers in [-1, 1]")
+        return array.clip(-1.0, 1.0).reshape(-1, self.size)
+
+    def controls(self, action: Array) -> Array:
+        """Return the engine's controls, shape (B, nu), of checked actions, shape (B, size)."""
+        asked = self.middle + self.half * action
+        if self.mode == "bend":
+            return self.setpoints(asked)
+        return np.concatenate([asked, asked], axis=-1) if self.mode == "pressures" else asked
+
+    def setpoints(self, bend: Array) -> Array:
+        """Return set-points [m], shape (B, 3), that hold bends [rad], shape (B, 2), shortened to 170 deg."""
+        arm, bend = self.arm, shortened(bend)
+        lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
+        return lengths - holding_tensions(bend, arm) / arm.muscle.servo_stiffness
+
+    def asking(self, values: Array) -> Array:
+        """Return the actions, shape (B, size), that ask for values in the mode's unit, as near as [-1, 1] allows."""
+        return ((values - self.middle) / self.half).clip(-1.0, 1.0)
+
+
+def shortened(bend: Array) -> Array:
+    """Return bends [rad], shape (..., 2), those beyond 170 deg shortened to it."""
+    angle = np.sqrt(bend[..., 0] * bend[..., 0] + bend[..., 1] * bend[..., 1])
+    return bend * (MAX_BEND / np.maximum(angle, MAX_BEND))[..., None]

@@ -1,0 +1,164 @@
+"""A task as people ask for it: an arm, what actions mean, how it is rewarded, what varies; its flat observations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, get_args
+
+import mujoco
+import numpy as np
+
+from contarm_sim.arm import Arm
+from contarm_sim.envs import variations as variation
+from contarm_sim.envs.actions import Actions, Mode
+from contarm_sim.envs.hold import Hold
+from contarm_sim.envs.reach import Reach
+from contarm_sim.envs.state import State, scales
+from contarm_sim.envs.task import CONTROL_PERIOD, Goals, Task
+from contarm_sim.envs.track import Track
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mjcf import Actuation, arm_spec
+
+TASKS: dict[str, type[Task]] = {kind.name: kind for kind in (Reach, Track, Hold)}
+
+Reward = Literal["shaped", "sparse"]
+REWARDS: tuple[Reward, ...] = get_args(Reward)
+
+TOLERANCE = 0.01
+"""Error that counts as none, as a fraction of length."""
+
+NEAR = 0.05
+"""Error that halves the shaped reward, as a fraction of length."""
+
+SERVO_TIME = 0.005
+"""Damping of the servos over their stiffness, at most [s]: with it muscles that pull 177 N do 0.25 m/s."""
+
+LIMIT = 10.0
+"""Observations are clipped here; they are scaled so that random actions stay within about 4."""
+
+
+@dataclass(frozen=True)
+class Definition:
+    """One task, ready to be simulated by any front end.
+
+    Attributes:
+        task: what is asked for.
+        actions: what actions mean.
+        reward: shaped: NEAR / (NEAR + error), errors in lengths, times the task's `quality`; sparse: 1 within the
+            tolerance (and of quality 1), else 0.
+        variations: what changes from episode to episode.
+        ticks: actions in an episode.
+        sizes: numbers of every observed quantity, by name, in the order of the flat observation.
+    """
+
+    task: Task
+    actions: Actions
+    reward: Reward
+    variations: dict[str, Any]
+    ticks: int
+    sizes: dict[str, int] = field(init=False)
+
+    def __post_init__(self) -> None:
+        arm, wide = self.arm, {"joint_angles": (3 if self.arm.torsional_stiffness is not None else 2) * self.arm.links}
+        seen = [name for name in scales(arm) if name != "pressures" or self.actions.mode == "pressures"]
+        sizes = {name: {**wide, "tip_orientation": 4}.get(name, 3) for name in seen}
+        odd = {"bend_asked": 2, "bend_error": 2, "stiffness_asked": 1, "stiffness": 1}
+        object.__setattr__(self, "sizes", sizes | {name: odd.get(name, 3) for name in self.task.scales})
+
+    @property
+    def arm(self) -> Arm:
+        """The arm without variations."""
+        return self.task.arm
+
+    @property
+    def substeps(self) -> int:
+        """Engine steps in a control period."""
+        return round(CONTROL_PERIOD / arm_spec(self.arm).option.timestep)
+
+    @property
+    def size(self) -> int:
+        """Numbers in a flat observation."""
+        return sum(self.sizes.values())
+
+    def model(self, arm: Arm) -> mujoco.MjModel:
+        """Compile the model of an arm."""
+        return plain_spec(arm, self.actions.actuation).compile()
+
+    def quantities(self, goals: Goals, state: State, tick: Array) -> dict[str, Array]:
+        """Return all that is seen, in SI units, by the names of `sizes`, each of shape (B, size)."""
+        return {**state, **self.task.quantities(goals, state, tick)}
+
+    def flat(self, quantities: dict[str, Array]) -> Array:
+        """Return flat observations, shape (B, size): scaled and clipped quantities in the order of `sizes`."""
+        known = scales(self.arm) | self.task.scales
+        parts = [(quantities[name] - known[name][0]) / known[name][1] for name in self.sizes]
+        return np.concatenate(parts, axis=-1).clip(-LIMIT, LIMIT)
+
+    def unflat(self, observation: Array) -> dict[str, Array]:
+        """Return the quantities [SI units] of flat observations, shape (..., size)."""
+        known, found, at = scales(self.arm) | self.task.scales, {}, 0
+        for name, size in self.sizes.items():
+            found[name] = known[name][0] + known[name][1] * observation[..., at : at + size]
+            at += size
+        return found
+
+
+def plain_spec(arm: Arm, actuation: Actuation) -> mujoco.MjSpec:
+    """Return the arm as the environments simulate it; its poses at rest are those of `arm_spec`.
+
+    The servos' damping, at most `SERVO_TIME`, is the tendons' own: as a part of a force that is limited it drops out at
+    the limit, and after a large step of the set-point the arm would hunt between the limits for ever. The payload is
+    not drawn: whatever varies, models must be laid out alike.
+    """
+    spec = arm_spec(arm, actuation)
+    if actuation == "lengths":
+        for tendon in spec.tendons:
+            tendon.damping = [arm.muscle.servo_stiffness * min(arm.muscle.servo_time, SERVO_TIME), 0, 0]
+        for actuator in spec.actuators:
+            actuator.biasprm[2] = 0.0
+    if arm.payload:
+        spec.delete(spec.geom("payload"))
+    return spec
+
+
+def define(
+    name: str,
+    arm: Arm | None = None,
+    actions: Mode | None = None,
+    reward: Reward = "shaped",
+    variations: Mapping[str, Any] | None = None,
+    time_limit: float | None = None,
+) -> Definition:
+    """Return a task by name.
+
+    Args:
+        name: reach, track or hold.
+        arm: default the paper's arm.
+        actions: an action mode; default the task's own.
+        reward: shaped or sparse.
+        variations: what changes from episode to episode, see `variations`.
+        time_limit: length of an episode [s], a multiple of the control period; default, and for `track` at most, the
+            task's own.
+
+    Raises:
+        InputError: an unknown name, or a value that cannot be.
+    """
+    if name not in TASKS:
+        raise InputError("task", repr(name), ", ".join(TASKS))
+    if arm is not None and not isinstance(arm, Arm):
+        raise InputError("arm", repr(arm), "an Arm")
+    if reward not in REWARDS:
+        raise InputError("reward", repr(reward), ", ".join(REWARDS))
+    task = TASKS[name](arm or Arm())
+    mode: Any = task.modes[0] if actions is None else actions
+    if mode not in task.modes:
+        raise InputError("actions", repr(mode), f"{', '.join(task.modes)} for {name}")
+    limit = task.time_limit if time_limit is None else time_limit
+    ticks = round(limit / CONTROL_PERIOD) if isinstance(limit, (int, float)) and 0 < limit < 1e6 else 0
+    longest = task.time_limit if task.over_time else np.inf
+    if ticks < 1 or abs(ticks * CONTROL_PERIOD - limit) > 1e-9 or limit > longest:
+        at_most = f", at most {longest:g} s" if np.isfinite(longest) else ""
+        raise InputError("time_limit", limit, f"a multiple of {CONTROL_PERIOD:g} s{at_most}")
+    return Definition(task, Actions(task.arm, mode), reward, variation.check(variations, task.drawn), ticks)

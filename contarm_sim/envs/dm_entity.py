@@ -1,0 +1,218 @@
+"""The arm as a `composer.Entity`, and an arena that looks like the project's own pictures."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from contarm_sim import engine
+from contarm_sim.arm import Arm
+from contarm_sim.envs.actions import Actions, Mode
+from contarm_sim.envs.definition import plain_spec
+from contarm_sim.envs.state import State, read
+from contarm_sim.mjcf import exact_xml
+from contarm_sim.mjcf.muscles import MUSCLES, straight_control
+from contarm_sim.mjcf.scene import add_scene, base_quaternion
+from contarm_sim.rendering.draw import TARGET
+
+engine.load()
+with warnings.catch_warnings():  # of GLFW, where there is no display
+    warnings.simplefilter("ignore")
+    from dm_control import composer, mjcf
+    from dm_control.composer import define
+    from dm_control.composer.observation import observable
+    from dm_control.rl.control import PhysicsError  # noqa: F401
+
+_OPTIONS = ("gravity", "timestep")
+
+
+class ContinuumArm(composer.Robot):
+    """The arm, to be attached to any arena or robot; a gripper or camera attaches to its tip.
+
+    Its base frame is the frame it is attached with. Gravity and time step are the arena's: 5 ms is what the muscles'
+    servos are made for. The integrator, `implicitfast`, it brings along, unless the arena has another.
+
+    Args:
+        arm: its parameters; default the paper's arm.
+        actions: what `apply_action` takes, in [-1, 1]: bend, lengths, tensions or pressures, see `actions`.
+        name: of the model.
+
+    Raises:
+        InputError: an unknown action mode, or an action of another shape or not finite.
+    """
+
+    def _build(self, arm: Arm | None = None, actions: Mode = "bend", name: str = "contarm") -> None:
+        self._actions = Actions(arm or Arm(), actions)
+        self._mjcf = self._model(self._actions.arm)
+        self._mjcf.model = name
+
+    def _model(self, arm: Arm) -> Any:
+        model = mjcf.from_xml_string(exact_xml(plain_spec(arm, self._actions.actuation)))
+        for part in (model.keyframe, model.statistic, model.size):
+            part.remove()
+        for option in _OPTIONS:
+            delattr(model.option, option)
+        del model.compiler.autolimits
+        return model
+
+    def _build_observables(self) -> ArmObservables:
+        return ArmObservables(self)
+
+    @property
+    def mjcf_model(self) -> Any:
+        """The arm as a PyMJCF tree."""
+        return self._mjcf
+
+    @property
+    def actuators(self) -> list[Any]:
+        """Three of them, or six where pressures drive the arm."""
+        return self._mjcf.find_all("actuator")
+
+    @property
+    def joints(self) -> list[Any]:
+        """All hinges, base first."""
+        return self._mjcf.find_all("joint")
+
+    @property
+    def tendons(self) -> list[Any]:
+        """The three muscles."""
+        return [self._mjcf.find("tendon", muscle) for muscle in MUSCLES]
+
+    @property
+    def tip(self) -> Any:
+        """The body at the tip."""
+        return self._mjcf.find("body", "tip")
+
+    @property
+    def attachment_site(self) -> Any:
+        """The tip plate's centre."""
+        return self._mjcf.find("site", "tip")
+
+    def vary(self, arm: Arm) -> None:
+        """Give the model the numbers of another arm; a compilation must follow. Actions keep their meaning."""
+        made = self._model(arm)
+        for section in ("default", "worldbody", "tendon", "actuator"):  # options are the arena's
+            _copy_numbers(getattr(made, section), getattr(self._mjcf, section))
+
+    def straighten(self, physics: Any) -> None:
+        """Put the arm straight and at rest, its muscles at their least tension."""
+        control = straight_control(self._actions.arm, self._actions.actuation)
+        physics.bind(self.joints).qpos = 0.0
+        physics.bind(self.joints).qvel = 0.0
+        self._command(physics, control)
+        if self._actions.mode == "pressures":
+            physics.bind(self.actuators).act = control
+
+    def apply_action(self, physics: Any, action: Any, random_state: Any) -> None:
+        """Apply an action in [-1, 1]."""
+        self._command(physics, self._actions.controls(self._actions.check(action))[0])
+
+    def _command(self, physics: Any, control: Any) -> None:
+        """Set controls in place: a write through the binding makes the next read forward the whole model."""
+        physics.data.ctrl[physics.bind(self.actuators).element_id] = control
+
+    def state(self, physics: Any) -> State:
+        """Return what is seen of the arm, with an axis of one arm, see `state`."""
+        if physics.data.time == 0:  # a reset leaves actuation off
+            mujoco.mj_fwdActuation(physics.model.ptr, physics.data.ptr)
+        tendons, actuators = physics.bind(self.tendons), physics.bind(self.actuators)
+        pose = [self._mjcf.find("sensor", f"tip_{what}") for what in ("position", "orientation")]
+        return read(
+            {
+                "ten_length": np.array(tendons.length)[None],
+                "ten_velocity": np.array(tendons.velocity)[None],
+                "actuator_force": np.array(actuators.force)[None],
+                "act": np.array(actuators.act if self._actions.mode == "pressures" else [])[None],
+                "qpos": np.array(physics.bind(self.joints).qpos)[None],
+                "sensordata": np.concatenate([physics.bind(one).sensordata for one in pose])[None],
+            }
+        )
+
+
+class ArmObservables(composer.Observables):
+    """What is seen of the arm, SI units, see `state`; disabled until asked for, as composer's are."""
+
+    def _of(self, name: str) -> Any:
+        return observable.Generic(lambda physics: self._entity.state(physics)[name][0])
+
+    @define.observable
+    def muscle_lengths(self) -> Any:
+        """Lengths of the muscles [m], shape (3,)."""
+        return self._of("muscle_lengths")
+
+    @define.observable
+    def muscle_velocities(self) -> Any:
+        """How fast they lengthen [m/s], shape (3,)."""
+        return self._of("muscle_velocities")
+
+    @define.observable
+    def muscle_tensions(self) -> Any:
+        """What the actuators pull with [N], shape (3,)."""
+        return self._of("muscle_tensions")
+
+    @define.observable
+    def pressures(self) -> Any:
+        """Pressures behind the valves [Pa], shape (3,); empty unless they drive the arm."""
+        return observable.Generic(lambda physics: self._entity.state(physics).get("pressures", np.empty((1, 0)))[0])
+
+    @define.observable
+    def joint_angles(self) -> Any:
+        """The shape: angles of all hinges [rad], shape (dofs,)."""
+        return self._of("joint_angles")
+
+    @define.observable
+    def tip_position(self) -> Any:
+        """Tip in the base frame [m], shape (3,)."""
+        return self._of("tip_position")
+
+    @define.observable
+    def tip_orientation(self) -> Any:
+        """Quaternion w x y z of the tip in the base frame, shape (4,)."""
+        return self._of("tip_orientation")
+
+
+class ArmArena(composer.Arena):
+    """Floor, mount, light and cameras around one arm."""
+
+    def _build(self, arm: Arm) -> None:
+        spec = mujoco.MjSpec()
+        spec.modelname, spec.compiler.degree = "arena", False
+        self._place, self._turn = add_scene(spec, arm), base_quaternion(arm)
+        self._mjcf_root = mjcf.from_xml_string(exact_xml(spec))
+
+    def place(self, arm: ContinuumArm) -> None:
+        """Attach an arm to the mount."""
+        frame = self.attach(arm)
+        frame.pos, frame.quat = self._place, self._turn
+
+    def add_ball(self, arm: Arm, visible: bool) -> Any:
+        """Add a ball for a target; its place [m] may be written to the model at any time."""
+        colour = TARGET if visible else [0.0] * 4
+        size, place = [0.02 * arm.length] * 3, [arm.length] * 3  # at the origin the compiler would fix it there
+        return self._mjcf_root.worldbody.add("site", name="target", type="sphere", size=size, pos=place, rgba=colour)
+
+    def vector_to_world(self, vector: Any) -> Any:
+        """Turn a vector of the base frame, shape (3,), into the world."""
+        turned = np.zeros(3)
+        mujoco.mju_rotVecQuat(turned, np.asarray(vector, dtype=float), self._turn)
+        return turned
+
+    def point_to_world(self, point: Any) -> Any:
+        """Turn a point of the base frame [m], shape (3,), into one of the world."""
+        return self._place + self.vector_to_world(point)
+
+
+def _copy_numbers(source: Any, target: Any) -> None:
+    """Copy all numbers from one PyMJCF tree to another of the same structure."""
+    numbers = (int, float, np.ndarray)
+    given = {name: value for name, value in source.get_attributes().items() if isinstance(value, numbers)}
+    for name, value in target.get_attributes().items():
+        if isinstance(value, numbers) and name not in given:
+            delattr(target, name)
+    if given:
+        target.set_attributes(**given)
+    for one, other in zip(source.all_children(), target.all_children(), strict=True):
+        _copy_numbers(one, other)

@@ -1,0 +1,140 @@
+"""Episodes of some arms, side by side: drawn from each arm's own random state, seen, rewarded and ended together.
+
+The front ends own the physics; this owns everything else, so that an arm's episode is the same bits wherever it runs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contarm_sim.arm import Arm
+from contarm_sim.envs import variations as variation
+from contarm_sim.envs.definition import NEAR, TOLERANCE, Definition
+from contarm_sim.envs.state import State
+from contarm_sim.envs.task import CONTROL_PERIOD, Goals
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics.arrays import Array
+
+SETTLE = 1.0
+"""Beginning of an episode that is not judged, where errors are judged over time [s]."""
+
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one action led to, each of shape (B,).
+
+    Attributes:
+        reward: between 0 and 1.
+        ended: whether the time is up.
+        error: how far off each arm is [m].
+        success: whether the task would count as solved, were this the end.
+    """
+
+    reward: Array
+    ended: Flags
+    error: Array
+    success: Flags
+
+    @property
+    def info(self) -> dict[str, NDArray[Any]]:
+        """What the front ends pass on beside the reward."""
+        return {"error": self.error, "success": self.success}
+
+
+class Episodes:
+    """Episodes of `count` arms under one definition.
+
+    Attributes:
+        arms: the arm of each episode, variations and all.
+        goals: what each episode asks for, stacked, (B, ...).
+        tick: actions since each episode began, shape (B,).
+        running: whether each episode has begun and not ended, shape (B,).
+    """
+
+    def __init__(self, definition: Definition, count: int) -> None:
+        self.definition = definition
+        self.arms = [definition.arm] * count
+        self.goals: Goals = {}
+        self.tick = np.zeros(count, dtype=int)
+        self.running = np.zeros(count, dtype=bool)
+        self._squares = np.zeros(count)
+
+    def vary(self, index: int, random: np.random.RandomState) -> Arm:
+        """Draw the arm of episode `index`; the first of two draws.
+
+        Raises:
+            InputError: a variation's value that an arm cannot have.
+        """
+        definition = self.definition
+        self.arms[index] = variation.varied_arm(definition.variations, definition.arm, self.arms[index], random)
+        return self.arms[index]
+
+    def begin(self, index: int, random: np.random.RandomState) -> None:
+        """Draw what episode `index` asks for, and begin it.
+
+        Raises:
+            InputError: a variation's value that cannot be.
+        """
+        task, given = self.definition.task, self.definition.variations
+        values = task.draw(random)
+        for name in values:
+            if name in given:
+                values[name] = variation.evaluate(given[name], values[name], values[name], random)
+        goals = task.prepare(values, self.arms[index])
+        if not self.goals:
+            self.goals = {name: np.zeros((len(self.arms), *value.shape)) for name, value in goals.items()}
+        for name, value in goals.items():
+            self.goals[name][index] = value
+        self.tick[index], self._squares[index], self.running[index] = 0, 0.0, True
+
+    def require_running(self, where: Flags | None = None) -> None:
+        """Refuse a step without an episode.
+
+        Raises:
+            InputError: says whether it has not begun or has ended.
+        """
+        idle = ~self.running if where is None else where & ~self.running
+        if idle.any():
+            given = "after the end of its episode" if self.tick[idle].any() else "before any reset"
+            raise InputError("step", given, "reset, then steps until the episode is truncated")
+
+    def look(self, state: State) -> Outcome:
+        """Judge the arms without counting an action: what a reset reports."""
+        definition = self.definition
+        task, length = definition.task, definition.arm.length
+        error = task.error(self.goals, state, self.tick)
+        quality = task.quality(self.goals, state)
+        good = (error <= TOLERANCE * length) & (quality >= 1.0)
+        if definition.reward == "sparse":
+            reward = good.astype(float)
+        else:
+            reward = NEAR * length / (NEAR * length + error) * quality
+        return Outcome(reward, self.tick >= definition.ticks, error, self._successes(good))
+
+    def advance(self, state: State, stepped: Flags | None = None) -> Outcome:
+        """Count an action of the arms that stepped (default: all), and judge them; the others are rewarded nothing."""
+        stepped = np.ones(len(self.arms), dtype=bool) if stepped is None else stepped
+        self.tick += stepped
+        error = self.definition.task.error(self.goals, state, self.tick)
+        self._squares += np.where(stepped & (self._judged > 0), error * error, 0.0)
+        found = self.look(state)
+        ended = stepped & found.ended
+        self.running &= ~ended
+        return Outcome(np.where(stepped, found.reward, 0.0), ended, found.error, found.success)
+
+    @property
+    def _judged(self) -> Array:
+        """Actions that count where errors are judged over time, shape (B,)."""
+        return self.tick - min(round(SETTLE / CONTROL_PERIOD), self.definition.ticks - 1)
+
+    def _successes(self, good: Flags) -> Flags:
+        if not self.definition.task.over_time:
+            return good
+        limit = TOLERANCE * self.definition.arm.length
+        return (self._judged > 0) & (self._squares <= limit * limit * self._judged)

@@ -1,0 +1,133 @@
+"""The arm's tasks for Gymnasium: `contarm/Reach-v0`, `contarm/Track-v0`, `contarm/Hold-v0`.
+
+Observations are flat, of float64; `state` and each task have tables of what they hold, in the order of
+`Definition.sizes`. Actions are numbers in [-1, 1], see `actions`; what lies beyond is clipped. Episodes are truncated
+at their time limit and never terminated. `info` has `error` [m] and `success`; at the end that is the verdict.
+
+Importing this module registers them; so does a name with the module in front, which needs no import:
+`gymnasium.make("contarm_sim.envs.gym:contarm/Reach-v0")`. Needs the extra: pip install contarm-sim[gym].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.spaces import Box
+
+from contarm_sim import engine
+from contarm_sim.arm import Arm
+from contarm_sim.envs.actions import Mode
+from contarm_sim.envs.definition import LIMIT, Definition, Reward, define
+from contarm_sim.envs.episodes import Episodes
+from contarm_sim.envs.physics import Single
+from contarm_sim.envs.picture import RENDER_MODES, Picture, picture
+from contarm_sim.envs.registration import register
+from contarm_sim.envs.task import CONTROL_PERIOD
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics.arrays import Array
+
+engine.load()
+register()
+
+
+def spaces(definition: Definition) -> tuple[Box, Box]:
+    """Return the spaces of observations and of actions."""
+    actions = definition.actions.size
+    return Box(-LIMIT, LIMIT, (definition.size,), np.float64), Box(-1.0, 1.0, (actions,), np.float64)
+
+
+class ArmEnv(gymnasium.Env[Array, Array]):
+    """One arm and one task.
+
+    Args:
+        task: reach, track or hold.
+        arm, actions, reward, variations, time_limit: see `definition.define`.
+        render_mode: rgb_array, human (needs a display) or None.
+
+    An episode is drawn from a `np.random.RandomState` of the seed given to `reset`, as dm_control's is: the first
+    episode after `reset(seed=s)` is that of `contarm_sim.envs.dm.load(..., random=s)`. Later resets without a seed go
+    on from there.
+
+    Raises:
+        InputError: an unknown task, mode, variation or render mode; an action of another shape or not finite; a step
+            before reset or after the end.
+        DivergenceError: the simulation blew up.
+        RenderingError: nothing can be drawn here.
+    """
+
+    metadata = {"render_modes": list(RENDER_MODES), "render_fps": round(1 / CONTROL_PERIOD)}  # noqa: RUF012
+
+    def __init__(
+        self,
+        task: str = "reach",
+        arm: Arm | None = None,
+        actions: Mode | None = None,
+        reward: Reward = "shaped",
+        variations: Mapping[str, Any] | None = None,
+        time_limit: float | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        if render_mode is not None and render_mode not in RENDER_MODES:
+            raise InputError("render_mode", repr(render_mode), ", ".join(RENDER_MODES) + ", None")
+        self.definition = define(task, arm, actions, reward, variations, time_limit)
+        self.observation_space, self.action_space = spaces(self.definition)
+        self.render_mode = render_mode
+        self._episodes = Episodes(self.definition, 1)
+        self._physics = Single(self.definition)
+        self._random: np.random.RandomState | None = None
+        self._picture: Picture | None = None
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
+        """Begin an episode: the arm straight and at rest."""
+        super().reset(seed=seed)
+        if seed is not None:
+            self._random = np.random.RandomState(seed)
+        elif self._random is None:
+            self._random = np.random.RandomState(self.np_random.integers(2**32))
+        self._physics.use(self._episodes.vary(0, self._random))
+        self._episodes.begin(0, self._random)
+        self._physics.reset(self.definition.task.force(self._episodes.goals))
+        state = self._physics.state
+        if self.render_mode == "human":
+            self._draw()
+        return self._observe(), _first(self._episodes.look(state).info)
+
+    def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+        """Apply an action for one control period."""
+        self._episodes.require_running()
+        self._physics.step(self.definition.actions.controls(self.definition.actions.check(action)))
+        outcome = self._episodes.advance(self._physics.state)
+        if self.render_mode == "human":
+            self._draw()
+        return self._observe(), float(outcome.reward[0]), False, bool(outcome.ended[0]), _first(outcome.info)
+
+    def render(self) -> Any:
+        """Return a picture, shape (480, 640, 3), in mode rgb_array; the window of mode human follows by itself."""
+        if self.render_mode is None:
+            return None
+        return self._draw()
+
+    def close(self) -> None:
+        """Close window or renderer."""
+        if self._picture is not None:
+            self._picture.close()
+            self._picture = None
+
+    def _observe(self) -> Array:
+        episodes = self._episodes
+        quantities = self.definition.quantities(episodes.goals, self._physics.state, episodes.tick)
+        return self.definition.flat(quantities)[0]
+
+    def _draw(self) -> Any:
+        if self._picture is None:
+            self._picture = picture(str(self.render_mode), self.definition.arm)
+        goals = {name: value[0] for name, value in self._episodes.goals.items()}
+        target = self.definition.task.target(goals, int(self._episodes.tick[0])) if goals else None
+        return self._picture.draw(self._physics.data.qpos, target)
+
+
+def _first(info: dict[str, Array]) -> dict[str, Any]:
+    return {name: value[0].item() for name, value in info.items()}

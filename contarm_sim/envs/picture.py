@@ -1,0 +1,90 @@
+"""Pictures of an arm while it is trained: as arrays, or in a window."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from typing import Any, Protocol
+
+from contarm_sim.arm import Arm
+from contarm_sim.kinematics.arrays import Array
+
+RENDER_MODES = ("rgb_array", "human")
+SIZE = (640, 480)
+"""Width and height of a picture [pixels]."""
+
+
+class Picture(Protocol):
+    """Something that shows an arm."""
+
+    def draw(self, qpos: Array, target: Array | None) -> Any:
+        """Show joint angles [rad], shape (dofs,), and a target [m], shape (3,)."""
+
+    def close(self) -> None:
+        """Give back what it holds."""
+
+
+def picture(mode: str, arm: Arm) -> Picture:
+    """Return what draws in a render mode.
+
+    Raises:
+        RenderingError: nothing draws here.
+    """
+    return Window(arm) if mode == "human" else Pixels(arm)
+
+
+class Pixels:
+    """Draws arrays, shape (480, 640, 3)."""
+
+    def __init__(self, arm: Arm) -> None:
+        from contarm_sim.rendering.draw import ArmRenderer
+
+        self._renderer = ArmRenderer(arm, *SIZE)
+
+    def draw(self, qpos: Array, target: Array | None) -> Any:
+        """Return the picture."""
+        return self._renderer.pose(qpos, target).copy()
+
+    def close(self) -> None:
+        """Give the GL memory back."""
+        self._renderer.__exit__()
+
+
+class Window:
+    """Draws in MuJoCo's viewer.
+
+    Raises:
+        RenderingError: there is no display.
+    """
+
+    def __init__(self, arm: Arm) -> None:
+        import mujoco
+
+        from contarm_sim.mjcf import scene_spec
+        from contarm_sim.rendering.window import window
+
+        self._model = scene_spec(arm).compile()
+        self._data = mujoco.MjData(self._model)
+        self._ball = 0.02 * arm.length
+        self._open = ExitStack()
+        self._viewer = self._open.enter_context(window(self._model, self._data))
+
+    def draw(self, qpos: Array, target: Array | None) -> None:
+        """Show the pose and the target."""
+        import mujoco
+
+        from contarm_sim.rendering.draw import TARGET
+        from contarm_sim.rendering.overlays import add_ball
+
+        with self._viewer.lock():
+            self._data.qpos[:] = qpos
+            mujoco.mj_forward(self._model, self._data)
+            self._viewer.user_scn.ngeom = 0
+            if target is not None:
+                base = self._data.body("base")
+                place = base.xpos + base.xmat.reshape(3, 3) @ target
+                add_ball(self._viewer.user_scn, place, self._ball, TARGET)
+        self._viewer.sync()
+
+    def close(self) -> None:
+        """Close the window, and wait until it is gone: Python must not end under it."""
+        self._open.close()

@@ -1,0 +1,59 @@
+"""`reach`: bring the tip to a point.
+
+The point is where the tip rests at a bend drawn evenly from the disk to 170 deg: on the dome without load, on the
+surface that the arm reaches with gravity or payload, see `resting`.
+
+    quantity   size  unit  scaled by
+    target     3     m     L0
+    to_target  3     m     L0
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from contarm_sim.arm import Arm
+from contarm_sim.envs.actions import MAX_BEND, Mode
+from contarm_sim.envs.state import State
+from contarm_sim.envs.task import Goals, Task, even_bend, norm
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics.arrays import Array, as_vectors
+
+
+class Reach(Task):
+    """Bring the tip to a point of the surface that it can rest on."""
+
+    name: ClassVar[str] = "reach"
+    time_limit: ClassVar[float] = 2.0
+    modes: ClassVar[tuple[Mode, ...]] = ("bend", "lengths", "tensions", "pressures")
+    drawn: ClassVar[tuple[str, ...]] = ("target",)
+
+    def draw(self, random: np.random.RandomState) -> dict[str, Any]:
+        """Draw a target [m]."""
+        return {"target": self.resting.tips(even_bend(random, MAX_BEND)[None])[0]}
+
+    def prepare(self, values: dict[str, Any], arm: Arm) -> Goals:
+        """Check the target."""
+        target = as_vectors(values["target"], 3, "target")
+        if target.shape != (3,) or np.abs(target).max() > 2 * self.arm.length:
+            raise InputError("target", target.tolist(), f"a point, 3 numbers within {2 * self.arm.length:g} m")
+        return {"target": target}
+
+    def quantities(self, goals: Goals, state: State, tick: Array) -> dict[str, Array]:
+        """Show the target, and the way to it."""
+        return {"target": goals["target"], "to_target": goals["target"] - state["tip_position"]}
+
+    @property
+    def scales(self) -> dict[str, tuple[float, float]]:
+        """Lengths of the arm."""
+        return {"target": (0.0, self.arm.length), "to_target": (0.0, self.arm.length)}
+
+    def error(self, goals: Goals, state: State, tick: Array) -> Array:
+        """Measure the distance from tip to target."""
+        return norm(goals["target"] - state["tip_position"])
+
+    def target(self, goals: Goals, tick: int) -> Array:
+        """Draw the target."""
+        return goals["target"]

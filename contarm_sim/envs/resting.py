@@ -1,0 +1,94 @@
+"""Where the tip rests under the set-points of a bend, and back: closed form without load, statics with it.
+
+Under gravity or payload the tips that three lengths reach form another surface than the dome; targets are drawn from
+it, for points of the dome off it are out of every controller's reach.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from contarm_sim.arm import Arm
+from contarm_sim.envs.actions import Actions, shortened
+from contarm_sim.errors import ConvergenceError, InputError
+from contarm_sim.kinematics import arc, dome
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.kinematics.muscles import DIRECTIONS
+from contarm_sim.simulation.plan import TipPlan
+from contarm_sim.simulation.plant import Plant, engine_room
+from contarm_sim.simulation.solver import Solver
+
+CORRECTIONS = 8
+"""Of a bend towards given set-points; each leaves about a hundredth of the error."""
+
+SHORTEN = 0.9
+"""What a bend is shortened by where the loaded arm has no pose at rest."""
+
+
+class Resting:
+    """Poses at rest of one arm under the set-points of the action mode `bend`."""
+
+    def __init__(self, arm: Arm) -> None:
+        self._arm, self._actions = arm, Actions(arm, "bend")
+
+    @property
+    def loaded(self) -> bool:
+        """Whether the arm has gravity or a payload to carry."""
+        return self._arm != self._arm.unloaded
+
+    @cached_property
+    def _statics(self) -> tuple[Plant, Solver]:
+        plant = Plant(self._arm)
+        return plant, Solver(plant)
+
+    @cached_property
+    def _plan(self) -> TipPlan:
+        return TipPlan(self._arm)
+
+    def tips(self, bends: Array) -> Array:
+        """Return the resting tips [m], shape (T, 3), of bends [rad], shape (T, 2).
+
+        A bend without a pose at rest is shortened until it has one.
+
+        Raises:
+            ConvergenceError: not even the straight pose is one.
+        """
+        if not self.loaded:
+            return arc.position(bends, self._arm.length)
+        with engine_room():
+            return np.array([self._tip(bend) for bend in bends])
+
+    def bends(self, targets: Array) -> Array:
+        """Return the bends [rad], shape (T, 2), to 170 deg whose tips rest nearest to targets [m], shape (T, 3).
+
+        Where no pose at rest is found, the closed form's.
+        """
+        bends = shortened(dome.bend_from_tip(targets, self._arm.length, "nearest").bend)
+        if not self.loaded:
+            return bends
+        with engine_room():
+            return np.array([self._bend(*pair) for pair in zip(bends, targets, strict=True)]).reshape(bends.shape)
+
+    def _tip(self, bend: Array) -> Array:
+        plant, settle = self._statics
+        for _ in range(100):
+            try:
+                plant.reset(bend)
+                settle(self._actions.setpoints(bend[None])[0])
+                return plant.tip
+            except ConvergenceError as error:
+                bend, failed = SHORTEN * bend, error
+        raise failed
+
+    def _bend(self, bend: Array, target: Array) -> Array:
+        try:
+            self._plan.plant.reset(bend)
+            setpoint, _ = self._plan.solve(bend, target, self._actions.setpoints(bend[None])[0])
+        except (ConvergenceError, InputError):
+            return bend
+        for _ in range(CORRECTIONS):  # the bend whose own set-points have the same differences
+            off = setpoint - self._actions.setpoints(bend[None])[0]
+            bend = shortened(bend - 2 / (3 * self._arm.muscle_radius) * off @ DIRECTIONS)
+        return np.asarray(bend)

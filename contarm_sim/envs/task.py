@@ -1,0 +1,109 @@
+"""What every task has: an episode that is drawn, what is seen of it, and how far off the arm is."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any, ClassVar
+
+import numpy as np
+
+from contarm_sim.arm import Arm
+from contarm_sim.envs.actions import Mode
+from contarm_sim.envs.resting import Resting
+from contarm_sim.envs.state import State
+from contarm_sim.kinematics.arrays import Array
+
+CONTROL_PERIOD = 0.05
+"""Time between actions [s]; controls are held in between."""
+
+Goals = dict[str, Array]
+"""What an episode asks for: arrays of one episode, or stacked with a leading axis of arms."""
+
+
+class Task(ABC):
+    """A task for one arm: everything works on goals and states with a leading axis of arms, B.
+
+    Attributes:
+        arm: the arm that the task was made with; variations come on top.
+        resting: where that arm's tip rests.
+        name: what it is called.
+        time_limit: length of an episode [s]; it is cut off then, never terminated.
+        modes: the action modes that make sense, the default first.
+        drawn: what an episode draws, by name; variations may replace it.
+        over_time: whether success is judged by the root mean square of the error after `SETTLE`, not by the last one.
+    """
+
+    name: ClassVar[str]
+    time_limit: ClassVar[float]
+    modes: ClassVar[tuple[Mode, ...]]
+    drawn: ClassVar[tuple[str, ...]]
+    over_time: ClassVar[bool] = False
+
+    def __init__(self, arm: Arm) -> None:
+        self.arm = arm
+        self.resting = Resting(arm)
+
+    @abstractmethod
+    def draw(self, random: np.random.RandomState) -> dict[str, Any]:
+        """Draw an episode: values by the names in `drawn`."""
+
+    @abstractmethod
+    def prepare(self, values: dict[str, Any], arm: Arm) -> Goals:
+        """Turn drawn values into goals, without an axis of arms.
+
+        Args:
+            arm: the arm of the episode, variations and all.
+
+        Raises:
+            InputError: a value, from a variation, that cannot be.
+        """
+
+    @abstractmethod
+    def quantities(self, goals: Goals, state: State, tick: Array) -> dict[str, Array]:
+        """Return what the task lets be seen besides the arm's state, in SI units, each of shape (B, ...).
+
+        Args:
+            tick: control periods since the episodes began, shape (B,).
+        """
+
+    @property
+    @abstractmethod
+    def scales(self) -> dict[str, tuple[float, float]]:
+        """(offset, scale) of every one of the `quantities`."""
+
+    @abstractmethod
+    def error(self, goals: Goals, state: State, tick: Array) -> Array:
+        """Return how far off the arms are [m], shape (B,)."""
+
+    def quality(self, goals: Goals, state: State) -> Array | float:
+        """Return what the arms do besides being in place, shape (B,): 1 is all that is asked for, 0 nothing."""
+        return 1.0
+
+    def force(self, goals: Goals) -> Array | None:
+        """Return what pulls and turns the tip, base frame [N, N m], shape (B, 6), or None."""
+        return None
+
+    def target(self, goals: Goals, tick: int) -> Array | None:
+        """Return the point to draw [m], shape (3,), of goals without an axis of arms."""
+        return None
+
+
+def norm(vector: Array) -> Array:
+    """Return lengths, shape (B,), of vectors, shape (B, n): term by term, the same bits alone or among others."""
+    total = vector[..., 0] * vector[..., 0]
+    for i in range(1, vector.shape[-1]):
+        total = total + vector[..., i] * vector[..., i]
+    return np.sqrt(total)
+
+
+def even_bend(random: np.random.RandomState, largest: float) -> Array:
+    """Draw a bend [rad], shape (2,), evenly from the disk up to an angle."""
+    angle, plane = largest * np.sqrt(random.random_sample()), 2 * np.pi * random.random_sample()
+    return angle * np.array([np.cos(plane), np.sin(plane)])
+
+
+def even_direction(random: np.random.RandomState) -> Array:
+    """Draw a unit vector, shape (3,), evenly from the sphere."""
+    z, plane = 2 * random.random_sample() - 1, 2 * np.pi * random.random_sample()
+    flat = np.sqrt(1 - z * z)
+    return np.array([flat * np.cos(plane), flat * np.sin(plane), z])
