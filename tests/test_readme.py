@@ -28,6 +28,8 @@ def test_commands_work(line, tmp_path):
     words = shlex.split(line)
     if words[0] == "run":
         words.append("--no-video")  # filming is tested elsewhere
+    if words[0] == "envs":
+        words += ["--seeds", "5"]
     done = subprocess.run([sys.executable, "-m", "contarm_sim", *words], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0 or words[0] == "doctor", done.stderr
     assert "Traceback" not in done.stderr
