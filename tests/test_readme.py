@@ -37,7 +37,7 @@ def test_commands_work(line, tmp_path):
 
 def test_there_are_commands_and_no_gaps_left():
     assert len(COMMANDS) >= 7
-    assert len(EXAMPLES) == 4
+    assert len(EXAMPLES) == 5
     assert not re.search(r"@[A-Z]+@", README)
 
 
