@@ -72,7 +72,7 @@ def test_steps_follow_dm_envs_conventions(name):
 @pytest.mark.parametrize(
     ("name", "given"),
     [("reach", {}), ("track", {"time_limit": 5.0}), ("hold", {}), ("reach", {"actions": "tensions"}),
-     ("track", {"actions": "lengths", "time_limit": 3.0}),
+     ("track", {"actions": "lengths", "time_limit": 3.0}), ("reach", {"arm": Arm(links=8, gravity=(0, 0, -9.81))}),
      ("reach", {"arm": HANGING, "reward": "sparse"}), ("hold", {"arm": HANGING}), ("reach", {"variations": UNIFORM})],
 )  # fmt: skip
 def test_both_front_ends_give_the_same_trajectory(name, given):

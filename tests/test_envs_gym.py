@@ -1,5 +1,7 @@
 """The Gymnasium tasks: their contract, bits that agree alone and in batches, variations, mistakes in one clear line."""
 
+import copy
+import pickle
 import shutil
 import subprocess
 import sys
@@ -16,11 +18,13 @@ from gymnasium.vector import AutoresetMode  # noqa: E402
 
 from contarm_sim.arm import Arm  # noqa: E402
 from contarm_sim.envs.actions import MODES, Actions  # noqa: E402
-from contarm_sim.envs.definition import LIMIT, TASKS, define  # noqa: E402
+from contarm_sim.envs.definition import TASKS, define, plain_spec  # noqa: E402
 from contarm_sim.envs.gym import ArmEnv  # noqa: E402
 from contarm_sim.envs.registration import NAMES  # noqa: E402
+from contarm_sim.envs.task import LIMIT  # noqa: E402
 from contarm_sim.errors import DivergenceError, InputError, RenderingError  # noqa: E402
-from contarm_sim.kinematics import arc, chain  # noqa: E402
+from contarm_sim.kinematics import arc, chain, dome  # noqa: E402
+from contarm_sim.mechanics import statics  # noqa: E402
 from contarm_sim.mechanics.statics import wrench_moment  # noqa: E402
 
 CASES = [(task, mode) for task, kind in TASKS.items() for mode in kind.modes]
@@ -99,6 +103,44 @@ def test_a_vector_is_the_same_bits_as_a_loop_over_several_episodes(task, variati
         found = native.step(action)
         assert_same(found, loop.step(action))
         assert_same(alone.step(action[2:3])[0][0], found[0][2])
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_a_copy_goes_on_by_itself_as_the_original_would(task):
+    env = make(task).unwrapped
+    env.reset(seed=0)
+    action = np.full(env.action_space.shape, 0.4)
+    env.step(action)
+    copies = copy.deepcopy(env), pickle.loads(pickle.dumps(env))
+    found = [[one.step(action)[0] for _ in range(5)] for one in (env, *copies)]
+    np.testing.assert_array_equal(found[0], found[1])
+    np.testing.assert_array_equal(found[0], found[2])
+    assert not np.array_equal(found[0][0], found[0][-1])
+
+
+def test_the_spec_says_how_long_an_episode_is():
+    assert make("reach").spec.max_episode_steps == 40
+    assert make("track", time_limit=2.0).spec.max_episode_steps == 40
+    assert vector("hold", 2, max_episode_steps=7).definition.ticks == 7
+    gymnasium.wrappers.TimeAwareObservation(make("reach")).reset()
+
+
+@pytest.mark.parametrize(
+    ("arm", "mode"), [(Arm(), "pressures"), (Arm(length=0.15), "bend"), (Arm(length=0.1), "lengths")]
+)
+def test_targets_are_those_that_the_muscles_can_hold(arm, mode):
+    """Also where 170 deg takes more pressure than there is, or set-points that the servos do not have."""
+    task, random = define("reach", arm, mode).task, np.random.RandomState(0)
+    bends = np.array([dome.bend_from_tip(task.draw(random)["target"], arm.length).bend for _ in range(50)])
+    angles = np.hypot(*bends.T)
+    assert np.radians(30) < angles.max() < np.radians(160)
+    if mode == "pressures":
+        assert (statics.pressure_needed(bends, arm)[0] <= arm.muscle.max_pressure * (1 + 1e-9)).all()
+    else:
+        limits = plain_spec(arm, "lengths").compile().actuator_ctrlrange[0]
+        setpoints = task.actions.setpoints(bends)
+        assert (setpoints >= limits[0] - 1e-9).all()
+        assert (setpoints <= limits[1] + 1e-9).all()
 
 
 def test_part_of_a_vector_can_be_reset():

@@ -15,10 +15,15 @@ from contarm_sim.errors import ContarmError
 @click.option(
     "--seeds", type=click.IntRange(1, 10_000), default=100, show_default=True, help="Episodes a score is taken over."
 )
+@click.option(
+    "--actions",
+    type=click.Choice(["bend", "lengths", "tensions", "pressures"]),
+    help="Action mode; default each task's own.",
+)
 @click.option("--no-scores", is_flag=True, help="List the tasks only.")
 @json_option
 @arm_options
-def envs(arm: Arm, seeds: int, no_scores: bool, as_json: bool) -> None:
+def envs(arm: Arm, seeds: int, actions: Any, no_scores: bool, as_json: bool) -> None:
     """List the tasks, their spaces, and the scores of the closed-form baseline and of chance.
 
     Reward is the mean of an episode's actions, at most 1; the error is taken at an episode's end, of `track` the root
@@ -28,6 +33,7 @@ def envs(arm: Arm, seeds: int, no_scores: bool, as_json: bool) -> None:
     \b
     contarm envs --no-scores
     contarm envs --seeds 20 --gravity 0 0 9.81
+    contarm envs --actions pressures
     """
     try:
         from contarm_sim.envs.definition import TASKS, define
@@ -42,8 +48,14 @@ def envs(arm: Arm, seeds: int, no_scores: bool, as_json: bool) -> None:
 
     found = []
     for name in TASKS:
-        definition = define(name, arm)
-        row: dict[str, Any] = {"task": name, "gymnasium": NAMES[name], "dm_control": name, "scores": {}}
+        definition = define(name, arm, actions if actions in TASKS[name].modes else None)
+        row: dict[str, Any] = {
+            "task": name,
+            "gymnasium": NAMES[name],
+            "dm_control": name,
+            "mode": definition.actions.mode,
+            "scores": {},
+        }
         row |= {"actions": list(definition.task.modes), "action_size": definition.actions.size}
         row |= {"observation": definition.sizes, "observation_size": definition.size, "steps": definition.ticks}
         for policy, make in POLICIES.items() if not no_scores else ():
@@ -59,7 +71,8 @@ def envs(arm: Arm, seeds: int, no_scores: bool, as_json: bool) -> None:
     if not no_scores:
         columns = ["task", "policy", "reward", "solved", "error, mean [mm]", "error, largest [mm]"]
         rows = [_score(row, policy, seeds) for row in found for policy in row["scores"]]
-        table(f"scores over {seeds} seeds", columns, rows)
+        driven = f", by {actions} where a task takes them" if actions is not None else ""
+        table(f"scores over {seeds} seeds{driven}", columns, rows)
 
 
 def _task(row: dict[str, Any]) -> list[str]:

@@ -2,7 +2,7 @@
 
     mode        per action  -1 .. 1 is                                    engine
     bend        2           -170 .. 170 deg of bend along x and y         length servos, feed-forward tensions folded in
-    lengths     3           L0 - pi r .. L0 + pi r: a set-point [m]       length servos
+    lengths     3           L0 - pi r .. L0 + pi r: a set-point [m]       length servos; within their range
     tensions    3           0 .. what holds 170 deg at most: a force [N]  plain forces
     pressures   3           lowest .. highest pressure [Pa]               McKibben muscles behind valves
 
@@ -21,7 +21,7 @@ from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, chain
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics.statics import holding_tensions
+from contarm_sim.mechanics.statics import balance, holding_tensions, level_range
 from contarm_sim.mjcf import Actuation
 
 Mode = Literal["bend", "lengths", "tensions", "pressures"]
@@ -59,13 +59,20 @@ class Actions:
         if self.mode not in MODES:
             raise InputError("actions", repr(self.mode), ", ".join(MODES))
         if self.mode == "lengths":
-            return arm.length - np.pi * arm.muscle_radius, arm.length + np.pi * arm.muscle_radius
+            low, high = self._range
+            return max(low, arm.length - np.pi * arm.muscle_radius), min(high, arm.length + np.pi * arm.muscle_radius)
         if self.mode == "pressures":
             return muscle.min_pressure, muscle.max_pressure
         farthest = holding_tensions(arc.from_polar(MAX_BEND, np.radians(np.arange(0, 360, 15))), arm)
         if self.mode == "tensions":
             return 0.0, min(float(farthest.max()), muscle.blocked_force)
         return -MAX_BEND, MAX_BEND
+
+    @property
+    def _range(self) -> tuple[float, float]:
+        """Lowest and highest set-point that the servos take [m]."""
+        shortest, longest = self.arm.muscle_length_range
+        return shortest - self.arm.muscle.blocked_force / self.arm.muscle.servo_stiffness, longest
 
     @property
     def size(self) -> int:
@@ -85,7 +92,10 @@ class Actions:
         """
         wanted = (self.size,) if count is None else (count, self.size)
         try:
-            array = np.asarray(action, dtype=float)
+            array = np.asarray(action)
+            if array.dtype.kind not in "biuf":
+                raise TypeError
+            array = array.astype(float)
         except (TypeError, ValueError):
             raise InputError("action", repr(action), f"numbers in [-1, 1], shape {wanted}") from None
         if array.shape != wanted:
@@ -106,6 +116,24 @@ class Actions:
         arm, bend = self.arm, shortened(bend)
         lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
         return lengths - holding_tensions(bend, arm) / arm.muscle.servo_stiffness
+
+    def within(self, bends: Array) -> Array:
+        """Return bends [rad], shape (T, 2), all shortened alike until the muscles, driven in this mode, hold them."""
+        for _ in range(100):
+            if self._hold(bends):
+                break
+            bends = 0.97 * bends
+        return bends
+
+    def _hold(self, bends: Array) -> bool:
+        if self.mode == "pressures":
+            low, high = level_range(balance(bends, self.arm), self.arm)
+            return bool(np.all(low <= high))
+        if self.mode == "tensions":
+            return bool(np.all(holding_tensions(bends, self.arm) <= self.middle + self.half))
+        shortest, longest = self._range
+        setpoints = self.setpoints(bends)
+        return bool(np.all((setpoints >= shortest) & (setpoints <= longest)))
 
     def asking(self, values: Array) -> Array:
         """Return the actions, shape (B, size), that ask for values in the mode's unit, as near as [-1, 1] allows."""

@@ -15,7 +15,7 @@ from contarm_sim.envs.actions import Actions, Mode
 from contarm_sim.envs.hold import Hold
 from contarm_sim.envs.reach import Reach
 from contarm_sim.envs.state import State, scales
-from contarm_sim.envs.task import CONTROL_PERIOD, Goals, Task
+from contarm_sim.envs.task import CONTROL_PERIOD, LIMIT, Goals, Task
 from contarm_sim.envs.track import Track
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
@@ -35,9 +35,6 @@ NEAR = 0.05
 SERVO_TIME = 0.005
 """Damping of the servos over their stiffness, at most [s]: with it muscles that pull 177 N do 0.25 m/s."""
 
-LIMIT = 10.0
-"""Observations are clipped here; they are scaled so that random actions stay within about 4."""
-
 
 @dataclass(frozen=True)
 class Definition:
@@ -45,7 +42,6 @@ class Definition:
 
     Attributes:
         task: what is asked for.
-        actions: what actions mean.
         reward: shaped: NEAR / (NEAR + error), errors in lengths, times the task's `quality`; sparse: 1 within the
             tolerance (and of quality 1), else 0.
         variations: what changes from episode to episode.
@@ -54,7 +50,6 @@ class Definition:
     """
 
     task: Task
-    actions: Actions
     reward: Reward
     variations: dict[str, Any]
     ticks: int
@@ -71,6 +66,11 @@ class Definition:
     def arm(self) -> Arm:
         """The arm without variations."""
         return self.task.arm
+
+    @property
+    def actions(self) -> Actions:
+        """What actions mean."""
+        return self.task.actions
 
     @property
     def substeps(self) -> int:
@@ -151,14 +151,14 @@ def define(
         raise InputError("arm", repr(arm), "an Arm")
     if reward not in REWARDS:
         raise InputError("reward", repr(reward), ", ".join(REWARDS))
-    task = TASKS[name](arm or Arm())
-    mode: Any = task.modes[0] if actions is None else actions
-    if mode not in task.modes:
-        raise InputError("actions", repr(mode), f"{', '.join(task.modes)} for {name}")
+    modes = TASKS[name].modes
+    if actions is not None and actions not in modes:
+        raise InputError("actions", repr(actions), f"{', '.join(modes)} for {name}")
+    task = TASKS[name](arm or Arm(), actions or modes[0])
     limit = task.time_limit if time_limit is None else time_limit
     ticks = round(limit / CONTROL_PERIOD) if isinstance(limit, (int, float)) and 0 < limit < 1e6 else 0
     longest = task.time_limit if task.over_time else np.inf
     if ticks < 1 or abs(ticks * CONTROL_PERIOD - limit) > 1e-9 or limit > longest:
         at_most = f", at most {longest:g} s" if np.isfinite(longest) else ""
         raise InputError("time_limit", limit, f"a multiple of {CONTROL_PERIOD:g} s{at_most}")
-    return Definition(task, Actions(task.arm, mode), reward, variation.check(variations, task.drawn), ticks)
+    return Definition(task, reward, variation.check(variations, task.drawn), ticks)

@@ -175,12 +175,13 @@ class ArmObservables(composer.Observables):
 
 
 class ArmArena(composer.Arena):
-    """Floor, mount, light and cameras around one arm."""
+    """Floor, mount, light and cameras around one arm: to be looked at, nothing touches them."""
 
     def _build(self, arm: Arm) -> None:
         spec = mujoco.MjSpec()
         spec.modelname, spec.compiler.degree = "arena", False
         self._place, self._turn = add_scene(spec, arm), base_quaternion(arm)
+        spec.geom("floor").contype = spec.geom("floor").conaffinity = 0  # the other front ends have none
         self._mjcf_root = mjcf.from_xml_string(exact_xml(spec))
 
     def place(self, arm: ContinuumArm) -> None:

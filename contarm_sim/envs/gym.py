@@ -11,21 +11,23 @@ Importing this module registers them; so does a name with the module in front, w
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import gymnasium
 import numpy as np
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.spaces import Box
 
 from contarm_sim import engine
 from contarm_sim.arm import Arm
 from contarm_sim.envs.actions import Mode
-from contarm_sim.envs.definition import LIMIT, Definition, Reward, define
+from contarm_sim.envs.definition import Definition, Reward, define
 from contarm_sim.envs.episodes import Episodes
 from contarm_sim.envs.physics import Single
 from contarm_sim.envs.picture import RENDER_MODES, Picture, picture
 from contarm_sim.envs.registration import register
-from contarm_sim.envs.task import CONTROL_PERIOD
+from contarm_sim.envs.task import CONTROL_PERIOD, LIMIT
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 
@@ -78,7 +80,20 @@ class ArmEnv(gymnasium.Env[Array, Array]):
         self._episodes = Episodes(self.definition, 1)
         self._physics = Single(self.definition)
         self._random: np.random.RandomState | None = None
+        self._spec: EnvSpec | None = None
         self._picture: Picture | None = None
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """What Gymnasium knows of the environment; it says how many steps an episode has."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, given: EnvSpec | None) -> None:
+        self._spec = None if given is None else replace(given, max_episode_steps=self.definition.ticks)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_picture": None}  # a copy draws for itself
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
         """Begin an episode: the arm straight and at rest."""

@@ -11,8 +11,8 @@ from what 90 to 700 kPa allow at that bend under that wrench; what they cannot h
     bend_error          2     rad      pi / 4; asked minus measured
     force               3     N        0.3 N
     couple              3     N m      0.02 N m
-    stiffness_asked     1     N m/rad  EI/L0
-    stiffness           1     N m/rad  EI/L0; measured
+    stiffness_asked     1     N m/rad  that of the straight arm at the highest pressure
+    stiffness           1     N m/rad  the same; measured
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ import numpy as np
 from contarm_sim.arm import Arm
 from contarm_sim.envs.actions import Mode
 from contarm_sim.envs.state import State
-from contarm_sim.envs.task import Goals, Task, even_bend, even_direction, norm
+from contarm_sim.envs.task import LIMIT, Goals, Task, even_bend, even_direction, norm
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, chain
 from contarm_sim.kinematics.arrays import Array, as_vectors
@@ -96,14 +96,16 @@ class Hold(Task):
     @property
     def scales(self) -> dict[str, tuple[float, float]]:
         """See the table above."""
-        elastic = self.arm.bending_stiffness / self.arm.length
+        arm = self.arm
+        slope = float(force_slope(arm.muscle.max_pressure, arm.length, arm))
+        most = arm.bending_stiffness / arm.length + 1.5 * arm.muscle_radius**2 * slope
         return {
             "bend_asked": (0.0, np.pi),
             "bend_error": (0.0, 0.25 * np.pi),
             "force": (0.0, MAX_FORCE),
             "couple": (0.0, MAX_COUPLE),
-            "stiffness_asked": (0.0, elastic),
-            "stiffness": (0.0, elastic),
+            "stiffness_asked": (0.0, most),
+            "stiffness": (0.0, most),
         }
 
     def stiffness(self, goals: Goals, state: State) -> Array:
@@ -134,7 +136,10 @@ def _checked(values: dict[str, Any]) -> tuple[Array, Array, float]:
     share = values["share"]
     if bend.shape != (2,) or any(part.shape != (3,) for part in parts):
         raise InputError("bend, force, couple", "of other shapes", "shapes (2,), (3,) and (3,)")
-    if not isinstance(share, float) or not 0 <= share <= 1:
+    for name, part, most in zip(("force", "couple"), parts, (MAX_FORCE, MAX_COUPLE), strict=True):
+        if np.abs(part).max() > LIMIT * most:
+            raise InputError(name, part.tolist(), f"at most {LIMIT * most:g} each way, which is what can be observed")
+    if isinstance(share, bool) or not isinstance(share, int | float) or not 0 <= share <= 1:
         raise InputError("share", share, "a number from 0 to 1")
     return bend, np.concatenate(parts), share
 

@@ -36,12 +36,11 @@ class Single:
         self._arm, self._model = arm, self._definition.model(arm)
         self.data = mujoco.MjData(self._model)
         self._tip = self._model.body("tip").id
-        self._fields = {name: getattr(self.data, name)[None] for name in ENGINE_FIELDS}
 
     @property
     def state(self) -> State:
         """What is seen of the arm, B = 1; a copy."""
-        return read({name: value.copy() for name, value in self._fields.items()})
+        return read({name: getattr(self.data, name)[None].copy() for name in ENGINE_FIELDS})
 
     def reset(self, force: Array | None) -> None:
         """Put the arm straight and at rest, with a force [N, N m], shape (1, 6), on the tip."""

@@ -1,7 +1,8 @@
 """`reach`: bring the tip to a point.
 
-The point is where the tip rests at a bend drawn evenly from the disk to 170 deg: on the dome without load, on the
-surface that the arm reaches with gravity or payload, see `resting`.
+The point is where the tip rests at a bend drawn evenly from the disk to 170 deg, shortened where the muscles could not
+hold it (by pressures some 133 deg): on the dome without load, on the surface that the arm reaches with gravity or
+payload, see `resting`.
 
     quantity   size  unit  scaled by
     target     3     m     L0
@@ -32,7 +33,7 @@ class Reach(Task):
 
     def draw(self, random: np.random.RandomState) -> dict[str, Any]:
         """Draw a target [m]."""
-        return {"target": self.resting.tips(even_bend(random, MAX_BEND)[None])[0]}
+        return {"target": self.resting.tips(self.actions.within(even_bend(random, MAX_BEND)[None]))[0]}
 
     def prepare(self, values: dict[str, Any], arm: Arm) -> Goals:
         """Check the target."""

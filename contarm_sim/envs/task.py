@@ -8,13 +8,16 @@ from typing import Any, ClassVar
 import numpy as np
 
 from contarm_sim.arm import Arm
-from contarm_sim.envs.actions import Mode
+from contarm_sim.envs.actions import Actions, Mode
 from contarm_sim.envs.resting import Resting
 from contarm_sim.envs.state import State
 from contarm_sim.kinematics.arrays import Array
 
 CONTROL_PERIOD = 0.05
 """Time between actions [s]; controls are held in between."""
+
+LIMIT = 10.0
+"""Observations are clipped here; they are scaled so that random actions on the paper's arm stay within about 4."""
 
 Goals = dict[str, Array]
 """What an episode asks for: arrays of one episode, or stacked with a leading axis of arms."""
@@ -25,6 +28,7 @@ class Task(ABC):
 
     Attributes:
         arm: the arm that the task was made with; variations come on top.
+        actions: what drives it; goals are those that it can hold.
         resting: where that arm's tip rests.
         name: what it is called.
         time_limit: length of an episode [s]; it is cut off then, never terminated.
@@ -39,8 +43,8 @@ class Task(ABC):
     drawn: ClassVar[tuple[str, ...]]
     over_time: ClassVar[bool] = False
 
-    def __init__(self, arm: Arm) -> None:
-        self.arm = arm
+    def __init__(self, arm: Arm, mode: Mode) -> None:
+        self.arm, self.actions = arm, Actions(arm, mode)
         self.resting = Resting(arm)
 
     @abstractmethod

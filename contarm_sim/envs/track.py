@@ -45,9 +45,14 @@ class Track(Task):
         """Draw the path's name, its largest bend [rad] and the angle it is turned by [rad]."""
         return {
             "path": paths.NAMES[random.randint(len(paths.NAMES))],
-            "max_bend": BENDS[0] + (BENDS[1] - BENDS[0]) * random.random_sample(),
+            "max_bend": self._held(BENDS[0] + (BENDS[1] - BENDS[0]) * random.random_sample()),
             "turn": 2 * np.pi * random.random_sample(),
         }
+
+    def _held(self, largest: float) -> float:
+        """Return a bend angle, shortened until the muscles hold it in every plane."""
+        ring = arc.from_polar(largest, np.radians(np.arange(0, 360, 15)))
+        return float(np.hypot(*self.actions.within(ring)[0]))
 
     def prepare(self, values: dict[str, Any], arm: Arm) -> Goals:
         """Lay the path out, a target a control period, the last one repeated."""

@@ -21,6 +21,7 @@ from contarm_sim.envs.episodes import Episodes, Flags, Outcome
 from contarm_sim.envs.gym import ArmEnv, spaces
 from contarm_sim.envs.physics import Many
 from contarm_sim.envs.picture import Picture, picture
+from contarm_sim.envs.task import CONTROL_PERIOD
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 
@@ -36,6 +37,7 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
         task, arm, actions, reward, variations, time_limit: as of `ArmEnv`. A variation that has a memory of its own is
             shared by all arms.
         render_mode: rgb_array or None.
+        max_episode_steps: Gymnasium's name of the time limit, in actions.
 
     Raises:
         InputError, DivergenceError, RenderingError: as `ArmEnv`.
@@ -54,12 +56,15 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
         variations: Mapping[str, Any] | None = None,
         time_limit: float | None = None,
         render_mode: str | None = None,
+        max_episode_steps: int | None = None,
     ) -> None:
         for name, value, least in (("num_envs", num_envs, 1), ("threads", threads, 0)):
             if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
                 raise InputError(name, value, f"a whole number, at least {least}")
         if render_mode not in (None, "rgb_array"):
             raise InputError("render_mode", repr(render_mode), "rgb_array, None")
+        if max_episode_steps is not None:
+            time_limit = max_episode_steps * CONTROL_PERIOD
         self.definition = define(task, arm, actions, reward, variations, time_limit)
         self.num_envs, self.render_mode = int(num_envs), render_mode
         self.single_observation_space, self.single_action_space = spaces(self.definition)
