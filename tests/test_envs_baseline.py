@@ -112,4 +112,4 @@ def test_without_gymnasium_one_line_says_what_to_install():
         main()"""
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr == "contarm: gymnasium is not installed; pip install 'contarm-sim[gym]'\n"
+    assert done.stderr == "contarm: gymnasium is not installed; get it with: pip install 'contarm-sim[gym]'\n"

@@ -8,7 +8,7 @@ import click
 
 from contarm_sim.arm import Arm
 from contarm_sim.cli.options import Command, arm_options, json_option
-from contarm_sim.errors import ContarmError
+from contarm_sim.errors import MissingError
 
 
 @click.command(cls=Command)
@@ -42,7 +42,7 @@ def envs(arm: Arm, seeds: int, actions: Any, no_scores: bool, as_json: bool) -> 
     except ModuleNotFoundError as error:
         if not (error.name or "").startswith("gymnasium"):
             raise
-        raise ContarmError("gymnasium is not installed; pip install 'contarm-sim[gym]'") from None
+        raise MissingError("gymnasium", "gym") from None
     from contarm_sim.cli.terminal import progress, table
     from contarm_sim.report.output import to_json
 
