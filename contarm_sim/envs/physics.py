@@ -109,23 +109,22 @@ class Many:
             self._controls[places] = controls[places]
         with quiet_engine():
             self.batch.step(places, self._substeps, int(mujoco.mjtStage.mjSTAGE_VEL))
-        if self.batch.warning.any():
-            for place in range(len(self._arms)):
-                time = float(self.batch.time[place])
-                refuse_divergence(self._definition, self.batch.warning[place], None, self._models[place], time, place)
+        for place in np.flatnonzero(self.batch.warning.any(axis=(1, 2))).tolist():
+            where, count = self.batch.warning[place].T  # the engine's mjWarningStat: lastinfo, number
+            refuse_divergence(self._definition, count, where, self._models[place], float(self.batch.time[place]), place)
 
 
 def refuse_divergence(
-    definition: Definition, warnings: Array, where: Array | None, model: Any, time: float, place: int | None = None
+    definition: Definition, warnings: Array, where: Array, model: Any, time: float, place: int | None = None
 ) -> None:
-    """Raise if warning counters, shape (8,), tell of a bad state.
+    """Raise if warning counters, and what each was last about, shape (7,), tell of a bad state.
 
     Raises:
         DivergenceError: names the task and, of many, the place of the arm.
     """
     if not warnings[FATAL].any():
         return
-    dof = int(where[FATAL][np.argmax(warnings[FATAL] > 0)]) if where is not None else -1
+    dof = int(where[FATAL][np.argmax(warnings[FATAL] > 0)])
     joint = model.joint(model.dof_jntid[dof]).name if 0 <= dof < model.nv else "?"
     settings = {"task": definition.task.name, "actions": definition.actions.mode, "timestep": model.opt.timestep}
     raise DivergenceError(time, dof, joint, settings | ({} if place is None else {"arm number": place}))

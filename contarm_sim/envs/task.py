@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -29,7 +30,6 @@ class Task(ABC):
     Attributes:
         arm: the arm that the task was made with; variations come on top.
         actions: what drives it; goals are those that it can hold.
-        resting: where that arm's tip rests.
         name: what it is called.
         time_limit: length of an episode [s]; it is cut off then, never terminated.
         modes: the action modes that make sense, the default first.
@@ -45,7 +45,11 @@ class Task(ABC):
 
     def __init__(self, arm: Arm, mode: Mode) -> None:
         self.arm, self.actions = arm, Actions(arm, mode)
-        self.resting = Resting(arm)
+
+    @cached_property
+    def resting(self) -> Resting:
+        """Where the arm's tip rests under set-points of bends."""
+        return Resting(self.arm)
 
     @abstractmethod
     def draw(self, random: np.random.RandomState) -> dict[str, Any]:
