@@ -17,7 +17,13 @@ class Page:
 
     def __init__(self, url, profile, width=1280, height=800):
         self.errors, self._ids = [], itertools.count(1)
-        flags = ["--headless=new", "--no-sandbox", "--enable-unsafe-swiftshader", "--use-angle=swiftshader"]
+        flags = [
+            "--headless=new",
+            "--no-sandbox",
+            "--enable-unsafe-swiftshader",
+            "--use-angle=swiftshader",
+            "--disable-dev-shm-usage",
+        ]
         flags += ["--remote-debugging-port=0", f"--user-data-dir={profile}", f"--window-size={width},{height}"]
         self._process = subprocess.Popen([BROWSER, *flags, "about:blank"], stderr=subprocess.DEVNULL)
         try:
