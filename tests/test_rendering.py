@@ -172,6 +172,13 @@ def test_osmesa_takes_over_after_a_failing_egl_module():
 
 
 @pytest.mark.gl
+def test_an_unknown_wish_is_said_and_something_else_draws(gl):
+    found = choose(MUJOCO_GL="nonsense")
+    assert found["attempts"][0] == ["nonsense", "MUJOCO_GL names no library that there is; egl, osmesa, glfw"]
+    assert found["name"] in ("egl", "osmesa")
+
+
+@pytest.mark.gl
 def test_a_window_system_is_not_believed_without_a_display(gl):
     found = choose(MUJOCO_GL="glfw", DISPLAY=":9876")
     assert found["attempts"][0] == ["glfw", "the display cannot be opened"]

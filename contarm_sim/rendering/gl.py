@@ -21,6 +21,8 @@ from contarm_sim.rendering.egl import why_egl_fails
 PACKAGES = "libegl1 libopengl0 libgl1-mesa-dri"
 """Debian and Ubuntu packages that give a machine without GPU and display a GL library."""
 
+_KNOWN = ("egl", "osmesa", "glfw")
+
 _PROBE = """
 <mujoco>
   <worldbody><light pos="0 0 2"/><geom type="sphere" size="1" rgba="1 1 1 1"/></worldbody>
@@ -55,6 +57,9 @@ def choose_backend() -> Backend:
     engine.load()
     platform = os.environ.pop("PYOPENGL_PLATFORM", None)
     attempts: list[tuple[str, str | None]] = []
+    wish = os.environ.get("MUJOCO_GL", "").lower().strip()
+    if wish not in ("", *_KNOWN):
+        attempts.append((wish, f"MUJOCO_GL names no library that there is; {', '.join(_KNOWN)}"))
     try:
         for name in _candidates():
             reason = _attempt(name)
