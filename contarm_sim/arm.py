@@ -214,3 +214,9 @@ class Arm:
         """Shortest and longest length [m] that a muscle can take: full contraction, closed braid."""
         rest = self.muscle_rest_length
         return rest * (1 - self.muscle.max_contraction), rest * (1 + self.muscle.max_stretch)
+
+    @property
+    def setpoint_range(self) -> tuple[float, float]:
+        """Lowest and highest set-point [m] of a length servo: the lowest gives the shortest muscle its full force."""
+        shortest, longest = self.muscle_length_range
+        return shortest - self.muscle.blocked_force / self.muscle.servo_stiffness, longest

@@ -656,3 +656,25 @@ def test_a_run_through_poses_that_have_no_rest_is_kept_and_says_so(contarm, tmp_
     assert "of which motion" not in out
     assert json.loads((tmp_path / "r" / "summary.json").read_text())["motion"] is None
     assert "The load explains it" in (tmp_path / "r" / "report.html").read_text()
+
+
+@pytest.mark.parametrize(("library", "command", "extra"), [("gymnasium", "envs", "gym"), ("viser", "view", "view")])
+def test_without_an_optional_library_one_line_says_what_to_install(library, command, extra):
+    code = f"""if True:
+        import sys
+        sys.modules[{library!r}] = None
+        sys.argv = ["contarm", {command!r}]
+        from contarm_sim.__main__ import main
+        main()"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == f"contarm: {library} is not installed; get it with: pip install 'contarm-sim[{extra}]'\n"
+
+
+def test_the_command_line_takes_every_controller_there_is():
+    from contarm_sim.cli.main import cli
+    from contarm_sim.simulation.control import CONTROLLERS
+
+    for name in ("run", "view"):
+        taken = next(option for option in cli.commands[name].params if option.name == "controller").type.choices
+        assert tuple(taken) == CONTROLLERS

@@ -101,15 +101,3 @@ def test_contarm_envs_lists_and_scores():
     done = contarm("--no-scores")
     assert (done.returncode, done.stderr) == (0, "")
     assert "contarm/Track-v0" in done.stdout
-
-
-def test_without_gymnasium_one_line_says_what_to_install():
-    code = """if True:
-        import sys
-        sys.modules["gymnasium"] = None
-        sys.argv = ["contarm", "envs"]
-        from contarm_sim.__main__ import main
-        main()"""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr == "contarm: gymnasium is not installed; get it with: pip install 'contarm-sim[gym]'\n"

@@ -222,15 +222,3 @@ def test_the_native_viewer_bends_the_arm_by_keys(tmp_path):
         screen.wait(10)
         os.close(read)
         os.close(write)
-
-
-def test_without_viser_one_line_says_what_to_install():
-    code = """if True:
-        import sys
-        sys.modules["viser"] = None
-        sys.argv = ["contarm", "view"]
-        from contarm_sim.__main__ import main
-        main()"""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr == "contarm: viser is not installed; get it with: pip install 'contarm-sim[view]'\n"

@@ -102,6 +102,12 @@ def arm_options(function: Callable[..., Any]) -> Callable[..., Any]:
     return wrapped
 
 
+def controller_option(meaning: str) -> Callable[[Any], Any]:
+    """Return the --controller option; names as in `simulation.control`, which loads too much for --help."""
+    names = ["paper", "chain", "feedforward", "servo", "pressure", "tip"]
+    return click.option("--controller", default="servo", show_default=True, type=click.Choice(names), help=meaning)
+
+
 json_option = click.option(
     "--json", "as_json", is_flag=True, help="Print one JSON document, SI units, and nothing else."
 )

@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from contarm_sim.arm import Arm
-from contarm_sim.cli.options import Command, arm_options, json_option, out_option
+from contarm_sim.cli.options import Command, arm_options, controller_option, json_option, out_option
 from contarm_sim.errors import InputError, RenderingError, UnreachableError
 
 
@@ -29,12 +29,10 @@ from contarm_sim.errors import InputError, RenderingError, UnreachableError
     "--project", default="refuse", type=click.Choice(["refuse", "nearest", "ray", "paper"]), show_default=True,
     help="What to do with targets off the dome (see contarm ik --help).",
 )  # fmt: skip
-@click.option(
-    "--controller", default="servo", show_default=True,
-    type=click.Choice(["paper", "chain", "feedforward", "servo", "pressure", "tip"]),
-    help="paper: arc lengths, plain servos; chain: exact; feedforward: + tensions; servo: + integral; pressure: servo "
-    "through pneumatic muscles and valves; tip: servo + planned rest of the model's tip + seen tip.",
-)  # fmt: skip
+@controller_option(
+    "paper: arc lengths, plain servos; chain: exact; feedforward: + tensions; servo: + integral; pressure: servo "
+    "through pneumatic muscles and valves; tip: servo + planned rest of the model's tip + seen tip."
+)
 @click.option("--fast", is_flag=True, help="Steps of 10 ms instead of 5: twice as fast, twice the step's own error.")
 @click.option("--timestep", type=float, metavar="S", help="Engine step [s], a whole fraction of 0.01; default 0.005.")
 @click.option("--no-video", is_flag=True, help="Numbers and figures only.")

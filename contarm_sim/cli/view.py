@@ -7,14 +7,11 @@ from typing import Any
 import click
 
 from contarm_sim.arm import Arm
-from contarm_sim.cli.options import Command, arm_options, json_option
+from contarm_sim.cli.options import Command, arm_options, controller_option, json_option
 
 
 @click.command(cls=Command)
-@click.option(
-    "--controller", default="servo", show_default=True,
-    type=click.Choice(["paper", "chain", "feedforward", "servo", "pressure", "tip"]), help="To begin with.",
-)  # fmt: skip
+@controller_option("To begin with.")
 @click.option("--port", type=click.IntRange(1, 65535), help="Default: the first free one from 8080 on.")
 @click.option("--open", "opened", is_flag=True, help="Open the page in the browser.")
 @click.option("--native", is_flag=True, help="MuJoCo's own viewer instead of a page; needs a display.")

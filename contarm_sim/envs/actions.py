@@ -59,7 +59,7 @@ class Actions:
         if self.mode not in MODES:
             raise InputError("actions", repr(self.mode), ", ".join(MODES))
         if self.mode == "lengths":
-            low, high = self._range
+            low, high = arm.setpoint_range
             return max(low, arm.length - np.pi * arm.muscle_radius), min(high, arm.length + np.pi * arm.muscle_radius)
         if self.mode == "pressures":
             return muscle.min_pressure, muscle.max_pressure
@@ -67,12 +67,6 @@ class Actions:
         if self.mode == "tensions":
             return 0.0, min(float(farthest.max()), muscle.blocked_force)
         return -MAX_BEND, MAX_BEND
-
-    @property
-    def _range(self) -> tuple[float, float]:
-        """Lowest and highest set-point that the servos take [m]."""
-        shortest, longest = self.arm.muscle_length_range
-        return shortest - self.arm.muscle.blocked_force / self.arm.muscle.servo_stiffness, longest
 
     @property
     def size(self) -> int:
@@ -131,9 +125,9 @@ class Actions:
             return bool(np.all(low <= high))
         if self.mode == "tensions":
             return bool(np.all(holding_tensions(bends, self.arm) <= self.middle + self.half))
-        shortest, longest = self._range
+        lowest, highest = self.arm.setpoint_range
         setpoints = self.setpoints(bends)
-        return bool(np.all((setpoints >= shortest) & (setpoints <= longest)))
+        return bool(np.all((setpoints >= lowest) & (setpoints <= highest)))
 
     def asking(self, values: Array) -> Array:
         """Return the actions, shape (B, size), that ask for values in the mode's unit, as near as [-1, 1] allows."""

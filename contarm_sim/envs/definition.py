@@ -19,7 +19,7 @@ from contarm_sim.envs.task import CONTROL_PERIOD, LIMIT, Goals, Task
 from contarm_sim.envs.track import Track
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mjcf import Actuation, arm_spec
+from contarm_sim.mjcf import TIMESTEP, Actuation, arm_spec
 
 TASKS: dict[str, type[Task]] = {kind.name: kind for kind in (Reach, Track, Hold)}
 
@@ -47,6 +47,7 @@ class Definition:
         variations: what changes from episode to episode.
         ticks: actions in an episode.
         sizes: numbers of every observed quantity, by name, in the order of the flat observation.
+        offset, scale: of the flat observation, (value - offset) / scale, each of shape (size,).
     """
 
     task: Task
@@ -54,13 +55,20 @@ class Definition:
     variations: dict[str, Any]
     ticks: int
     sizes: dict[str, int] = field(init=False)
+    offset: Array = field(init=False, repr=False, compare=False)
+    scale: Array = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         arm, wide = self.arm, {"joint_angles": (3 if self.arm.torsional_stiffness is not None else 2) * self.arm.links}
         seen = [name for name in scales(arm) if name != "pressures" or self.actions.mode == "pressures"]
         sizes = {name: {**wide, "tip_orientation": 4}.get(name, 3) for name in seen}
         odd = {"bend_asked": 2, "bend_error": 2, "stiffness_asked": 1, "stiffness": 1}
-        object.__setattr__(self, "sizes", sizes | {name: odd.get(name, 3) for name in self.task.scales})
+        known = scales(arm) | self.task.scales
+        sizes |= {name: odd.get(name, 3) for name in self.task.scales}
+        object.__setattr__(self, "sizes", sizes)
+        for place, what in enumerate(("offset", "scale")):
+            value = np.concatenate([np.full(size, known[name][place]) for name, size in sizes.items()])
+            object.__setattr__(self, what, value)
 
     @property
     def arm(self) -> Arm:
@@ -75,7 +83,7 @@ class Definition:
     @property
     def substeps(self) -> int:
         """Engine steps in a control period."""
-        return round(CONTROL_PERIOD / arm_spec(self.arm).option.timestep)
+        return round(CONTROL_PERIOD / TIMESTEP)
 
     @property
     def size(self) -> int:
@@ -92,17 +100,14 @@ class Definition:
 
     def flat(self, quantities: dict[str, Array]) -> Array:
         """Return flat observations, shape (B, size): scaled and clipped quantities in the order of `sizes`."""
-        known = scales(self.arm) | self.task.scales
-        parts = [(quantities[name] - known[name][0]) / known[name][1] for name in self.sizes]
-        return np.concatenate(parts, axis=-1).clip(-LIMIT, LIMIT)
+        values = np.concatenate([quantities[name] for name in self.sizes], axis=-1)
+        return ((values - self.offset) / self.scale).clip(-LIMIT, LIMIT)
 
     def unflat(self, observation: Array) -> dict[str, Array]:
         """Return the quantities [SI units] of flat observations, shape (..., size)."""
-        known, found, at = scales(self.arm) | self.task.scales, {}, 0
-        for name, size in self.sizes.items():
-            found[name] = known[name][0] + known[name][1] * observation[..., at : at + size]
-            at += size
-        return found
+        values = self.offset + self.scale * observation
+        ends = np.cumsum(list(self.sizes.values()))
+        return dict(zip(self.sizes, np.split(values, ends[:-1], axis=-1), strict=True))
 
 
 def plain_spec(arm: Arm, actuation: Actuation) -> mujoco.MjSpec:

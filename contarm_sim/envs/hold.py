@@ -28,7 +28,7 @@ from contarm_sim.envs.task import LIMIT, Goals, Task, even_bend, even_direction,
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, chain
 from contarm_sim.kinematics.arrays import Array, as_vectors
-from contarm_sim.kinematics.muscles import DIRECTIONS
+from contarm_sim.kinematics.muscles import bend_of_lengths
 from contarm_sim.mechanics.pneumatics import force_slope, passive_slope
 from contarm_sim.mechanics.statics import Balance, balance, length_jacobian, level_range, wrench_moment
 
@@ -75,7 +75,7 @@ class Hold(Task):
         asked = stiffness_at(held, low + share * (high - low), lengths, jacobian, self.arm)
         return {
             "bend": bend,
-            "measured": _measured(lengths, self.arm),
+            "measured": bend_of_lengths(lengths, self.arm.muscle_radius),
             "wrench": wrench,
             "jacobian": jacobian,
             "asked": np.array([asked]),
@@ -127,7 +127,7 @@ class Hold(Task):
         return goals["wrench"]
 
     def _off(self, goals: Goals, state: State) -> Array:
-        return goals["measured"] - _measured(state["muscle_lengths"], self.arm)
+        return goals["measured"] - bend_of_lengths(state["muscle_lengths"], self.arm.muscle_radius)
 
 
 def _checked(values: dict[str, Any]) -> tuple[Array, Array, float]:
@@ -147,12 +147,6 @@ def _checked(values: dict[str, Any]) -> tuple[Array, Array, float]:
 def _pose(bend: Array, arm: Arm) -> tuple[Array, Array]:
     """Return muscle lengths [m] and their derivative by the bend [m/rad] at a uniform bend."""
     return chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links), length_jacobian(bend, arm)
-
-
-def _measured(lengths: Array, arm: Arm) -> Array:
-    """Return the arc's bend [rad], shape (..., 2), of muscle lengths [m], term by term."""
-    parts = [lengths[..., i, None] * DIRECTIONS[i] for i in range(3)]
-    return -(2 / (3 * arm.muscle_radius)) * (parts[0] + parts[1] + parts[2])
 
 
 def _least(jacobian: Array, slopes: Array, elastic: Array | float) -> Array:

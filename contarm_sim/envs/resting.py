@@ -15,7 +15,7 @@ from contarm_sim.envs.actions import Actions, shortened
 from contarm_sim.errors import ConvergenceError, InputError
 from contarm_sim.kinematics import arc, dome
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.kinematics.muscles import DIRECTIONS
+from contarm_sim.kinematics.muscles import bend_of_lengths
 from contarm_sim.simulation.plan import TipPlan
 from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.solver import Solver
@@ -90,5 +90,5 @@ class Resting:
             return bend
         for _ in range(CORRECTIONS):  # the bend whose own set-points have the same differences
             off = setpoint - self._actions.setpoints(bend[None])[0]
-            bend = shortened(bend - 2 / (3 * self._arm.muscle_radius) * off @ DIRECTIONS)
+            bend = shortened(bend + bend_of_lengths(off, self._arm.muscle_radius))
         return np.asarray(bend)

@@ -26,6 +26,12 @@ def towards_muscles(bend: Array) -> Array:
     return bend[..., :1] * DIRECTIONS[:, 0] + bend[..., 1:] * DIRECTIONS[:, 1]
 
 
+def bend_of_lengths(lengths: Array, radius: float) -> Array:
+    """Return the bend [rad], shape (..., 2), that differences of lengths [m], shape (..., 3), make; term by term."""
+    parts = [lengths[..., i, None] * DIRECTIONS[i] for i in range(3)]
+    return -(2 / (3 * radius)) * (parts[0] + parts[1] + parts[2])
+
+
 def deltas_from_bend(bend: Any, radius: float) -> Array:
     """Return muscle length changes [m] (shortening < 0), shape (..., 3), of the arc."""
     return -radius * towards_muscles(as_vectors(bend, 2, "bend"))
@@ -49,7 +55,7 @@ def bend_from_deltas(deltas: Any, radius: float, tolerance: float | None = None)
             f"({', '.join(f'{x:.6g}' for x in worst)}) m, whose sum is {worst.sum():.3g} m",
             f"a sum of 0 (within {3 * tolerance:.1g} m): the backbone is inextensible",
         )
-    bend = -(2 / (3 * radius)) * (deltas @ DIRECTIONS)
+    bend = bend_of_lengths(deltas, radius)
     if tolerance is not None and np.any(np.hypot(bend[..., 0], bend[..., 1]) >= np.pi):
         angle = np.hypot(bend[..., 0], bend[..., 1]).max()
         raise InputError("deltas", f"such that bend_angle is {angle:.6g} rad", "deltas of a bend angle below pi rad")

@@ -81,9 +81,7 @@ class Scene:
         angle, plane = np.linspace(0, LARGEST, 35), np.linspace(0, 2 * np.pi, 49)
         points = arc.position(arc.from_polar(angle[:, None], plane), length)
         self._dome = points.reshape(-1, 3)
-        quads = np.arange(points[..., 0].size).reshape(points.shape[:2])
-        a, b, c, d = (quads[:-1, :-1], quads[1:, :-1], quads[1:, 1:], quads[:-1, 1:])
-        faces = np.concatenate([np.stack(side, -1).reshape(-1, 3) for side in ((a, b, c), (a, c, d))])
+        faces = _faces(np.arange(len(self._dome)).reshape(points.shape[:2]))
         self._add.add_mesh_simple(
             "/arm/dome", self._dome, faces, color=_DOME, opacity=0.12, side="back", cast_shadow=False,
             receive_shadow=False,
@@ -205,9 +203,13 @@ def _tube(points: Array, frames: Array, radius: float) -> tuple[Array, Array]:
     ring = radius * np.stack([np.cos(turn), np.sin(turn), np.zeros(_SIDES)], axis=1)
     rims = points[:, None] + ring @ frames.swapaxes(1, 2)
     index = np.arange(rims[..., 0].size).reshape(rims.shape[:2])
-    a, b, c, d = index[:-1], np.roll(index, -1, 1)[:-1], np.roll(index, -1, 1)[1:], index[1:]
-    faces = np.concatenate([np.stack(side, -1).reshape(-1, 3) for side in ((a, b, c), (a, c, d))])
-    return rims.reshape(-1, 3), faces
+    return rims.reshape(-1, 3), _faces(np.hstack([index, index[:, :1]]).T)
+
+
+def _faces(index: Any) -> Array:
+    """Return the triangles, shape (F, 3), between vertices whose numbers lie in a grid, shape (T, K)."""
+    a, b, c, d = index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]
+    return np.concatenate([np.stack(side, -1).reshape(-1, 3) for side in ((a, b, c), (a, c, d))])
 
 
 def _from_upright(directions: Array) -> Array:

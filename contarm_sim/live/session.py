@@ -13,7 +13,7 @@ from contarm_sim.kinematics import arc, chain
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import pneumatics
 from contarm_sim.mechanics.statics import cocontraction
-from contarm_sim.simulation.control import CONTROLLERS, Command, Controller, command
+from contarm_sim.simulation.control import CONTROLLERS, Command, Controller, actuation_of, command, pulls_only
 from contarm_sim.simulation.feedback import Feedback, Seen, feedback_for
 from contarm_sim.simulation.plant import Plant
 from contarm_sim.simulation.run import ACCURATE, CONTROL_RATE
@@ -117,9 +117,8 @@ class Session:
     def _start(self, arm: Arm, controller: Controller) -> None:
         if controller not in CONTROLLERS:
             raise InputError("controller", repr(controller), ", ".join(CONTROLLERS))
-        pull_only = controller not in ("paper", "chain")
-        actuation = "pressures" if controller == "pressure" else "lengths"
-        self.plant = Plant(arm, pull_only, ACCURATE.timestep, ACCURATE.integrator, actuation)  # type: ignore[arg-type]
+        stepping, actuation = (ACCURATE.timestep, ACCURATE.integrator), actuation_of(controller)
+        self.plant = Plant(arm, pulls_only(controller), *stepping, actuation)
         self.arm, self.controller = arm, controller
         self._substeps = ACCURATE.substeps(CONTROL_RATE)
 

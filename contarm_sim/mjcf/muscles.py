@@ -69,14 +69,13 @@ def _servo(actuator: mujoco.MjsActuator, arm: Arm) -> None:
     A feed-forward tension T folds into the set-point: setpoint = target_length - T/kp.
     """
     kp, blocked = arm.muscle.servo_stiffness, arm.muscle.blocked_force
-    shortest, longest = arm.muscle_length_range
     actuator.gaintype = mujoco.mjtGain.mjGAIN_FIXED
     actuator.gainprm[0] = kp
     actuator.biastype = mujoco.mjtBias.mjBIAS_AFFINE
     actuator.biasprm[:3] = [0.0, -kp, -kp * arm.muscle.servo_time]
     actuator.forcerange = [-blocked, 0.0]
     actuator.forcelimited = True
-    actuator.ctrlrange = [shortest - blocked / kp, longest]
+    actuator.ctrlrange = arm.setpoint_range
     actuator.ctrllimited = True
 
 

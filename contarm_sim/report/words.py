@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from contarm_sim.simulation.control import pulls_only
 from contarm_sim.validation.verdict import MODEL_LIMIT
 
 _PARTS = {
@@ -58,7 +59,7 @@ def remarks(summary: dict[str, Any]) -> list[str]:
         found.append(
             "some commanded pose has no rest, the loaded arm gives way there: the share of motion is not known"
         )
-    if muscle["below_min_pressure"] and summary["controller"] not in ("paper", "chain"):
+    if muscle["below_min_pressure"] and pulls_only(summary["controller"]):
         found.append(
             f"in {muscle['below_min_pressure']} samples a slack muscle would take less than the lowest pressure, "
             f"{pressures['min_pressure'] / 1e3:.0f} kPa; the controller `pressure` keeps to it"

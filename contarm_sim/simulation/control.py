@@ -28,6 +28,16 @@ Controller = Literal["paper", "chain", "feedforward", "servo", "pressure", "tip"
 CONTROLLERS: tuple[Controller, ...] = get_args(Controller)
 
 
+def pulls_only(controller: Controller) -> bool:
+    """Tell whether a controller's muscles can only pull."""
+    return controller not in ("paper", "chain")
+
+
+def actuation_of(controller: Controller) -> Actuation:
+    """Return what a controller's set-points are."""
+    return "pressures" if controller == "pressure" else "lengths"
+
+
 @dataclass(frozen=True)
 class Command:
     """What the controller works from, computed for all samples at once.
@@ -50,7 +60,7 @@ class Command:
     @property
     def pull_only(self) -> bool:
         """Whether muscles can only pull."""
-        return self.controller not in ("paper", "chain")
+        return pulls_only(self.controller)
 
     def limits(self, arm: Arm) -> tuple[float, float] | None:
         """Return the lowest and the highest that set-points may be, or None."""
@@ -59,7 +69,7 @@ class Command:
     @property
     def actuation(self) -> Actuation:
         """What the set-points are."""
-        return "pressures" if self.controller == "pressure" else "lengths"
+        return actuation_of(self.controller)
 
 
 def command(arm: Arm, bend: Array, controller: Controller, period: float | None = None) -> Command:
@@ -78,7 +88,7 @@ def command(arm: Arm, bend: Array, controller: Controller, period: float | None 
         lengths = arm.length + muscles.deltas_from_bend(bend, arm.muscle_radius)
     else:
         lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
-    if controller in ("paper", "chain"):
+    if not pulls_only(controller):
         return Command(lengths, lengths, controller, lengths[0])
     start = _hold(arm, bend[:1], lengths[:1], controller, None)[0]
     if period is None or len(bend) < 2:
