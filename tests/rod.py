@@ -19,12 +19,15 @@ with the exact tangent, loads and drives raised together from none. Shares nothi
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
+from collocation import Grid, cross, grid_of, hat
 from threadpoolctl import threadpool_limits
 
 ANGLES = np.radians([0.0, 120.0, 240.0])
+
+HOLDING = 1e10
+"""Stiffness that stands for a held length [N/m]: 50 N stretch it by 5e-9 m."""
 
 
 class NoEquilibriumError(Exception):
@@ -50,13 +53,14 @@ class Rod:
     compliance: np.ndarray
     margin: float
     curvature: np.ndarray
-    grid: "_Grid"
+    grid: Grid
 
+    @threadpool_limits.wrap(limits=1, user_api="blas")
     def at(self, xi):
         """Return points (X, 3) and orientations (X, 3, 3) at normalised arc lengths xi."""
-        R, _ = self.grid.rotations(self.curvature)
+        R = self.grid.rotations(self.curvature)
         S = self.grid.integrals(np.atleast_1d(xi) * self.grid.edges[-1])
-        return S @ R[:, :, 2], np.eye(3) + np.tensordot(S, R @ _hat(self.curvature), 1)
+        return S @ R[:, :, 2], np.eye(3) + np.tensordot(S, R @ hat(self.curvature), 1)
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")
@@ -81,24 +85,39 @@ def tension(pressure, length, arm):
     return np.maximum(force, 0.0), np.where(force > 0, slope, 0.0)
 
 
+def _drive(arm, tensions, pressures, lengths):
+    """Return the law of the muscles: (lengths, share of the drive) -> tensions and slopes dT/dL."""
+    if pressures is not None:
+        return lambda L, share: tension(share * np.asarray(pressures), L, arm)
+    if lengths is not None:
+        held = np.asarray(lengths) - arm.length
+        return lambda L, share: (HOLDING * (L - arm.length - share * held), np.full(3, HOLDING))
+    given = np.zeros(3) if tensions is None else np.asarray(tensions, dtype=float)
+    return lambda L, share: (share * given, np.zeros(3))
+
+
 def _solve(
-    arm, disks, *, tensions=None, pressures=None, force=(0, 0, 0), moment=(0, 0, 0), wrenches=(),
-    follower_moment=(0, 0, 0), actuation_moment=(0, 0), guess=None, steps=4, panels=8, order=6,
+    arm, disks, *, tensions=None, pressures=None, lengths=None, force=(0, 0, 0), moment=(0, 0, 0), wrenches=(),
+    follower_moment=(0, 0, 0), actuation_moment=(0, 0), guess=None, steps=4, panels=8, order=None,
 ):  # fmt: skip
     """Raise everything from none in `steps` (halved where Newton fails), or start from the curvature `guess`.
 
     Args:
         arm: length, mass, bending and torsional stiffness, muscle_radius, gravity, payload and muscle are read.
-        tensions, pressures: one of them [N], [Pa], or neither.
+        tensions, pressures, lengths: one of them [N], [Pa], [m], or none. Lengths are held, pushing if need be: of
+            sheathed muscles alone, which on an untwistable rod add up to 3 L whatever their common tension.
         force, moment: dead, at the tip; wrenches: more of them, as (xi, force, moment).
         follower_moment: at the tip, in its axes; actuation_moment: about the material x and y axes, uniform.
-        panels, order: least number of panels, and nodes in each.
+        panels, order: least number of panels, and nodes in each (6, or 4 on many).
     """
+    if disks and lengths is not None:
+        raise ValueError("the sum of the lengths of straight spans is no drive: it hardly moves")
     dead = ((1.0, np.add(force, arm.payload * np.array(arm.gravity)), moment), *wrenches)
     stations = [np.arange(disks + 1) / disks if disks else [], [xi for xi, *_ in wrenches]]
     breaks = tuple(np.unique(np.round(np.concatenate([np.linspace(0, 1, panels + 1), *stations]), 12)))
-    grid = _grid(breaks, arm.length, order if len(breaks) < 20 else 4)
-    system = _System(arm, grid, disks, tensions, pressures, dead, follower_moment, actuation_moment)
+    grid = grid_of(breaks, arm.length, order or (6 if len(breaks) < 20 else 4))
+    drive = _drive(arm, tensions, pressures, lengths)
+    system = _System(arm, grid, disks, drive, dead, follower_moment, actuation_moment)
     u, done, step = np.zeros((len(grid.nodes), 3)), 0.0, 1 / steps
     if guess is not None:
         u, step = guess, 1.0
@@ -114,58 +133,11 @@ def _solve(
     return system.result(found, margin)
 
 
-def _hat(v):
-    """Return [v]x of vectors (..., 3)."""
-    x, y, z = np.moveaxis(v, -1, 0)
-    o = np.zeros_like(x)
-    return np.moveaxis(np.array([[o, -z, y], [z, o, -x], [-y, x, o]]), (0, 1), (-2, -1))
-
-
-def _cross(a, v):
-    """Return the columns of a (X, 3, n) crossed with v (X, 3)."""
-    return -_hat(v) @ a
-
-
-class _Grid:
-    """Gauss nodes on panels, and the matrices that integrate the polynomials through values at the nodes."""
-
-    def __init__(self, edges, order):
-        self.edges, self.order = np.array(edges), order
-        x, w = np.polynomial.legendre.leggauss(order)
-        half, self.basis = np.diff(self.edges) / 2, np.linalg.inv(np.polynomial.legendre.legvander(x, order - 1))
-        self.nodes = (self.edges[:-1, None] + half[:, None] * (1 + x)).ravel()
-        self.weights = (half[:, None] * w).ravel()
-        self.S = self.integrals(self.nodes)
-
-    def integrals(self, s):
-        """Return the matrix of the integrals from 0 to stations s (X,): (X, G)."""
-        panel = np.clip(np.searchsorted(self.edges, s, side="right") - 1, 0, len(self.edges) - 2)
-        half = np.diff(self.edges)[panel] / 2
-        x = (s - self.edges[panel]) / half - 1
-        upto = np.polynomial.legendre.legint(np.eye(self.order), lbnd=-1)
-        own = half[:, None] * np.polynomial.legendre.legval(x, upto).T @ self.basis
-        S = np.where(np.arange(len(self.nodes)) < self.order * panel[:, None], self.weights, 0.0)
-        np.put_along_axis(S, self.order * panel[:, None] + np.arange(self.order), own, axis=1)
-        return S
-
-    def rotations(self, u):
-        """Return R (G, 3, 3) at the nodes from R' = R [u]x, and at the end."""
-        G, hat = len(self.nodes), _hat(u)
-        matrix = np.eye(3 * G) - np.einsum("gj,jab->gbja", self.S, hat).reshape(3 * G, 3 * G)
-        R = np.linalg.solve(matrix, np.tile(np.eye(3), (G, 1))).reshape(G, 3, 3).swapaxes(1, 2)
-        return R, np.eye(3) + np.tensordot(self.weights, R @ hat, 1)
-
-
-@lru_cache(maxsize=64)
-def _grid(breaks, length, order):
-    return _Grid(np.array(breaks) * length, order)
-
-
 class _System:
     """Residual and tangent of the rod's equation at the nodes."""
 
-    def __init__(self, arm, grid, disks, tensions, pressures, dead, follower_moment, actuation_moment):
-        self.arm, self.grid, self.disks, self.tensions, self.pressures = arm, grid, disks, tensions, pressures
+    def __init__(self, arm, grid, disks, drive, dead, follower_moment, actuation_moment):
+        self.arm, self.grid, self.disks, self.drive = arm, grid, disks, drive
         self.n = 2 if arm.torsional_stiffness is None else 3
         self.K = np.array([arm.bending_stiffness, arm.bending_stiffness, arm.torsional_stiffness or 0.0])
         self.actuation = np.array([*actuation_moment, 0.0])
@@ -183,11 +155,6 @@ class _System:
         self.force[G : G + self.W] = [force for _, force, _ in dead]
         self.couple[G : G + self.W] = [moment for *_, moment in dead]
 
-    def drive(self, lengths, scale):
-        if self.pressures is not None:
-            return tension(scale * np.asarray(self.pressures), lengths, self.arm)
-        return scale * np.asarray((0, 0, 0) if self.tensions is None else self.tensions, dtype=float), np.zeros(3)
-
     def newton(self, u, scale):
         """Return the converged state at a share of the loads, None where there is none near."""
         for _ in range(15):
@@ -204,18 +171,18 @@ class _System:
 
     def state(self, u, scale):
         grid, n, G = self.grid, self.n, len(self.grid.nodes)
-        R, _ = grid.rotations(u)
+        R = grid.rotations(u)
         t = R[:, :, 2]
-        turns = np.eye(3) + np.tensordot(self.S, R @ _hat(u), 1)
+        turns = np.eye(3) + np.tensordot(self.S, R @ hat(u), 1)
         arms = np.einsum("xab,xb->xa", turns, self.offset)
         p = self.S @ t
         spin = np.einsum("xj,jac->xajc", self.S, R[:, :, :n]).reshape(-1, 3, G * n)  # rotation of a station by du
-        move = np.tensordot(self.S, _cross(spin[:G], t), 1)  # displacement of a station by du
-        a, da = p + arms, move + _cross(spin, arms)
+        move = np.tensordot(self.S, cross(spin[:G], t), 1)  # displacement of a station by du
+        a, da = p + arms, move + cross(spin, arms)
         f, df, c, dc = scale * self.force, np.zeros_like(da), scale * self.couple, np.zeros_like(da)
         follower = scale * turns[G] @ self.follower
         c[G] += follower
-        dc[G] += _cross(spin[G : G + 1], follower[None])[0]
+        dc[G] += cross(spin[G : G + 1], follower[None])[0]
         m, dm = self.K * u, np.zeros((G, 3, G, n))
         dm[np.arange(G), :, np.arange(G)] = np.diag(self.K)[:, :n]
         if self.disks:
@@ -223,12 +190,12 @@ class _System:
             lengths, T = self._spans(a[first:], da[first:], scale, f[first:], df[first:])
         else:
             lengths, T = self._sheathed(u, scale, m, dm)
-        c, dc = c + np.cross(a, f), dc + _cross(da, f) - _cross(df, a)
+        c, dc = c + np.cross(a, f), dc + cross(da, f) - cross(df, a)
         F, M = self.E @ f, self.E @ c
         M = M - np.cross(p[:G], F)
-        dM = np.tensordot(self.E, dc, 1) - _cross(move[:G], F) + _cross(np.tensordot(self.E, df, 1), p[:G])
+        dM = np.tensordot(self.E, dc, 1) - cross(move[:G], F) + cross(np.tensordot(self.E, df, 1), p[:G])
         residual = m - np.einsum("gab,ga->gb", R, M) - scale * self.actuation
-        tangent = dm.reshape(G, 3, G * n) - R.swapaxes(1, 2) @ (dM - _cross(spin[:G], M))
+        tangent = dm.reshape(G, 3, G * n) - R.swapaxes(1, 2) @ (dM - cross(spin[:G], M))
         return {
             "u": u, "residual": residual[:, :n].ravel(), "tangent": tangent[:, :n].reshape(G * n, G * n), "R": R,
             "turn": turns[G], "p": p, "spin": spin[G], "move": move[G], "lengths": lengths, "tensions": T,
@@ -270,7 +237,7 @@ class _System:
     def result(self, found, margin):
         G = len(self.grid.nodes)
         lever = found["p"][G] - found["p"][:G]
-        probe = np.concatenate([_hat(lever), np.tile(np.eye(3), (G, 1, 1))], axis=2)
+        probe = np.concatenate([hat(lever), np.tile(np.eye(3), (G, 1, 1))], axis=2)
         moments = (found["R"].swapaxes(1, 2) @ probe)[:, : self.n].reshape(-1, 6)
         bent = np.linalg.solve(found["tangent"], moments)
         compliance = np.concatenate([found["move"] @ bent, found["spin"] @ bent])
