@@ -1,5 +1,8 @@
 """The arc against closed forms, finite differences, matrix exponentials and its own inverse."""
 
+from decimal import Decimal, localcontext
+from math import factorial
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,6 +12,7 @@ from scipy.linalg import expm
 
 from contarm_sim.errors import InputError, UnreachableError
 from contarm_sim.kinematics import arc, dome
+from contarm_sim.kinematics.arrays import sinc_and_slope, sinc_slope
 
 LENGTH = 0.37
 
@@ -58,6 +62,77 @@ def test_jacobian_near_straight_keeps_its_precision():
     bend = arc.from_polar(np.logspace(-9, -4, 40), 0.7)
     expected = -(LENGTH / 3) * bend * (1 - np.sum(bend**2, axis=-1, keepdims=True) / 10)
     np.testing.assert_allclose(arc.jacobian(bend, LENGTH)[:, 2], expected, rtol=1e-12)
+
+
+def _exact_series(y, slope):
+    """Return sin(x)/x, or (cos x - sin(x)/x)/x^2, of y = x^2 in decimal arithmetic."""
+    power, total = Decimal(1), Decimal(0)
+    for n in range(1 if slope else 0, 40):
+        total += (-1) ** n * (2 * n if slope else 1) * power / factorial(2 * n + 1)
+        power *= y
+    return total
+
+
+def _exact_jacobian(bend, length, xi):
+    """Return dp/dbend of p = xi length ((1 - cos s)/s^2 xi bend, sin(s)/s), row by row, in decimal arithmetic."""
+    x, y, xi, length = (Decimal(float(v)) for v in (*bend, xi, length))
+    squared = xi**2 * (x * x + y * y)
+    c, slope = _exact_series(squared / 4, False), _exact_series(squared / 4, True)
+    lateral, curving = xi**2 * length * c**2 / 2, xi**4 * length * c * slope / 4
+    falling = xi**3 * length * _exact_series(squared, True)
+    rows = (lateral + curving * x * x, curving * x * y), (curving * x * y, lateral + curving * y * y)
+    return [*rows, (falling * x, falling * y)]
+
+
+@pytest.mark.parametrize("xi", [1e-3, 0.3, 1.0])
+def test_jacobian_to_rounding_from_straight_to_the_rim(xi):
+    """Every entry against 50 digits, relative to itself where nothing cancels, else to the largest."""
+    angles = [0.0, *np.logspace(-300, -1, 60), *np.linspace(0.2, np.nextafter(np.pi, 0), 40)]
+    bend = arc.from_polar(angles, np.linspace(-3, 3, len(angles)))
+    for b, J in zip(bend, arc.jacobian(bend, LENGTH, xi), strict=True):
+        with localcontext(prec=50):
+            exact = np.array(_exact_jacobian(b, LENGTH, xi), dtype=float)
+        np.testing.assert_allclose(J[2], exact[2], rtol=3e-15)
+        np.testing.assert_allclose(J[:2], exact[:2], rtol=0, atol=1e-15 * np.abs(exact).max())
+
+
+def test_sinc_and_its_slope_to_rounding_on_both_sides_of_where_the_series_end():
+    y = np.concatenate([[0.0, 5e-324, 1e-200], np.logspace(-20, 0, 50), np.linspace(1, 9.8, 200), [2.4675, 2.46750001]])
+    with localcontext(prec=50):
+        exact = [[float(_exact_series(Decimal(v), slope)) for v in y.tolist()] for slope in (False, True)]
+    np.testing.assert_allclose(sinc_and_slope(y), exact, rtol=1e-15, atol=1e-16)
+    x = np.sqrt(y)
+    np.testing.assert_allclose(sinc_slope(np.concatenate([x, -x])), 2 * exact[1], rtol=2e-15)
+    for one, *pair in zip(y.tolist(), *sinc_and_slope(y), strict=True):
+        assert list(sinc_and_slope(one)) == pair
+
+
+@pytest.mark.parametrize("largest", [3.0, 40.0])
+def test_bends_beyond_pi_are_arcs_too(largest):
+    """The pose at xi of an arc is that of the whole arc of length xi, bent xi times as much."""
+    bend = largest * bends(500)[:, ::-1] / np.pi
+    for xi in (0.1, 0.7):
+        np.testing.assert_allclose(arc.transform(bend, LENGTH, xi), arc.transform(xi * bend, xi * LENGTH), atol=1e-14)
+    s = np.hypot(*bend[4:].T)
+    np.testing.assert_allclose(arc.position(bend[4:], LENGTH)[:, 2], LENGTH * np.sin(s) / s, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    "what", [arc.position, arc.transform, arc.jacobian, lambda b, _, *a, **k: arc.rotation(b, *a, **k)]
+)
+def test_the_same_bits_alone_and_among_others_checked_and_unchecked(what):
+    bend, xi = bends(20_000), np.random.default_rng(0).uniform(0, 1, 20_000)
+    for args in ((), (xi,)):
+        many = what(bend, LENGTH, *args)
+        np.testing.assert_array_equal(what(bend, LENGTH, *args, check=False), many)
+        np.testing.assert_array_equal(what(bend[5:1000:3], LENGTH, *(a[5:1000:3] for a in args)), many[5:1000:3])
+        for i in (*range(60), 8191, 8192, 19_999):
+            np.testing.assert_array_equal(what(bend[i], LENGTH, *(a[i] for a in args)), many[i])
+
+
+def test_unchecked_says_nothing():
+    assert np.isnan(arc.position([np.nan, 0.0], LENGTH, check=False)).all()
+    assert arc.transform(np.empty((0, 2)), LENGTH).shape == (0, 4, 4)
 
 
 def test_leading_axes_broadcast():

@@ -1,24 +1,29 @@
 """The constant-curvature arc in closed form: bend to pose, and its Jacobian.
 
 `bend` is bend_angle * (cos plane_angle, sin plane_angle) [rad], shape (..., 2). With
-s = xi |bend| and h = s/2 the pose of the arc at normalised arc length xi is
+h = xi |bend|/2, c = sin(h)/h and k = cos(h) the pose of the arc at normalised arc length xi is
 
-    p = xi length ( (xi/2) sinc(h)^2 bend, sinc(s) )
+    p = xi length ( (xi/2) c^2 bend, c k )
     R = exp(xi [-bend_y, bend_x, 0]^)
 
 the paper's transform (eq. 15-16) with its last factor mended, written so that nothing
 divides by |bend|: every formula is smooth through the straight pose. Leading axes
 broadcast. See `dome` for the inverse.
+
+Inside loops, `check=False` leaves out the checks of `position`, `rotation`, `transform` and
+`jacobian`; what is not finite then gives what is not finite, and an xi off [0, 1] lies off the arc.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from math import prod
 from typing import Any
 
 import numpy as np
 
 from contarm_sim.errors import InputError
-from contarm_sim.kinematics.arrays import Array, as_vectors, as_xi, sinc, sinc_slope
+from contarm_sim.kinematics.arrays import FEW, Array, Number, as_vectors, as_xi, blocks, sinc_and_slope
 
 
 def as_bend(bend: Any) -> Array:
@@ -55,55 +60,89 @@ def to_polar(bend: Any) -> tuple[Array, Array]:
     return np.hypot(bend[..., 0], bend[..., 1]), np.arctan2(bend[..., 1], bend[..., 0]) + 0.0
 
 
-def position(bend: Any, length: float, xi: Any = 1.0) -> Array:
+def position(bend: Any, length: float, xi: Any = 1.0, *, check: bool = True) -> Array:
     """Return points of the arc [m], shape (..., 3); `xi` broadcasts against the leading axes of `bend`."""
-    bend, xi = as_vectors(bend, 2, "bend"), as_xi(xi)
-    s = xi * np.hypot(bend[..., 0], bend[..., 1])
-    out = np.empty((*s.shape, 3))
-    out[..., :2] = (0.5 * length * xi**2 * sinc(0.5 * s) ** 2)[..., None] * bend
-    out[..., 2] = length * xi * sinc(s)
-    return out
+    return _evaluate(_position, (3,), bend, length, xi, check)
 
 
-def rotation(bend: Any, xi: Any = 1.0) -> Array:
+def rotation(bend: Any, xi: Any = 1.0, *, check: bool = True) -> Array:
     """Return orientations of the arc's frames in the base frame, shape (..., 3, 3), torsion-free."""
-    bend, xi = as_vectors(bend, 2, "bend"), as_xi(xi)
-    s = xi * np.hypot(bend[..., 0], bend[..., 1])
-    bx, by = xi * bend[..., 0], xi * bend[..., 1]
-    half = 0.5 * sinc(0.5 * s) ** 2
-    full = sinc(s)
-    R = np.empty((*s.shape, 3, 3))
-    R[..., 0, 0] = 1 - half * bx * bx
-    R[..., 1, 1] = 1 - half * by * by
-    R[..., 0, 1] = R[..., 1, 0] = -half * bx * by
-    R[..., 0, 2] = full * bx
-    R[..., 1, 2] = full * by
-    R[..., 2, 0] = -R[..., 0, 2]
-    R[..., 2, 1] = -R[..., 1, 2]
-    R[..., 2, 2] = np.cos(s)
-    return R
+    return _evaluate(_rotation, (3, 3), bend, 1.0, xi, check)
 
 
-def transform(bend: Any, length: float, xi: Any = 1.0) -> Array:
+def transform(bend: Any, length: float, xi: Any = 1.0, *, check: bool = True) -> Array:
     """Return `transform_tip_to_base` (for xi < 1: of the frame at xi), shape (..., 4, 4)."""
-    p = position(bend, length, xi)
-    T = np.zeros((*p.shape[:-1], 4, 4))
-    T[..., :3, :3] = rotation(bend, xi)
-    T[..., :3, 3] = p
-    T[..., 3, 3] = 1.0
-    return T
+    return _evaluate(_transform, (4, 4), bend, length, xi, check)
 
 
-def jacobian(bend: Any, length: float, xi: Any = 1.0) -> Array:
+def jacobian(bend: Any, length: float, xi: Any = 1.0, *, check: bool = True) -> Array:
     """Return dp/dbend [m/rad], shape (..., 3, 2): the closed-form derivative of `position`."""
-    bend, xi = as_vectors(bend, 2, "bend"), as_xi(xi)
-    s = xi * np.hypot(bend[..., 0], bend[..., 1])
-    h = 0.5 * s
-    c = sinc(h)
-    lateral = 0.5 * length * xi**2 * c**2
-    curving = 0.25 * length * xi**4 * c * sinc_slope(h)
-    J = np.empty((*s.shape, 3, 2))
-    J[..., :2, :] = lateral[..., None, None] * np.eye(2)
-    J[..., :2, :] += curving[..., None, None] * bend[..., :, None] * bend[..., None, :]
-    J[..., 2, :] = (length * xi**3 * sinc_slope(s))[..., None] * bend
-    return J
+    return _evaluate(_jacobian, (3, 2), bend, length, xi, check)
+
+
+# The formulas, of floats or of equal arrays: bend times xi, length times xi, xi; they return the entries row by row.
+Formula = Callable[[Any, Any, Any, Any], tuple[Any, ...]]
+
+
+def _evaluate(formula: Formula, entries: tuple[int, ...], bend: Any, length: float, xi: Any, check: bool) -> Array:
+    """Fill an array of shape (..., *entries) with a formula, block by block."""
+    if check:
+        bend, xi = as_vectors(bend, 2, "bend"), as_xi(xi)
+    else:
+        bend, xi = np.asarray(bend, dtype=float), np.asarray(xi, dtype=float)
+    shape = bend.shape[:-1]
+    if xi.ndim:
+        shape = np.broadcast_shapes(shape, xi.shape)
+        bend, xi = np.broadcast_to(bend, (*shape, 2)), np.broadcast_to(xi, shape)
+    rows, each = bend.reshape(-1, 2), xi.reshape(-1) if xi.ndim else xi.item()
+    out = np.empty((len(rows), prod(entries)))
+    if len(rows) <= FEW:
+        for i, (bx, by) in enumerate(rows.tolist()):
+            x = each.item(i) if xi.ndim else each
+            out[i] = formula(x * bx, x * by, x * length, x)
+    else:
+        for block in blocks(len(rows)):
+            x = each[block] if xi.ndim else each
+            part = out[block]
+            for column, values in enumerate(formula(x * rows[block, 0], x * rows[block, 1], x * length, x)):
+                part[:, column] = values
+    return out.reshape(*shape, *entries)
+
+
+def _position(bx: Number, by: Number, length: Any, xi: Any) -> tuple[Any, ...]:
+    y = 0.25 * (bx * bx + by * by)
+    c, g = sinc_and_slope(y)
+    lateral = (0.5 * length) * (c * c)
+    return lateral * bx, lateral * by, length * (c * (c + y * g))
+
+
+def _rotation(bx: Number, by: Number, length: Any, xi: Any) -> tuple[Any, ...]:
+    return _frame(bx, by)[0]
+
+
+def _transform(bx: Number, by: Number, length: Any, xi: Any) -> tuple[Any, ...]:
+    (xx, xy, xz, yx, yy, yz, zx, zy, zz), half, full = _frame(bx, by)
+    lateral = length * half
+    return xx, xy, xz, lateral * bx, yx, yy, yz, lateral * by, zx, zy, zz, length * full, 0.0, 0.0, 0.0, 1.0
+
+
+def _frame(bx: Number, by: Number) -> tuple[tuple[Any, ...], Any, Any]:
+    """Return the rotation's entries, (1 - cos s)/s^2 and sin(s)/s of s = |bend|."""
+    y = 0.25 * (bx * bx + by * by)
+    c, g = sinc_and_slope(y)
+    half, full = 0.5 * (c * c), c * (c + y * g)
+    hx, xz, yz = half * bx, full * bx, full * by
+    xx, xy, yy = hx * bx, -(hx * by), half * by * by
+    return (1 - xx, xy, xz, xy, 1 - yy, yz, -xz, -yz, 1 - (xx + yy)), half, full
+
+
+def _jacobian(bx: Number, by: Number, length: Any, xi: Any) -> tuple[Any, ...]:
+    y = 0.25 * (bx * bx + by * by)
+    c, g = sinc_and_slope(y)
+    squared, scale = c * c, xi * length
+    lateral = (0.5 * scale) * squared
+    curving = (0.25 * scale) * (c * g)
+    falling = (0.25 * scale) * (g * (c + y * g) - squared)
+    cx = curving * bx
+    mixed = cx * by
+    return lateral + cx * bx, mixed, mixed, lateral + curving * by * by, falling * bx, falling * by

@@ -9,7 +9,9 @@ solution therefore reports its *miss*, the distance from the target to the tip i
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -17,7 +19,9 @@ from numpy.typing import NDArray
 
 from contarm_sim.errors import InputError, UnreachableError
 from contarm_sim.kinematics import arc
-from contarm_sim.kinematics.arrays import Array, as_vectors, sinc, sinc_slope
+from contarm_sim.kinematics.arrays import SINC, Array, as_floats, blocks, polynomial, sinc
+from contarm_sim.kinematics.nearest import LARGEST_HALF, step_to_nearest
+from contarm_sim.kinematics.search import search_nearest
 
 Projection = Literal["refuse", "nearest", "ray", "paper"]
 PROJECTIONS: tuple[Projection, ...] = get_args(Projection)
@@ -25,11 +29,10 @@ PROJECTIONS: tuple[Projection, ...] = get_args(Projection)
 TOLERANCE = 3e-4
 """Miss below which a target counts as reached, as a fraction of length (0.11 mm for the paper's arm)."""
 
-_LARGEST_HALF = 0.5 * np.pi * (1 - 1e-15)  # a few ulps short, so that no rounding makes a bend angle of pi
-_AXIS = 1e-150  # nearer to the axis than this is on it
+_AXIS = 1e-150  # nearer to the axis than this, squares underflow
+_HUGE = 2.0**500  # brings such numbers to where squares do not
+_NEAR = 1e-100  # lower than this on the axis is at the base [m]
 _FARTHEST = 1e6  # lengths
-_GRID = np.linspace(0.0, _LARGEST_HALF, 65)
-_CHUNK = 8192
 
 
 @dataclass(frozen=True)
@@ -71,117 +74,122 @@ def bend_from_tip(target: Any, length: float, project: Projection = "refuse", to
     """
     if project not in PROJECTIONS:
         raise InputError("project", repr(project), ", ".join(PROJECTIONS))
-    target = as_vectors(target, 3, "target")
-    if np.any(np.abs(target) > _FARTHEST * length):
-        raise InputError("target", target.tolist(), f"within {_FARTHEST:g} backbone lengths")
+    target = as_floats(target, 3, "target")
     tolerance = TOLERANCE * length if tolerance is None else tolerance
     if project == "nearest":
         bend, miss = _nearest(target, length)
-    elif project == "paper":
-        bend = _paper(target, length)
-        miss = np.linalg.norm(arc.position(bend, length) - target, axis=-1)
     else:
-        bend, miss = _ray(target, length)
-    if project == "refuse" and not np.all(miss <= tolerance):
-        bend, miss = _accept_nearest(target, bend, miss, length, tolerance)
+        bend, miss = _solve(_paper if project == "paper" else _ray, target, length)
     reachable = np.asarray(miss <= tolerance)
-    return Reach(bend, np.asarray(miss), reachable)
+    if project == "refuse" and not reachable.all():
+        _accept_nearest(target, bend, miss, length, tolerance)
+        reachable[...] = True
+    return Reach(bend, miss, reachable)
 
 
-def _accept_nearest(target: Array, bend: Array, miss: Array, length: float, tolerance: float) -> tuple[Array, Array]:
-    """Take the dome's nearest points for targets that their own rays miss; refuse those that are off the dome.
+def _solve(solver: Solver, target: Array, length: float) -> tuple[Array, Array]:
+    """Solve for the bend and the miss of targets of any shape, block by block.
+
+    Raises:
+        InputError: a target is not finite, or too far away.
+    """
+    rows = target.reshape(-1, 3)
+    bend, miss = np.empty((len(rows), 2)), np.empty(len(rows))
+    farthest = _FARTHEST * length
+    for block in blocks(len(rows)):
+        part = rows[block]
+        if not -farthest <= np.minimum.reduce(part, axis=None) <= np.maximum.reduce(part, axis=None) <= farthest:
+            worst = part[~(np.abs(part) <= farthest).all(axis=-1)][0]
+            raise InputError("target", worst.tolist(), f"finite, within {_FARTHEST:g} backbone lengths")
+        miss[block] = solver(part[:, 0], part[:, 1], part[:, 2], length, bend[block])
+    return bend.reshape(*target.shape[:-1], 2), miss.reshape(target.shape[:-1])
+
+
+def _accept_nearest(target: Array, bend: Array, miss: Array, length: float, tolerance: float) -> None:
+    """Put in the dome's nearest points for targets that their own rays miss; refuse those that are off the dome.
 
     Raises:
         UnreachableError: even the nearest point is farther than the tolerance; names the first such target.
     """
-    off = miss > tolerance
-    bend[off], miss = (near := _nearest(target[off], length))[0], np.array(miss)
-    miss[off] = near[1]
+    off = ~(miss <= tolerance)
+    bend[off], miss[off] = _nearest(target[off], length)
     if np.any(miss > tolerance):
         index = int(np.argmax(miss > tolerance))
         first, found = target.reshape(-1, 3)[index], bend.reshape(-1, 2)[index]
-        raise UnreachableError(first, float(miss.reshape(-1)[index]), arc.position(found, length), tolerance, index)
-    return bend, miss
+        raise UnreachableError(
+            first, float(miss.reshape(-1)[index]), arc.position(found, length, check=False), tolerance, index
+        )
 
 
-def _ray(target: Array, length: float) -> tuple[Array, Array]:
+# Each takes columns x, y, z of targets, shape (n,), fills in the bends, shape (n, 2), and returns the misses.
+Solver = Callable[[Array, Array, Array, float, Array], Array]
+Finder = Callable[[Array, Array], tuple[Array, Array]]
+
+
+def _ray(x: Array, y: Array, z: Array, length: float, bend: Array) -> Array:
     """Keep the direction: the reached tip lies on the target's ray, so the miss is a difference of radii."""
-    x, y, z = target[..., 0], target[..., 1], target[..., 2]
-    rho = np.hypot(x, y)
+    square = x * x + y * y
+    rho = np.sqrt(square)
     half = np.arctan2(rho, z)
-    below = half > _LARGEST_HALF
-    half = np.minimum(half, _LARGEST_HALF)
-    bend = np.empty((*rho.shape, 2))
-    per_rho = np.divide(2 * half, rho, out=np.zeros_like(rho), where=rho > _AXIS)
-    np.multiply(per_rho, x, out=bend[..., 0])
-    np.multiply(per_rho, y, out=bend[..., 1])
-    miss = np.abs(np.hypot(rho, z) - length * sinc(half))
-    if below.any():  # no bend below pi points there: the rim, or straight for a point on the axis
-        rim = np.linalg.norm(arc.position(bend, length) - target, axis=-1)
-        miss = np.where(below, rim, miss)
+    below = np.flatnonzero(half > LARGEST_HALF)  # no bend below pi points there: the rim, or straight on the axis
+    np.minimum(half, LARGEST_HALF, out=half)
+    per_rho = 2 * half / np.maximum(rho, _AXIS)
+    close = np.flatnonzero(rho < _AXIS)
+    if close.size:
+        per_rho[close] = 2 / np.where(z[close] > _NEAR, z[close], np.inf)
+    np.multiply(per_rho, x, out=bend[:, 0])
+    np.multiply(per_rho, y, out=bend[:, 1])
+    miss = np.abs(np.sqrt(square + z * z) - length * polynomial(SINC, half * half))
+    if below.size:
+        miss[below] = _miss(x[below], y[below], z[below], length, bend[below])
+    return miss
+
+
+def _nearest(target: Array, length: float) -> tuple[Array, Array]:
+    """Return (bend, miss) of the dome's nearest points: by few equal steps, the rare others by searching."""
+    bend, miss = _solve(partial(_in_plane, step_to_nearest), target, length)
+    rare = np.isnan(miss)
+    if rare.any():
+        bend[rare], miss[rare] = _solve(partial(_in_plane, search_nearest), target[rare], length)
     return bend, miss
 
 
-def _paper(target: Array, length: float) -> Array:
-    """Return the paper's phi_IK (eq. 21) in the paper's plane.
+def _in_plane(find: Finder, x: Array, y: Array, z: Array, length: float, bend: Array) -> Array:
+    """Find the nearest point in the target's own half-plane; on the axis, the one towards muscle 1."""
+    rho = np.sqrt(x * x + y * y)
+    close = np.flatnonzero(rho < _AXIS)
+    if close.size:
+        along = _HUGE * np.stack([x[close], y[close]], axis=-1)
+        far = np.hypot(along[:, 0], along[:, 1])
+        rho[close] = far / _HUGE
+        along[far == 0], far[far == 0] = (1.0, 0.0), 1.0
+    half, distance = find(rho / length, z / length)
+    per_rho = half / np.maximum(rho, _AXIS)
+    per_rho *= 2.0
+    np.multiply(per_rho, x, out=bend[:, 0])
+    np.multiply(per_rho, y, out=bend[:, 1])
+    if close.size:
+        bend[close] = (2 * half[close] / far)[:, None] * along
+    distance *= length
+    return distance
+
+
+def _paper(x: Array, y: Array, z: Array, length: float, bend: Array) -> Array:
+    """Evaluate the paper's phi_IK (eq. 21) in the paper's plane.
 
     2 P_y/(F_1 F_2) equals 2 rho length/|P|^2 wherever it is not 0/0 (P_y = 0), which is how it is evaluated.
     """
-    x, y = target[..., 0], target[..., 1]
-    squared = np.einsum("...i,...i", target, target)
+    squared = x * x + y * y + z * z
     per_rho = np.divide(2 * length, squared, out=np.full_like(squared, np.inf), where=squared != 0)
     with np.errstate(invalid="ignore"):
         bend_angle = per_rho * np.hypot(x, y)
     if not np.all(bend_angle < np.pi):
         raise InputError("target", "where the paper's phi_IK is pi or more", "0 <= phi_IK < pi, or --project nearest")
-    return per_rho[..., None] * target[..., :2]
+    bend[:, 0], bend[:, 1] = per_rho * x, per_rho * y
+    return _miss(x, y, z, length, bend)
 
 
-def _nearest(target: Array, length: float) -> tuple[Array, Array]:
-    """Return the nearest point of the dome: a one-dimensional problem in the meridian plane."""
-    flat = target.reshape(-1, 3)
-    rho = np.hypot(flat[:, 0], flat[:, 1])
-    half = np.concatenate(
-        [_nearest_half(rho[i : i + _CHUNK], flat[i : i + _CHUNK, 2], length) for i in range(0, len(flat), _CHUNK)]
-        or [np.empty(0)]
-    )
-    plane = np.arctan2(flat[:, 1], flat[:, 0])
-    bend = 2 * half[:, None] * np.column_stack([np.cos(plane), np.sin(plane)])
-    miss = np.linalg.norm(arc.position(bend, length) - flat, axis=-1)
-    return bend.reshape(*target.shape[:-1], 2), miss.reshape(target.shape[:-1])
-
-
-def _nearest_half(rho: Array, z: Array, length: float) -> Array:
-    """Minimise the distance from (rho, z) to the meridian over h = bend_angle/2.
-
-    The grid picks the basin (a target inside the dome can have two), bracketed Newton
-    finds where the meridian's tangent is normal to the offset.
-    """
-    profile = meridian(2 * _GRID, length)
-    squared = (profile[:, 0] - rho[:, None]) ** 2 + (profile[:, 1] - z[:, None]) ** 2
-    best = squared.argmin(axis=1)
-    low, high = _GRID[np.maximum(best - 1, 0)], _GRID[np.minimum(best + 1, len(_GRID) - 1)]
-    h = _GRID[best]
-    for _ in range(60):
-        slope, curvature = _slope(h, rho, z, length)
-        low, high = np.where(slope <= 0, h, low), np.where(slope > 0, h, high)
-        step = np.divide(slope, curvature, out=np.full_like(h, np.inf), where=curvature > 0)
-        newton = h - step
-        inside = (newton > low) & (newton < high)
-        new = np.where(inside, newton, 0.5 * (low + high))
-        done = np.abs(new - h) <= 4e-16 * np.pi
-        h = new
-        if done.all():
-            break
-    return np.where(np.abs(h - _LARGEST_HALF) < 1e-14, _LARGEST_HALF, h)
-
-
-def _slope(h: Array, rho: Array, z: Array, length: float) -> tuple[Array, Array]:
-    """Return half the squared distance's first and second derivative by h."""
-    c, dc = sinc(h), h * sinc_slope(h)
-    ddc = -c - 2 * sinc_slope(h)  # from h sinc'' + 2 sinc' + h sinc = 0
-    sin, cos = np.sin(h), np.cos(h)
-    p = length * c * sin - rho, length * c * cos - z
-    d = length * (dc * sin + c * cos), length * (dc * cos - c * sin)
-    dd = length * (ddc * sin + 2 * dc * cos - c * sin), length * (ddc * cos - 2 * dc * sin - c * cos)
-    return p[0] * d[0] + p[1] * d[1], d[0] ** 2 + d[1] ** 2 + p[0] * dd[0] + p[1] * dd[1]
+def _miss(x: Array, y: Array, z: Array, length: float, bend: Array) -> Array:
+    offset = arc.position(bend, length, check=False)
+    offset -= np.stack([x, y, z], axis=-1)
+    return np.asarray(np.linalg.norm(offset, axis=-1))
