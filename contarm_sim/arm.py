@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import operator
 from dataclasses import dataclass, field, fields, replace
-from typing import Any
+from typing import Any, Literal, get_args
 
 from contarm_sim.errors import InputError
 
@@ -18,8 +18,24 @@ Quaternion = tuple[float, float, float, float]
 
 MAX_LINKS = 400
 
+Path = Literal["parallel", "spans"]
+PATHS: tuple[Path, ...] = get_args(Path)
+
 LARGEST = 1e9
 """Largest value of any parameter, in its SI unit: beyond it arithmetic, not mechanics, decides."""
+
+GUIDE = 1 / math.sqrt(6)
+"""Height of a link's guide above its middle [link pitches], where muscles run in straight spans.
+
+A rod bent by beta between two disks shortens a straight span by h beta^2/24 beside r beta; a joint between guides a
+below and b above it does so by a b/(2 h) beta^2. Both are the same for a b = h^2/12, which is here.
+"""
+
+SERVO_RATIO = 180.0
+"""Stiffness of length servos over that of the bent arm: the feed-forward's part of a muscle's stretch is then small."""
+
+SERVO_TIME = 0.005
+"""Least damping along a muscle over its servo's gain [s]: keeps one at its force limit from hunting at 5 ms steps."""
 
 
 def _number(
@@ -74,7 +90,12 @@ def _check_vector(owner: Any, name: str, size: int) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Muscle:
-    """One pneumatic muscle (PMA) and the length servo that stands for its valve and controller."""
+    """One pneumatic muscle (PMA) and the length servo that stands for its valve and controller.
+
+    `path` says where muscles run. `parallel`: sheathed along the backbone, everywhere at the muscle radius from it, as
+    the paper draws them; lengths are those of the arc. `spans`: straight from disk to disk, one disk a link, as cables
+    through few disks run.
+    """
 
     inner_diameter: float = _number(0.009, "m", "bladder bore (paper: 9 mm)", above=0)
     wall: float = _number(0.002, "m", "bladder wall thickness (paper: 2 mm)", above=0)
@@ -93,11 +114,25 @@ class Muscle:
     )
     braid_friction: float | None = _number(None, "N", "dry friction of braid and guides; omitted: none", above=0)
     valve_time: float = _number(0.05, "s", "time constant of valve and filling", above=0)
-    servo_stiffness: float = _number(1e5, "N/m", "gain of the muscle's length servo", above=0)
-    servo_time: float = _number(0.02, "s", "damping of the length servo over its stiffness", least=0)
+    servo_stiffness: float | None = _number(
+        None, "N/m", "gain of the muscle's length servo; omitted: 180 times what the bent arm resists with", above=0
+    )
+    servo_time: float | None = _number(
+        None, "s", "damping along the muscle over the servo's gain; omitted: 5 ms, more for slow arms", least=0
+    )
+    path: Path = field(
+        default="parallel",
+        metadata={
+            "unit": "-",
+            "help": "where muscles run: parallel to the backbone, or in straight spans from disk to disk",
+            "choices": PATHS,
+        },
+    )
 
     def __post_init__(self) -> None:
         _check_numbers(self, "muscle.")
+        if self.path not in PATHS:
+            raise InputError("muscle.path", repr(self.path), ", ".join(PATHS))
         if self.min_pressure >= self.max_pressure:
             raise InputError("muscle.min_pressure", self.min_pressure, f"below max_pressure ({self.max_pressure:g} Pa)")
         if self.mount_contraction >= self.max_contraction:
@@ -159,6 +194,9 @@ class Arm:
         None, "N m", "dry friction of each hinge, which creeps; omitted: none", above=0
     )
     muscle_radius: float = _number(0.018, "m", "radius r of the muscles' attachment circle (paper)", above=0)
+    section_radius: float | None = _number(
+        None, "m", "radius of the round section that the mass fills (rotary inertia); omitted: the disks'", above=0
+    )
     gravity: Vector = field(
         default=(0.0, 0.0, 0.0),
         metadata={"unit": "m/s^2", "help": "gravity in the base frame; 0 0 9.81 hangs the arm, 0 0 -9.81 stands it up"},
@@ -205,6 +243,43 @@ class Arm:
         return self.length / self.links
 
     @property
+    def disk_radius(self) -> float:
+        """Radius of the disks [m]: they enclose the muscles."""
+        return self.muscle_radius + 0.5 * self.muscle.diameter + 0.0015
+
+    @property
+    def bending_resistance(self) -> float:
+        """What the arm resists a uniform bend with [N m/rad]: EI/L0, or a share of its weight if that is more."""
+        weight = (0.5 * self.mass + self.payload) * math.hypot(*self.gravity) * self.length
+        return max(self.bending_stiffness / self.length, 0.25 * weight)
+
+    @property
+    def servo_stiffness(self) -> float:
+        """Gain of the muscles' length servos [N/m]: the muscle's, or `SERVO_RATIO` times what the bent arm resists."""
+        if self.muscle.servo_stiffness is not None:
+            return self.muscle.servo_stiffness
+        gain = SERVO_RATIO * self.bending_resistance / (1.5 * self.muscle_radius**2)
+        return float(f"{gain:.1e}")  # two digits say enough
+
+    @property
+    def servo_frequency(self) -> float:
+        """Angular frequency [rad/s] at which the arm's uniform bend swings on its length servos."""
+        inertia = (self.mass / 20 + self.payload / 4) * self.length**2  # of a tip that moves by half a length a radian
+        return math.sqrt(1.5 * self.muscle_radius**2 * self.servo_stiffness / inertia)
+
+    @property
+    def servo_time(self) -> float:
+        """Damping along a muscle over its servo's gain [s]: the muscle's, or a fifth of critical, 5 ms at least."""
+        if self.muscle.servo_time is not None:
+            return self.muscle.servo_time
+        return float(f"{max(SERVO_TIME, 0.4 / self.servo_frequency):.1e}")
+
+    @property
+    def guide_height(self) -> float:
+        """Height [m] of the guides of straight spans above the middle of their link, see `GUIDE`."""
+        return GUIDE * self.link_pitch
+
+    @property
     def muscle_rest_length(self) -> float:
         """Length of a muscle without pressure or load [m]; mounted pre-contracted, it is length in the straight arm."""
         return self.length / (1 - self.muscle.mount_contraction)
@@ -217,6 +292,10 @@ class Arm:
 
     @property
     def setpoint_range(self) -> tuple[float, float]:
-        """Lowest and highest set-point [m] of a length servo: the lowest gives the shortest muscle its full force."""
+        """Lowest and highest control of a length servo, a length change from the straight arm [m].
+
+        The lowest gives the shortest muscle its full force.
+        """
         shortest, longest = self.muscle_length_range
-        return shortest - self.muscle.blocked_force / self.muscle.servo_stiffness, longest
+        most = self.muscle.blocked_force - self.muscle.min_tension
+        return shortest - self.length - most / self.servo_stiffness, longest - self.length

@@ -10,7 +10,7 @@ from sampling import HEAVY
 import contarm_sim
 from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
-from contarm_sim.mjcf import ACTUATIONS, arm_spec, spec, straight_control
+from contarm_sim.mjcf import arm_spec, spec, straight_control
 from contarm_sim.simulation.plant import engine_room
 
 SMALL = Arm(links=6, bending_stiffness=0.05, mass=0.2, length=0.25)
@@ -109,7 +109,7 @@ def test_every_name_gets_the_prefix():
         assert all(name.startswith("arm/") for name in names), names
 
 
-@pytest.mark.parametrize("actuation", ACTUATIONS)
+@pytest.mark.parametrize("actuation", ["lengths", "pressures", "tensions"])
 @pytest.mark.parametrize("arm", [Arm(), HEAVY], ids=["paper", "heavy"])
 def test_attached_to_the_world_it_moves_as_it_does_alone(arm, actuation):
     alone, _ = _randomly_driven(arm_spec(arm, actuation).compile(), 1.0)
@@ -166,7 +166,7 @@ def test_two_different_arms_on_one_moving_base():
             mujoco.mj_step(model, data)
     assert not data.warning.number.any()
     lengths = [data.sensor(f"left/muscle_{i}_length").data[0] for i in (1, 2, 3)]
-    np.testing.assert_allclose(lengths, SMALL.length + np.array([-0.01, 0.0046, 0.0046]), atol=5e-4)
+    np.testing.assert_allclose(lengths, [-0.01, 0.005, 0.005], atol=5e-4)
     assert data.sensor("left/tip_position").data[0] > 0.05  # towards muscle 1
     assert data.sensor("right/tip_position").data[0] < -0.01  # away from it, hanging with its payload
     for side in ("left", "right"):  # in the frame of its own base, which moves
@@ -234,27 +234,24 @@ def test_the_combination_survives_a_file():
 
 
 def test_length_servos_need_the_implicit_integrator_that_spec_asks_for():
-    """What its docstring warns of: under Euler they chatter, and nothing says so."""
+    """What its docstring warns of: under Euler the arm diverges."""
 
-    def jerk(integrator, timestep):
+    def runs(integrator, timestep):
         host = _host(timestep, integrator=integrator)
         host.attach(spec(Arm()), frame=host.worldbody.add_frame(), prefix="arm/")
         model = host.compile()
-        data, forces = mujoco.MjData(model), []
+        data = mujoco.MjData(model)
         with engine_room():
-            while data.time < 0.2:
-                bend = 0.01 * np.sin(2 * np.pi * data.time)
-                data.ctrl[:] = straight_control(Arm()) + bend * np.array([-1.0, 0.5, 0.5])
+            for i in range(round(0.2 / timestep)):
+                data.ctrl[:] = 0.01 * np.sin(2 * np.pi * timestep * i) * np.array([-1.0, 0.5, 0.5])
                 mujoco.mj_step(model, data)
-                forces.append(data.actuator_force.copy())
-        assert not data.warning.number.any()
-        return np.abs(np.diff(forces[len(forces) // 4 :], axis=0)).max()
+        return not data.warning.number.any()
 
     kind = mujoco.mjtIntegrator
     for timestep in (0.0005, 0.002):
-        assert jerk(kind.mjINT_EULER, timestep) > 100
+        assert not runs(kind.mjINT_EULER, timestep)
     for integrator in (kind.mjINT_IMPLICITFAST, kind.mjINT_IMPLICIT):
-        assert jerk(integrator, 0.005) < 3
+        assert runs(integrator, 0.005)
 
 
 def test_an_arm_on_the_wrist_of_a_robot():
@@ -282,4 +279,4 @@ def test_an_arm_on_the_wrist_of_a_robot():
     assert not data.warning.number.any()
     np.testing.assert_allclose(data.xpos[model.body("arm/base").id], data.site("wristsite").xpos, atol=1e-12)
     lengths = [data.sensor(f"arm/muscle_{i}_length").data[0] for i in (1, 2, 3)]
-    np.testing.assert_allclose(lengths, 0.37, atol=0.002)
+    np.testing.assert_allclose(lengths, 0.0, atol=0.002)

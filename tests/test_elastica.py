@@ -12,6 +12,7 @@ from contarm_sim.arm import Arm
 from contarm_sim.errors import ConvergenceError, InputError
 from contarm_sim.kinematics import arc, chain
 from contarm_sim.load import Load, Muscles, Wrench, load_from_dict
+from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.pneumatics import force, force_slope, pressure_for
 from contarm_sim.mechanics.statics import holding_tensions
 from contarm_sim.simulation.equilibrium import driven_plant, equilibrium, extrapolated, interpolate
@@ -53,7 +54,7 @@ def _tip_error(name, links):
 def test_all_cases_reach_the_stated_accuracy_at_24_links():
     errors = [_tip_error(name, 24) for name in ORDINARY]
     assert np.median(errors) <= 0.06
-    assert max(errors) <= 0.25
+    assert max(errors) <= 0.11
 
 
 @pytest.mark.parametrize("name", ORDINARY)
@@ -61,7 +62,7 @@ def test_refinement_converges_with_second_order_in_position_and_orientation(name
     coarse, fine = _tip_error(name, 48), _tip_error(name, 96)
     assert fine <= 0.02
     if fine > 1e-6:
-        assert np.log2(coarse / fine) == pytest.approx(2, abs=0.15)
+        assert np.log2(coarse / fine) == pytest.approx(2, abs=0.2)  # one case has a third-order term of its size
     found = equilibrium(*_posed(name, 96)).frames
     turn = found[-1, :3, :3].T @ np.array(CASES[name]["R_tip"])
     assert np.degrees(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1))) < 0.02
@@ -311,7 +312,7 @@ def test_lateral_compliance_of_the_straight_arm_is_the_closed_form():
 def test_pressures_hold_the_bend_that_the_statics_say_and_the_law_exactly():
     arm, bend = Arm(), arc.from_polar(1.2, 0.0)
     tensions = holding_tensions(bend, arm, min_tension=30.0)
-    lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
+    lengths = routing.lengths_from_bend(bend, arm)
     pressures = pressure_for(tensions, lengths, arm)
     found = equilibrium(arm, Load(muscles=Muscles(kind="pressures", values=tuple(pressures))))
     np.testing.assert_allclose(found.tip, chain.tip(bend, arm.length, arm.links), atol=1e-6)
@@ -319,16 +320,16 @@ def test_pressures_hold_the_bend_that_the_statics_say_and_the_law_exactly():
 
 
 def test_cocontraction_stiffens_the_arm_by_its_own_spring():
-    """Straight, at 400 and 700 kPa: the closed form with dF/dL of the law, less what tension itself softens."""
+    """Straight, at 400 and 700 kPa: the closed form with dF/dL of the law."""
     arm = Arm(links=48)
     L, B = arm.length, arm.bending_stiffness
     passive = equilibrium(arm).tip_compliance[0, 0]
     assert 1 / passive == pytest.approx(3 * B / L**3, rel=0.01)
-    for pressure, least, most in ((400e3, 0.85, 1.0), (700e3, 0.80, 1.0)):
+    for pressure in (400e3, 700e3):
         found = equilibrium(arm, Load(muscles=Muscles(kind="pressures", values=(pressure,) * 3)))
         k_m = 1.5 * arm.muscle_radius**2 * force_slope(pressure, arm.length, arm)
         closed = L**3 / (12 * B) + (L / 2) ** 2 / (B / L + k_m)
-        assert least < closed / found.tip_compliance[0, 0] < most
+        assert found.tip_compliance[0, 0] == pytest.approx(closed, rel=0.001)
         assert found.tip_compliance[0, 0] < 0.6 * passive
 
 

@@ -81,7 +81,8 @@ def test_straight_keyframe_is_an_equilibrium_with_every_muscle_at_its_least_tens
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key("straight").id)
     mujoco.mj_forward(model, data)
-    np.testing.assert_allclose(data.ten_length, arm.length, rtol=1e-14)
+    np.testing.assert_array_equal(data.ten_length, 0.0)  # counted from the straight arm
+    np.testing.assert_array_equal(data.ctrl, 0.0)
     np.testing.assert_allclose(-data.actuator_force, arm.muscle.min_tension, rtol=1e-6)
     assert np.abs(data.qfrc_smooth).max() < 1e-12
 
@@ -89,6 +90,8 @@ def test_straight_keyframe_is_an_equilibrium_with_every_muscle_at_its_least_tens
 def test_hinge_order_is_palindromic():
     axes = [joint.name[-1] for joint in arm_spec(Arm(links=8)).joints]
     assert "".join(axes) == "xyyxyxxy" * 2
+    axes = [joint.name[-1] for joint in arm_spec(Arm(links=8, torsional_stiffness=0.1)).joints]
+    assert "".join(axes) == "xyzzyxzyxxyz" * 2
 
 
 def test_links_never_touch_each_other_but_do_touch_the_world(arm):

@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from sampling import bends
 from scipy.spatial.transform import Rotation
 
+from contarm_sim.arm import GUIDE
 from contarm_sim.errors import InputError
-from contarm_sim.kinematics import arc, chain, muscles
+from contarm_sim.kinematics import arc, chain, hinges, muscles, spans
 
 LENGTH, RADIUS = 0.37, 0.018
 angle = st.floats(0, 3.14)
@@ -29,7 +30,7 @@ def test_deltas_round_trip_and_sum_to_zero(a, p):
 def test_turning_the_plane_by_120_degrees_permutes_the_muscles(a, p):
     turned = muscles.deltas_from_bend(arc.from_polar(a, p + 2 * np.pi / 3), RADIUS)
     np.testing.assert_allclose(np.roll(muscles.deltas_from_bend(arc.from_polar(a, p), RADIUS), 1), turned, atol=1e-15)
-    here, there = (chain.lengths_from_bend(arc.from_polar(a, q), LENGTH, RADIUS, 24) for q in (p, p + 2 * np.pi / 3))
+    here, there = (spans.lengths_from_bend(arc.from_polar(a, q), _guides(24)) for q in (p, p + 2 * np.pi / 3))
     np.testing.assert_allclose(np.roll(here, 1), there, atol=1e-15)
 
 
@@ -60,15 +61,16 @@ def _link_by_link(bend, links):
     joint = Rotation.from_rotvec(np.array([-bend[1], bend[0], 0]) / links).as_matrix()
     p, R = np.zeros(3), np.eye(3)
     circle = RADIUS * np.column_stack([muscles.DIRECTIONS, np.zeros(3)])
-    stations, holes = [p], [circle]
+    stations, pieces = [p], []
     for _ in range(links):
         p = p + R @ [0, 0, h / 2]
+        below = p - R @ [0, 0, h / 2 - GUIDE * h] + circle @ R.T
         R = R @ joint
         p = p + R @ [0, 0, h / 2]
         stations.append(p)
-        holes.append(p + circle @ R.T)
-    lengths = np.linalg.norm(np.diff(np.array(holes), axis=0), axis=-1).sum(axis=0)
-    return np.array(stations), R, lengths
+        height = GUIDE * h if len(stations) <= links else 0.0
+        pieces.append(np.linalg.norm(p + R @ [0, 0, height] + circle @ R.T - below, axis=-1))
+    return np.array(stations), R, GUIDE * h + np.sum(pieces, axis=0)
 
 
 @pytest.mark.parametrize("links", [2, 5, 24, 96])
@@ -77,17 +79,50 @@ def test_closed_form_chain_is_the_chain_built_link_by_link(links):
         stations, R, lengths = _link_by_link(bend, links)
         np.testing.assert_allclose(chain.station(bend, LENGTH, links, np.arange(links + 1)), stations, atol=1e-14)
         np.testing.assert_allclose(arc.rotation(bend), R, atol=1e-13)
-        np.testing.assert_allclose(chain.lengths_from_bend(bend, LENGTH, RADIUS, links), lengths, atol=1e-14)
+        np.testing.assert_allclose(spans.lengths_from_bend(bend, _guides(links)), lengths, atol=1e-14)
 
 
-@pytest.mark.parametrize("links", [3, 24])
-def test_chain_lengths_invert(links):
-    bend = bends(2000)
-    back, residual = chain.bend_from_lengths(
-        chain.lengths_from_bend(bend, LENGTH, RADIUS, links), LENGTH, RADIUS, links
-    )
+@pytest.mark.parametrize("links", [4, 24])
+def test_lengths_of_spans_invert_and_their_jacobian_is_the_derivative(links):
+    bend, guides, step = bends(2000), _guides(links), 1e-6
+    back, residual = spans.bend_from_lengths(spans.lengths_from_bend(bend, guides), guides)
     np.testing.assert_allclose(back, bend, atol=2e-13)
     assert np.abs(residual).max() < 1e-15
+    for column, way in enumerate(step * np.eye(2)):
+        ahead, behind = (spans.lengths_from_bend(b, guides) for b in (bend + way, bend - way))
+        slope = spans.length_jacobian(bend, guides)[..., column]
+        np.testing.assert_allclose(slope, (ahead - behind) / (2 * step), atol=1e-9)
+
+
+def test_spans_shorten_as_between_the_disks_of_a_rod_that_bends_evenly():
+    """Between disks the rod is an arc of length h and angle beta: a chord h sinc(beta/2) - 2 rho sin(beta/2)."""
+    links = 24
+    for bend in bends(50, largest=2.0):
+        half = np.hypot(*bend) / (2 * links)
+        rod = (LENGTH - RADIUS * (muscles.DIRECTIONS @ bend)) * np.sinc(half / np.pi)
+        softening, third = LENGTH * half**2 / 6, RADIUS * links * (2 * half) ** 3 / 12
+        found = spans.lengths_from_bend(bend, _guides(links))
+        np.testing.assert_allclose(found, rod, atol=0.05 * softening + 1.1 * third)
+
+
+def _guides(links):
+    return spans.Guides(LENGTH, RADIUS, GUIDE * LENGTH / links, links)
+
+
+def test_hinge_angles_invert_and_their_slope_is_the_derivative():
+    bend, links, step = bends(2000), 12, 1e-6
+    total, slope = hinges.angles(bend, links)
+    np.testing.assert_allclose(hinges.bend_from_angles(total, links), bend, atol=1e-14)
+    for column, way in enumerate(step * np.eye(2)):
+        difference = (hinges.angles(bend + way, links)[0] - hinges.angles(bend - way, links)[0]) / (2 * step)
+        np.testing.assert_allclose(slope[..., column], difference, atol=1e-9)
+
+
+@pytest.mark.parametrize("links", [12, 24, 48])
+def test_hinge_pairs_keep_the_tip_of_ball_joints_to_third_order(links):
+    bend = bends(200, largest=2.9)
+    off = np.linalg.norm(hinges.tip(bend, LENGTH, links) - chain.tip(bend, LENGTH, links), axis=-1)
+    assert off.max() < 1.5e-5 * (24 / links) ** 3
 
 
 def test_discretisation_error_falls_with_the_square_of_the_links():

@@ -12,12 +12,13 @@ from contarm_sim.arm import Arm, Muscle
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, chain
 from contarm_sim.load import Load, Muscles, Wrench
+from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.pneumatics import force, force_slope, passive_tension, pressure_for
+from contarm_sim.mechanics.routing import length_jacobian
 from contarm_sim.mechanics.statics import (
     balance,
     holding_pressures,
     holding_tensions,
-    length_jacobian,
     level_range,
     pressure_needed,
     weight_moment,
@@ -52,7 +53,7 @@ def test_native_actuators_are_the_mckibben_law_over_all_lengths_and_pressures(mu
             plant.pressure[:] = pressure
             mujoco.mj_fwdPosition(model, data)
             mujoco.mj_fwdVelocity(model, data)
-            data.actuator_length[:] = length
+            data.actuator_length[:] = length - arm.length  # counted from the straight arm
             data.actuator_velocity[:] = 0.5  # the law is static
             mujoco.mj_fwdActuation(model, data)
             np.testing.assert_allclose(
@@ -122,7 +123,7 @@ def _cycle(arm):
         mujoco.mj_step(plant.model, plant.data)
         lengths.append(plant.muscle_lengths)
     lengths = np.array(lengths)
-    bend = chain.bend_from_lengths(lengths, arm.length, arm.muscle_radius, arm.links)[0][:, 0]
+    bend = routing.bend_from_lengths(lengths, arm)[0][:, 0]
     return bend[:1200], bend[1200:][::-1], lengths[:1200]
 
 
@@ -145,8 +146,7 @@ def test_joint_friction_slows_a_pushed_arm():
     """The engine's dry friction is soft: it creeps under a steady load, but it takes energy out of any motion."""
     moved = []
     for friction in (None, 0.01):
-        plant = Plant(Arm(joint_friction=friction, links=12))
-        plant.model.actuator_gainprm[:] = plant.model.actuator_biasprm[:] = 0
+        plant = Plant(Arm(joint_friction=friction, links=12), actuation="none")
         plant.data.xfrc_applied[plant.model.body("tip").id, 0] = 0.02
         mujoco.mj_step(plant.model, plant.data, 60)
         moved.append(plant.tip[0])
@@ -177,7 +177,7 @@ def test_pressures_hold_bends_within_the_limits_and_the_extremes_touch_them(arm)
         assert pressures.max() < muscle.max_pressure * (1 + 1e-9)
     np.testing.assert_allclose(low.min(axis=1), muscle.min_pressure, rtol=1e-9)
     np.testing.assert_allclose(high.max(axis=1), muscle.max_pressure, rtol=1e-9)
-    lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
+    lengths = routing.lengths_from_bend(bend, arm)
     differences = [force(p, lengths, arm) - holding_tensions(bend, arm) for p in (low, high)]
     for difference in differences:  # co-contraction alone
         null = balance(bend, arm).cocontraction
@@ -198,7 +198,7 @@ def test_the_possibility_map_is_where_the_simulated_arm_agrees():
     """Without gravity to a quarter of a degree, at the very limit of pressure; symmetric by thirds of a turn."""
     planes = np.radians([0, 30, 120, 240])
     inflated, vented = largest_bends(Arm(), planes)
-    np.testing.assert_allclose(inflated[[0, 2]], inflated[[2, 3]], rtol=1e-6)
+    np.testing.assert_allclose(inflated[[0, 2]], inflated[[2, 3]], rtol=5e-4)  # but for what hinge pairs turn more
     assert np.all(vented >= inflated)
     assert vented[1] > inflated[1] + 0.3  # a vented antagonist need not be fought
     assert held_off(Arm(), 0.999 * inflated[0], planes[0]) < np.radians(0.3)
@@ -216,7 +216,7 @@ def test_a_vented_muscle_is_without_tension_where_the_map_says_so(arm):
     level = (-held.tensions / held.cocontraction).max()
     tensions = held.at(level)
     slack = int(tensions.argmin())
-    lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
+    lengths = routing.lengths_from_bend(bend, arm)
     pressures = pressure_for(np.maximum(tensions, 0.0), lengths, arm)
     assert pressures[slack] == pytest.approx(0, abs=1e-3)
     pressures[slack] = 0.0
@@ -228,7 +228,7 @@ def test_a_vented_muscle_is_without_tension_where_the_map_says_so(arm):
 def test_silicone_takes_its_share_of_the_holding_tensions():
     arm = Arm(muscle=Muscle(passive_stiffness=300.0))
     bend = arc.from_polar(1.8, np.pi / 3)
-    lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
+    lengths = routing.lengths_from_bend(bend, arm)
     passive = passive_tension(lengths, arm)
     assert passive.max() > 1
     total = holding_tensions(bend, arm) + passive

@@ -9,7 +9,8 @@ import pytest
 from contarm_sim import paths
 from contarm_sim.arm import Arm, Muscle
 from contarm_sim.errors import DivergenceError, InputError
-from contarm_sim.kinematics import arc, chain, dome
+from contarm_sim.kinematics import arc, dome
+from contarm_sim.mechanics import routing
 from contarm_sim.simulation.plan import plan_rest
 from contarm_sim.simulation.plant import Plant
 from contarm_sim.simulation.rest import poses_at_rest
@@ -58,7 +59,10 @@ def test_tensions_are_those_of_the_servo_law(recorded):
     arm, run = recorded
     s = run.samples
     speed = np.gradient(s.muscle_lengths, 0.01, axis=0)
-    expected = arm.muscle.servo_stiffness * (s.muscle_lengths - s.setpoint + arm.muscle.servo_time * speed)
+    changes = s.muscle_lengths - arm.length
+    servo = arm.servo_stiffness * (changes - s.setpoint) + arm.muscle.min_tension
+    expected = servo + arm.servo_stiffness * arm.servo_time * speed
+    assert servo[5:-5].min() > 0
     np.testing.assert_allclose(s.muscle_tensions[5:-5], expected[5:-5], atol=1.0)
 
 
@@ -123,7 +127,7 @@ def test_controllers_improve_from_paper_to_servo():
     for controller in ("paper", "feedforward", "servo"):
         s = simulate(arm, targets, bend, controller).samples
         wanted = s.bend[-1]
-        measured, _ = chain.bend_from_lengths(s.muscle_lengths[-1], arm.length, arm.muscle_radius, arm.links)
+        measured, _ = routing.bend_from_lengths(s.muscle_lengths[-1], arm)
         errors.append(np.linalg.norm(measured - wanted))
     assert errors[0] > 4 * errors[1] > 20 * errors[2]
 
@@ -184,10 +188,7 @@ def test_at_rest_pressures_bring_lengths_where_servos_would_under_load():
     bend = arc.from_polar(np.array([0.4, 1.2]), np.array([0.2, -2.0]))
     target = arc.position(bend, arm.length)
     pressed, served = (poses_at_rest(arm, bend, target, controller) for controller in ("pressure", "servo"))
-    found = [
-        chain.bend_from_lengths(s.muscle_lengths, arm.length, arm.muscle_radius, arm.links)[0]
-        for s in (pressed, served)
-    ]
+    found = [routing.bend_from_lengths(s.muscle_lengths, arm)[0] for s in (pressed, served)]
     np.testing.assert_allclose(*found, atol=1e-5)
     assert pressed.pressure.min() >= arm.muscle.min_pressure * (1 - 1e-9)
 

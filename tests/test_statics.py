@@ -8,18 +8,20 @@ from sampling import bends
 
 from contarm_sim.arm import Arm, Muscle
 from contarm_sim.errors import InputError
-from contarm_sim.kinematics import arc, chain
+from contarm_sim.kinematics import arc
 from contarm_sim.load import Load, Muscles
+from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.compliance import tip_compliance
 from contarm_sim.mechanics.pneumatics import force, force_slope, pressure_for
-from contarm_sim.mechanics.statics import cocontraction, holding_pressures, holding_tensions, length_jacobian
+from contarm_sim.mechanics.routing import length_jacobian
+from contarm_sim.mechanics.statics import cocontraction, holding_pressures, holding_tensions
 from contarm_sim.simulation.equilibrium import equilibrium
 
 STEP = 1e-6
 
 
 def _lengths(bend, arm):
-    return chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
+    return routing.lengths_from_bend(bend, arm)
 
 
 def test_length_jacobian_is_the_derivative(arm):
@@ -29,9 +31,10 @@ def test_length_jacobian_is_the_derivative(arm):
         np.testing.assert_allclose(length_jacobian(bend, arm)[..., column], difference, atol=1e-9)
 
 
+@pytest.mark.parametrize("path", ["parallel", "spans"])
 @pytest.mark.parametrize("links", [8, 24, 96])
-def test_tensions_do_as_much_virtual_work_as_the_bending_energy(links):
-    arm = Arm(links=links)
+def test_tensions_do_as_much_virtual_work_as_the_bending_energy(links, path):
+    arm = Arm(links=links, muscle=Muscle(path=path))
     bend = bends(200, largest=2.9)
     tensions = holding_tensions(bend, arm)
     joint = arm.bending_stiffness / arm.link_pitch
@@ -39,18 +42,20 @@ def test_tensions_do_as_much_virtual_work_as_the_bending_energy(links):
     for direction in np.eye(2) * STEP:
 
         def energy(b):
-            return 0.5 * arm.links * joint * (np.hypot(b[:, 0], b[:, 1]) / arm.links) ** 2
+            total = routing.joint_angles(b, arm)[0]
+            return 0.5 * joint / arm.links * (total**2).sum(axis=-1)
 
         work = np.sum(tensions * (_lengths(bend + direction, arm) - _lengths(bend - direction, arm)), axis=-1)
         gained = energy(bend + direction) - energy(bend - direction)
         np.testing.assert_allclose(work + gained, 0, atol=1e-8 * STEP)
 
 
-def test_cocontraction_moves_nothing_and_is_near_equal_tensions(arm):
-    bend = bends(200, largest=2.9)
+@pytest.mark.parametrize("path", ["parallel", "spans"])
+def test_cocontraction_moves_nothing_and_is_near_equal_tensions(path):
+    arm, bend = Arm(muscle=Muscle(path=path)), bends(200, largest=2.9)
     null = cocontraction(bend, arm)
     assert np.abs(np.einsum("nij,ni->nj", length_jacobian(bend, arm), null)).max() < 1e-16
-    assert np.abs(null - 1).max() < 0.06
+    assert np.abs(null - 1).max() < (1e-12 if path == "parallel" else 0.03)
 
 
 def test_damping_is_carried_along_the_motion(arm):
@@ -58,12 +63,24 @@ def test_damping_is_carried_along_the_motion(arm):
     moving = holding_tensions(bend, arm, rate=rate)
     extra = replace(arm, bending_stiffness=arm.bending_stiffness * arm.damping_time)
     by_rate = -np.einsum("nij,ni->nj", length_jacobian(bend, arm), moving - holding_tensions(bend, arm))
-    np.testing.assert_allclose(by_rate, extra.bending_stiffness / arm.length * rate, rtol=1e-10)
+    turn = routing.joint_angles(bend, arm)[1][0]
+    np.testing.assert_allclose(by_rate, extra.bending_stiffness / arm.length * rate @ turn @ turn, rtol=1e-10)
+    np.testing.assert_allclose(turn, np.eye(2), atol=1e-3)
+
+
+def test_servos_keep_pulling_beside_the_damping_of_lengthening_muscles(arm):
+    bend, rate = np.array([[0.8, 0.3]]), np.array([[4.0, -3.0]])
+    speeds = (length_jacobian(bend, arm) @ rate[..., None])[..., 0]
+    tensions = holding_tensions(bend, arm, rate=rate)
+    by_servo = tensions - arm.servo_stiffness * arm.servo_time * speeds
+    assert speeds.max() > 0.02
+    assert by_servo.min() == pytest.approx(0.2 * arm.muscle.min_tension)
+    assert tensions.min() >= arm.muscle.min_tension
 
 
 def test_too_few_links_cannot_be_held_by_pulling():
     with pytest.raises(InputError, match="more links"):
-        holding_tensions(arc.from_polar(2.9, 0.1), Arm(links=3))
+        holding_tensions(arc.from_polar(2.9, 0.1), Arm(links=2, muscle=Muscle(path="spans")))
 
 
 def test_mckibben_force_and_its_inverse(arm):
@@ -103,8 +120,13 @@ def test_tip_compliance_of_a_straight_arm_is_the_beam_formula(arm):
 
 
 def test_tensions_that_buckle_the_chain_between_disks_are_refused(arm):
+    spans = replace(arm, muscle=Muscle(path="spans"))
+    limit = 12 * arm.bending_stiffness / arm.link_pitch**2
     with pytest.raises(InputError, match="buckles"):
-        tip_compliance([0.0, 0.0], np.full(3, 600.0), np.zeros(3), arm)
+        tip_compliance([0.0, 0.0], np.full(3, 1.01 * limit / 3), np.zeros(3), spans)
+    soft = tip_compliance([0.0, 0.0], np.full(3, 0.5 * limit / 3), np.zeros(3), spans)[0, 0]
+    straight = tip_compliance([0.0, 0.0], np.full(3, 0.5 * limit / 3), np.zeros(3), arm)[0, 0]
+    assert soft == pytest.approx(2 * straight)  # parallel muscles soften nothing
 
 
 def test_torsion_adds_to_the_tips_compliance_less_what_muscles_pull_back():
@@ -126,8 +148,8 @@ def test_lengths_that_a_braid_cannot_take_and_chains_that_would_buckle_are_refus
     with pytest.raises(InputError, match="length it cannot take"):
         holding_pressures(arc.from_polar(3.0, np.pi), tight)
     with pytest.raises(InputError, match="buckle"):
-        holding_pressures(arc.from_polar(1.0, 0.0), Arm(bending_stiffness=0.001))
-    coarse = Arm(links=8)
+        holding_pressures(arc.from_polar(1.0, 0.0), Arm(bending_stiffness=0.0003, muscle=Muscle(path="spans")))
+    coarse = Arm(links=8, muscle=Muscle(path="spans"))
     tensions = holding_pressures(arc.from_polar(1.0, 0.0), coarse, share=1.0)
     held = equilibrium(coarse, Load(muscles=Muscles(kind="pressures", values=tuple(tensions))))
     assert held.stable

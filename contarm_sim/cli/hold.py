@@ -31,7 +31,8 @@ def hold(arm: Arm, bend: Any, share: float, as_json: bool) -> None:
     contarm hold --bend 1.2 0.5 --share 1 --gravity 0 0 9.81 --payload 0.1
     """
     from contarm_sim.cli.terminal import table
-    from contarm_sim.kinematics import arc, chain
+    from contarm_sim.kinematics import arc
+    from contarm_sim.mechanics import routing
     from contarm_sim.mechanics.statics import balance, holding_pressures, level_range, weight_moment
     from contarm_sim.report.output import to_json
 
@@ -42,7 +43,7 @@ def hold(arm: Arm, bend: Any, share: float, as_json: bool) -> None:
     pressures = holding_pressures(vector, arm, share)
     low, high = (float(x) for x in level_range(held, arm))
     tensions = pressures * held.per_pascal
-    lengths = chain.lengths_from_bend(vector, arm.length, arm.muscle_radius, arm.links)
+    lengths = routing.lengths_from_bend(vector, arm)
     if as_json:
         found = {"bend": vector.tolist(), "muscle_lengths": lengths.tolist(), "muscle_forces": tensions.tolist()}
         found |= {"pressures": pressures.tolist(), "weight_moment": weight_moment(vector, arm).tolist()}

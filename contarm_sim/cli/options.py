@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import Field, fields
 from typing import Any
 
 import click
@@ -47,6 +47,13 @@ def _flag(name: str) -> str:
     return "--" + name.replace("_", "-")
 
 
+def _type(item: Field[Any]) -> Any:
+    """Return what a parameter's flag takes."""
+    if "choices" in item.metadata:
+        return click.Choice(item.metadata["choices"])
+    return int if item.name == "links" else float
+
+
 def _parameter_options() -> list[Callable[[Any], Any]]:
     made = [
         click.option(
@@ -73,9 +80,9 @@ def _parameter_options() -> list[Callable[[Any], Any]]:
                     _flag("muscle." + item.name if prefix else item.name),
                     prefix + item.name,
                     cls=cls,
-                    type=int if item.name == "links" else float,
+                    type=_type(item),
                     nargs=size,
-                    metavar=metavar or ("N" if item.name == "links" else "X"),
+                    metavar=metavar or {"links": "N"}.get(item.name, None if "choices" in item.metadata else "X"),
                     help=f"{item.metadata['help']}{'' if unit == '-' else f' [{unit}]'}; default {default}.",
                 )
             )

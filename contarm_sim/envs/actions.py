@@ -2,7 +2,7 @@
 
     mode        per action  -1 .. 1 is                                    engine
     bend        2           -170 .. 170 deg of bend along x and y         length servos, feed-forward tensions folded in
-    lengths     3           L0 - pi r .. L0 + pi r: a set-point [m]       length servos; within their range
+    lengths     3           -pi r .. pi r: a change of length [m]         length servos; within their range
     tensions    3           0 .. what holds 170 deg at most: a force [N]  plain forces
     pressures   3           lowest .. highest pressure [Pa]               McKibben muscles behind valves
 
@@ -19,9 +19,10 @@ import numpy as np
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
-from contarm_sim.kinematics import arc, chain
+from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics.statics import balance, holding_tensions, level_range
+from contarm_sim.mechanics import routing
+from contarm_sim.mechanics.statics import balance, holding_tensions, level_range, servo_control
 from contarm_sim.mjcf import Actuation
 
 Mode = Literal["bend", "lengths", "tensions", "pressures"]
@@ -60,7 +61,7 @@ class Actions:
             raise InputError("actions", repr(self.mode), ", ".join(MODES))
         if self.mode == "lengths":
             low, high = arm.setpoint_range
-            return max(low, arm.length - np.pi * arm.muscle_radius), min(high, arm.length + np.pi * arm.muscle_radius)
+            return max(low, -np.pi * arm.muscle_radius), min(high, np.pi * arm.muscle_radius)
         if self.mode == "pressures":
             return muscle.min_pressure, muscle.max_pressure
         farthest = holding_tensions(arc.from_polar(MAX_BEND, np.radians(np.arange(0, 360, 15))), arm)
@@ -108,8 +109,8 @@ class Actions:
     def setpoints(self, bend: Array) -> Array:
         """Return set-points [m], shape (B, 3), that hold bends [rad], shape (B, 2), shortened to 170 deg."""
         arm, bend = self.arm, shortened(bend)
-        lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
-        return lengths - holding_tensions(bend, arm) / arm.muscle.servo_stiffness
+        lengths = routing.lengths_from_bend(bend, arm)
+        return servo_control(lengths, holding_tensions(bend, arm), arm)
 
     def within(self, bends: Array) -> Array:
         """Return bends [rad], shape (T, 2), all shortened alike until the muscles, driven in this mode, hold them."""

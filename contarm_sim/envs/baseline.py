@@ -17,9 +17,10 @@ import numpy as np
 
 from contarm_sim.envs.definition import Definition
 from contarm_sim.envs.hold import stiffness_at
-from contarm_sim.kinematics import chain
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics.statics import balance, holding_tensions, length_jacobian, level_range, wrench_moment
+from contarm_sim.mechanics import routing
+from contarm_sim.mechanics.routing import length_jacobian
+from contarm_sim.mechanics.statics import balance, holding_tensions, level_range, wrench_moment
 
 Policy = Callable[[Array], Array]
 """From flat observations, shape (B, size), to actions, shape (B, size of an action)."""
@@ -115,7 +116,7 @@ class _Hold:
         """Return pressures [Pa], shape (3,), and their derivatives by the bend, (3, 2), and by the level, (3,)."""
         arm, bend, force, couple, stiffness = self._arm, goal[:2], goal[2:5], goal[5:8], float(goal[8])
         held = balance(bend, arm, load=wrench_moment(bend, force, couple, arm))
-        lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
+        lengths = routing.lengths_from_bend(bend, arm)
         J = length_jacobian(bend, arm)
         low, high = (float(level) for level in level_range(held, arm))
         for _ in range(40):  # stiffness rises with the level

@@ -32,9 +32,6 @@ TOLERANCE = 0.01
 NEAR = 0.05
 """Error that halves the shaped reward, as a fraction of length."""
 
-SERVO_TIME = 0.005
-"""Damping of the servos over their stiffness, at most [s]: with it muscles that pull 177 N do 0.25 m/s."""
-
 
 @dataclass(frozen=True)
 class Definition:
@@ -111,18 +108,11 @@ class Definition:
 
 
 def plain_spec(arm: Arm, actuation: Actuation) -> mujoco.MjSpec:
-    """Return the arm as the environments simulate it; its poses at rest are those of `arm_spec`.
+    """Return the arm as the environments simulate it: `arm_spec` with the payload not drawn.
 
-    The servos' damping, at most `SERVO_TIME`, is the tendons' own: as a part of a force that is limited it drops out at
-    the limit, and after a large step of the set-point the arm would hunt between the limits for ever. The payload is
-    not drawn: whatever varies, models must be laid out alike.
+    Whatever varies, models must be laid out alike.
     """
     spec = arm_spec(arm, actuation)
-    if actuation == "lengths":
-        for tendon in spec.tendons:
-            tendon.damping = [arm.muscle.servo_stiffness * min(arm.muscle.servo_time, SERVO_TIME), 0, 0]
-        for actuator in spec.actuators:
-            actuator.biasprm[2] = 0.0
     if arm.payload:
         spec.delete(spec.geom("payload"))
     return spec

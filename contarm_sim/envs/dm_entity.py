@@ -14,7 +14,8 @@ from contarm_sim.envs.actions import Actions, Mode
 from contarm_sim.envs.definition import plain_spec
 from contarm_sim.envs.state import State, read
 from contarm_sim.mjcf import exact_xml
-from contarm_sim.mjcf.muscles import MUSCLES, straight_control
+from contarm_sim.mjcf.muscles import straight_control
+from contarm_sim.mjcf.routing import MUSCLES
 from contarm_sim.mjcf.scene import add_scene, base_quaternion
 from contarm_sim.rendering.draw import TARGET
 
@@ -128,7 +129,8 @@ class ContinuumArm(composer.Robot):
                 "act": np.array(actuators.act if self._actions.mode == "pressures" else [])[None],
                 "qpos": np.array(physics.bind(self.joints).qpos)[None],
                 "sensordata": np.concatenate([physics.bind(one).sensordata for one in pose])[None],
-            }
+            },
+            self._actions.arm,
         )
 
 

@@ -26,11 +26,13 @@ from contarm_sim.envs.actions import Mode
 from contarm_sim.envs.state import State
 from contarm_sim.envs.task import LIMIT, Goals, Task, even_bend, even_direction, norm
 from contarm_sim.errors import InputError
-from contarm_sim.kinematics import arc, chain
+from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array, as_vectors
 from contarm_sim.kinematics.muscles import bend_of_lengths
+from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.pneumatics import force_slope, passive_slope
-from contarm_sim.mechanics.statics import Balance, balance, length_jacobian, level_range, wrench_moment
+from contarm_sim.mechanics.routing import length_jacobian
+from contarm_sim.mechanics.statics import Balance, balance, level_range, wrench_moment
 
 MAX_BEND = float(np.radians(80))
 MAX_FORCE, MAX_COUPLE = 0.3, 0.02
@@ -146,7 +148,7 @@ def _checked(values: dict[str, Any]) -> tuple[Array, Array, float]:
 
 def _pose(bend: Array, arm: Arm) -> tuple[Array, Array]:
     """Return muscle lengths [m] and their derivative by the bend [m/rad] at a uniform bend."""
-    return chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links), length_jacobian(bend, arm)
+    return routing.lengths_from_bend(bend, arm), length_jacobian(bend, arm)
 
 
 def _least(jacobian: Array, slopes: Array, elastic: Array | float) -> Array:

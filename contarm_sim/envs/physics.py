@@ -35,19 +35,19 @@ class Single:
             return
         self._arm, self._model = arm, self._definition.model(arm)
         self.data = mujoco.MjData(self._model)
-        self._tip = self._model.body("tip").id
+        self._tip = self._model.body("payload").id
 
     @property
     def state(self) -> State:
         """What is seen of the arm, B = 1; a copy."""
-        return read({name: getattr(self.data, name)[None].copy() for name in ENGINE_FIELDS})
+        return read({name: getattr(self.data, name)[None].copy() for name in ENGINE_FIELDS}, self._definition.arm)
 
     def reset(self, force: Array | None) -> None:
         """Put the arm straight and at rest, with a force [N, N m], shape (1, 6), on the tip."""
         mujoco.mj_resetDataKeyframe(self._model, self.data, 0)
         mujoco.mj_forward(self._model, self.data)
         if force is not None:
-            self.data.xfrc_applied[self._tip] = force[0]  # the tip body's centre of mass is the tip
+            self.data.xfrc_applied[self._tip] = force[0]  # whose centre of mass is the tip
 
     def step(self, controls: Array) -> None:
         """Hold controls, shape (1, nu), for one control period.
@@ -76,7 +76,7 @@ class Many:
         self.batch = Batch(model, count, threads, persistent=True)
         self._fields = {name: self.batch.bind(name) for name in ENGINE_FIELDS}
         self._controls, self._forces = self.batch.bind("ctrl"), self.batch.bind("xfrc_applied")
-        self._tip = model.body("tip").id
+        self._tip = model.body("payload").id
 
     def use(self, arms: dict[int, Arm]) -> None:
         """Compile arms, by place, that are not those in use; a reset of these must follow."""
@@ -89,7 +89,7 @@ class Many:
     @property
     def state(self) -> State:
         """What is seen of the arms; views into the engine's arrays, which the next call changes."""
-        return read(self._fields)
+        return read(self._fields, self._definition.arm)
 
     def reset(self, places: NDArray[np.integer], forces: Array | None) -> None:
         """Put the arms at these places straight and at rest, with forces [N, N m], shape (B, 6), on their tips."""

@@ -20,6 +20,7 @@ import numpy as np
 
 from contarm_sim.arm import Arm
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mjcf.routing import counted_from
 
 State = dict[str, Array]
 
@@ -27,11 +28,11 @@ ENGINE_FIELDS = ("ten_length", "ten_velocity", "actuator_force", "act", "qpos", 
 """Fields of the engine's data that a state is read from."""
 
 
-def read(source: Any) -> State:
-    """Return the state of arms from arrays with a leading axis, (B, ...), named as `ENGINE_FIELDS`."""
+def read(source: Any, arm: Arm) -> State:
+    """Return the state of arms like this one from arrays with a leading axis, (B, ...), named as `ENGINE_FIELDS`."""
     force, sensors = source["actuator_force"], source["sensordata"]
     state = {
-        "muscle_lengths": source["ten_length"],
+        "muscle_lengths": source["ten_length"] + counted_from(arm),
         "muscle_velocities": source["ten_velocity"],
         "muscle_tensions": -force if force.shape[-1] == 3 else -(force[..., :3] + force[..., 3:]),
     }

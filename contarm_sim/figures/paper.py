@@ -9,8 +9,9 @@ import numpy as np
 
 from contarm_sim.arm import Arm
 from contarm_sim.figures.common import followed
-from contarm_sim.kinematics import arc, chain, muscles
+from contarm_sim.kinematics import arc, muscles
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.statics import pressure_needed
 from contarm_sim.report.map import draw_possibility
 from contarm_sim.report.style import BLACK, BLUE, GREEN, ORANGE, RED, figure
@@ -66,7 +67,7 @@ def spiral(path: Path, arm: Arm) -> None:
 def angles(path: Path, arm: Arm) -> None:
     """Draw bend and plane angle along the spiral: commanded, and as simulated lengths show them."""
     samples = followed(arm)
-    measured, _ = chain.bend_from_lengths(samples.muscle_lengths, arm.length, arm.muscle_radius, arm.links)
+    measured, _ = routing.bend_from_lengths(samples.muscle_lengths, arm)
     with figure(path, figsize=(5.6, 3.8)) as fig:
         axes = fig.subplots(2, 1, sharex=True)
         for bend, look in ((measured, SIMULATED), (samples.bend, ANALYTIC | {"label": "analytic"})):
@@ -123,7 +124,7 @@ def lengths_on_map(path: Path, arm: Arm) -> None:
 
 
 def _chain_deltas(bend: Array, arm: Arm) -> Array:
-    return chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links) - arm.length
+    return routing.lengths_from_bend(bend, arm) - arm.length
 
 
 def _unwrapped(angle: Array) -> Array:

@@ -1,11 +1,8 @@
-"""The uniformly bent chain of rigid links, in closed form.
+"""The uniformly bent chain of rigid links with ball joints, in closed form.
 
 N joints at pitch h = length/N with a half link at each end, every joint bent by
 beta = |bend|/N in one plane. Then every station s = i h (base, disks, tip) lies on the arc of
-the same bend whose length is length * (beta/2)/tan(beta/2), and each straight muscle span
-crosses one joint:
-
-    L_i = length cos(beta/2) - r (bend . u_i) sinc(beta/2)
+the same bend whose length is length * (beta/2)/tan(beta/2). `hinges` has the chain of hinge pairs.
 """
 
 from __future__ import annotations
@@ -16,7 +13,6 @@ import numpy as np
 
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array, as_vectors, sinc
-from contarm_sim.kinematics.muscles import DIRECTIONS, towards_muscles
 
 
 def _half_joint_angle(bend: Array, links: int) -> Array:
@@ -51,24 +47,3 @@ def discretisation_error(bend: Any, length: float, links: int) -> Array:
     """
     bend = as_vectors(bend, 2, "bend")
     return np.linalg.norm(arc.position(bend, length) - tip(bend, length, links), axis=-1)
-
-
-def lengths_from_bend(bend: Any, length: float, radius: float, links: int) -> Array:
-    """Return muscle lengths [m], shape (..., 3)."""
-    bend = as_vectors(bend, 2, "bend")
-    half = _half_joint_angle(bend, links)
-    return (length * np.cos(half))[..., None] - radius * sinc(half)[..., None] * towards_muscles(bend)
-
-
-def bend_from_lengths(lengths: Any, length: float, radius: float, links: int) -> tuple[Array, Array]:
-    """Return (bend [rad], shape (..., 2); residual [m], shape (...)) of measured muscle lengths.
-
-    Length differences fix the bend; their common mode is then redundant, and the residual is
-    what it leaves: mean(lengths) - length cos(beta/2), zero when all joints bend alike. The
-    differences decide alone because they are some `links` times more sensitive to the bend.
-    """
-    lengths = as_vectors(lengths, 3, "muscle_lengths")
-    chord = -(2 / (3 * radius)) * (lengths @ DIRECTIONS)
-    half = np.arcsin(np.clip(np.hypot(chord[..., 0], chord[..., 1]) / (2 * links), 0.0, 1.0))
-    bend = chord / sinc(half)[..., None]
-    return bend, lengths.mean(axis=-1) - length * np.cos(half)

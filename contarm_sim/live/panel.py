@@ -16,7 +16,7 @@ from contarm_sim.arm import Arm
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.live.session import LARGEST, Session
-from contarm_sim.mjcf.muscles import COLOURS
+from contarm_sim.mjcf.routing import COLOURS
 from contarm_sim.simulation.control import CONTROLLERS
 
 if TYPE_CHECKING:

@@ -14,10 +14,11 @@ import numpy as np
 from contarm_sim.kinematics import arc, dome
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.live.session import LARGEST, Session
-from contarm_sim.mjcf.backbone import SPINE_RADIUS, disk_radius, payload_radius
-from contarm_sim.mjcf.muscles import COLOURS
+from contarm_sim.mjcf.backbone import SPINE_RADIUS, payload_radius
+from contarm_sim.mjcf.routing import COLOURS
 from contarm_sim.mjcf.scene import base_quaternion
-from contarm_sim.rendering.draw import GHOST, SLACK, TARGET, trace_colours
+from contarm_sim.rendering.draw import GHOST, TARGET, trace_colours
+from contarm_sim.rendering.muscles import thickness, tint
 
 if TYPE_CHECKING:
     import viser
@@ -47,7 +48,7 @@ class Scene:
         self._add_dome()
         self._add_arm()
         ball = {"color": _bytes(np.array(TARGET[:3])), "opacity": 0.55, "cast_shadow": False}
-        self.target = self._add.add_icosphere("/arm/target", radius=1.1 * disk_radius(session.arm), **ball)
+        self.target = self._add.add_icosphere("/arm/target", radius=1.1 * session.arm.disk_radius, **ball)
         self._payload = self._add.add_icosphere("/arm/payload", radius=1.0, color=_DARK)
         vertices, faces = _tube(*self._ghost())
         # Only far sides of what is clear are drawn, here and of the dome: they never cover the arm.
@@ -98,7 +99,7 @@ class Scene:
         n = arm.links
         upright, places = np.tile([1.0, 0.0, 0.0, 0.0], (n + 1, 1)), np.zeros((n + 1, 3))
         thickness = min(0.0025, 0.2 * arm.link_pitch)
-        round_ = [[disk_radius(arm)] * 2 + [thickness if 0 < i < n else 1.6 * thickness] for i in range(n + 1)]
+        round_ = [[arm.disk_radius] * 2 + [thickness if 0 < i < n else 1.6 * thickness] for i in range(n + 1)]
         self._disks = self._add.add_batched_meshes_simple(
             "/arm/disks", vertices, faces, upright, places, batched_scales=np.array(round_), batched_colors=_DARK,
             lod="off",
@@ -137,12 +138,11 @@ class Scene:
     def _strength(self, paths: Array) -> tuple[Array, Array]:
         """Return sizes and colours of all spans: the thicker and the brighter the more a muscle pulls."""
         arm = self._session.arm
-        share = np.clip(self._session.reading.tensions / (0.5 * arm.muscle.blocked_force), 0.0, 1.0)
-        radius = 0.5 * arm.muscle.diameter * (0.6 + 0.4 * share)
+        share = self._session.reading.tensions / (0.5 * arm.muscle.blocked_force)
+        radius = 0.5 * arm.muscle.diameter * thickness(share)
         spans = np.linalg.norm(np.diff(paths, axis=1), axis=2)
         sizes = np.stack([*[np.repeat(radius[:, None], spans.shape[1], 1)] * 2, 1.02 * spans], axis=2)
-        tint = SLACK + (0.45 + 0.55 * share)[:, None] * (np.array(COLOURS)[:, :3] - SLACK)
-        colours = np.repeat([_bytes(row) for row in tint], spans.shape[1], 0)
+        colours = np.repeat([_bytes(row) for row in tint(share, np.array(COLOURS)[:, :3])], spans.shape[1], 0)
         return sizes.reshape(-1, 3).astype(np.float32), colours.astype(np.uint8)
 
     def _ghost(self) -> tuple[Array, Array, float]:

@@ -9,10 +9,10 @@ import numpy as np
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import DivergenceError, InputError
-from contarm_sim.kinematics import arc, chain
+from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics import pneumatics
-from contarm_sim.mechanics.statics import cocontraction
+from contarm_sim.mechanics import pneumatics, routing
+from contarm_sim.mechanics.statics import cocontraction, servo_control
 from contarm_sim.simulation.control import CONTROLLERS, Command, Controller, actuation_of, command, pulls_only
 from contarm_sim.simulation.feedback import Feedback, Seen, feedback_for
 from contarm_sim.simulation.plant import Plant
@@ -126,8 +126,8 @@ class Session:
         """Return set-points with which the arm is bent as by the plant before, whose controls were of another kind."""
         arm, tensions, lengths = self.arm, before.muscle_forces, before.muscle_lengths
         if not len(self.plant.pressure):
-            return lengths - tensions / arm.muscle.servo_stiffness
-        bend, _ = chain.bend_from_lengths(lengths, arm.length, arm.muscle_radius, arm.links)
+            return servo_control(lengths, tensions, arm)
+        bend, _ = routing.bend_from_lengths(lengths, arm)
         level = cocontraction(bend, arm)  # enough of it that no pressure is too low
         per_pascal = np.maximum(pneumatics.force(1.0, lengths, arm), 1e-9)
         tensions = tensions + level * ((arm.muscle.min_pressure * per_pascal - tensions) / level).max()
@@ -194,7 +194,13 @@ class Session:
         """Let the feedback see the beginning of this tick."""
         if self._feedback is not None and not self.problem:
             data = self.plant.data
-            seen = Seen(data.ten_length, -self.plant.muscle_forces, data.xpos[self.plant.model.body("tip").id])
+            plant = self.plant
+            seen = Seen(
+                plant.muscle_lengths,
+                plant.muscle_forces,
+                -data.actuator_force[:3],
+                data.xpos[plant.model.body("tip").id],
+            )
             self._feedback.update(0, seen, PERIOD / self._feedback.time)
 
     def _read(self) -> Reading:

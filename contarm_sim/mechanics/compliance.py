@@ -8,8 +8,9 @@ muscles' springs resist with: K_m = r^2 sum_i (dF/dL)_i u_i u_i^T. Minimising gi
 
 Straight, this is L^3/(12 EI) + (L/2)^2/(EI/L + k_m): a part that no length feels, so muscles can stiffen at most
 fourfold. A twist that the backbone allows adds the integral of g g^T over GJ + r^2 (sum of T), g the tangent crossed
-with the way to the tip: twisted muscles pull back. Straight spans between disks shorten with the square of the joint
-angle; tensions therefore soften the chain, and EI above is EI - (sum of T) h^2/4, h the link pitch.
+with the way to the tip: twisted muscles pull back. All this is exact for muscles that run parallel to the backbone.
+Straight spans between disks also shorten with the square of the bend between them; tensions therefore soften the arm,
+and EI above is EI - (sum of T) h^2/12, h the link pitch.
 """
 
 from __future__ import annotations
@@ -27,18 +28,21 @@ from contarm_sim.kinematics.muscles import DIRECTIONS
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 
 
+def buckling_tension(arm: Arm) -> float:
+    """Return the sum of tensions [N] that buckles the arm between the disks of straight spans; inf if parallel."""
+    return 12 * arm.bending_stiffness / arm.link_pitch**2 if arm.muscle.path == "spans" else float("inf")
+
+
 def softened_stiffness(tensions: Any, arm: Arm) -> float:
-    """Return the bending stiffness [N m^2] that co-contraction leaves of EI.
+    """Return the bending stiffness [N m^2] that tensions leave of EI: all, unless muscles run in straight spans.
 
     Raises:
-        InputError: none: tensions [N] this large buckle the chain between its disks.
+        InputError: none: tensions [N] this large buckle the arm between its disks.
     """
-    total = float(np.sum(as_vectors(tensions, 3, "tensions")))
-    left = arm.bending_stiffness - total * arm.link_pitch**2 / 4
-    if left <= 0:
-        limit = 4 * arm.bending_stiffness / arm.link_pitch**2
-        raise InputError("tensions", f"{total:.4g} N in all", f"less than {limit:.4g} N: more buckles the chain")
-    return left
+    total, limit = float(np.sum(as_vectors(tensions, 3, "tensions"))), buckling_tension(arm)
+    if total >= limit:
+        raise InputError("tensions", f"{total:.4g} N in all", f"less than {limit:.4g} N: more buckles the arm")
+    return arm.bending_stiffness * (1 - total / limit)
 
 
 def tip_compliance(bend: Any, tensions: Any, slopes: Any, arm: Arm) -> Array:

@@ -2,7 +2,7 @@
 
 With the chain's elastic energy (EI/length) |bend|^2/2, its weight's potential V(bend) and the work of tensions T
 on lengths L(bend), equilibrium is (EI/length) bend + dV/dbend + J^T T = 0, J = dL/dbend: two equations, three tensions.
-The free direction is co-contraction, the null vector of J^T, near (1, 1, 1).
+The free direction is co-contraction, the null vector of J^T: (1, 1, 1) for parallel muscles, nearly so for spans.
 
 Without gravity this is exact for a chain that bends evenly. Under gravity it is the best answer of one uniform bend
 (Ritz): it balances the weight's moment as a whole, not the sag between.
@@ -17,26 +17,19 @@ import numpy as np
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
-from contarm_sim.kinematics import arc, chain
-from contarm_sim.kinematics.arrays import Array, as_vectors, sinc, sinc_slope
-from contarm_sim.kinematics.muscles import DIRECTIONS, towards_muscles
-from contarm_sim.mechanics import pneumatics
+from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arrays import Array, as_vectors, sinc
+from contarm_sim.mechanics import pneumatics, routing
+from contarm_sim.mechanics.compliance import buckling_tension
+from contarm_sim.mechanics.routing import length_jacobian
 
 BUCKLING_SHARE = 0.95
-"""Of the tension that buckles the chain between its disks, what is used at most."""
+"""Of the tension that buckles an arm between the disks of straight spans, what is used at most."""
+
+SERVO_SHARE = 0.2
+"""Of the least tension, what a length servo keeps pulling with beside the damping along its muscle."""
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
-
-
-def length_jacobian(bend: Any, arm: Arm) -> Array:
-    """Return dL/dbend [m/rad] of the chain's muscle lengths, shape (..., 3, 2)."""
-    bend = as_vectors(bend, 2, "bend")
-    n = arm.links
-    half = np.hypot(bend[..., 0], bend[..., 1]) / (2 * n)
-    along = towards_muscles(bend)[..., None] * bend[..., None, :]
-    J = -arm.muscle_radius * sinc(half)[..., None, None] * DIRECTIONS
-    J = J - (arm.muscle_radius / (4 * n**2)) * sinc_slope(half)[..., None, None] * along
-    return J - (arm.length / (4 * n**2)) * (sinc(half)[..., None] * bend)[..., None, :]
 
 
 def cocontraction(bend: Any, arm: Arm) -> Array:
@@ -78,7 +71,8 @@ class Balance:
         tensions: one of them [N], shape (..., 3), by actuators; what stretched silicone pulls is taken off.
         cocontraction: the free direction, shape (..., 3), positive, of mean 1.
         per_pascal: force of each muscle by pressure [N/Pa], shape (..., 3); 0 where the braid is closed.
-        highest: level [N], shape (...), at which the chain buckles between its disks, see `compliance`.
+        highest: level [N], shape (...), at which the arm buckles between its disks, see `compliance`; inf for parallel
+            muscles.
     """
 
     tensions: Array
@@ -103,11 +97,13 @@ def balance(bend: Any, arm: Arm, rate: Any = None, load: Any = 0.0) -> Balance:
         load: further moment on the bend [N m], shape (..., 2), as `wrench_moment` gives it.
 
     Raises:
-        InputError: no pulling tensions hold the bend. That needs few links: their straight muscle spans
-            cut the corner so far that even the outer muscle pulls inwards.
+        InputError: no pulling tensions hold the bend. That needs few disks: straight spans then cut the corner so far
+            that even the outer muscle pulls inwards.
     """
     bend = as_vectors(bend, 2, "bend")
-    elastic = bend if rate is None else bend + arm.damping_time * as_vectors(rate, 2, "rate")
+    elastic, turn = routing.joint_angles(bend, arm)
+    if rate is not None:
+        elastic = elastic + arm.damping_time * (turn * as_vectors(rate, 2, "rate")[..., None, :]).sum(axis=-1)
     J, null = length_jacobian(bend, arm), cocontraction(bend, arm)
     if not np.all(null > 0):
         worst = np.hypot(bend[..., 0], bend[..., 1])[~np.all(null > 0, axis=-1)].min()
@@ -116,13 +112,14 @@ def balance(bend: Any, arm: Arm, rate: Any = None, load: Any = 0.0) -> Balance:
             f"{worst:.4g} rad",
             f"bends that pulling muscles can hold with {arm.links} links: more links, or bend less",
         )
-    lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
-    moment = (arm.bending_stiffness / arm.length) * elastic - weight_moment(bend, arm) - load
+    lengths = routing.lengths_from_bend(bend, arm)
+    moment = (arm.bending_stiffness / arm.length) * (turn * elastic[..., :, None]).sum(axis=-2)
+    moment = moment - weight_moment(bend, arm) - load
     moment = moment + np.einsum("...ij,...i->...j", J, pneumatics.passive_tension(lengths, arm))
     gram = J.swapaxes(-1, -2) @ J
     tensions = -(J @ np.linalg.solve(gram, moment[..., None]))[..., 0]
     per_pascal = np.where(lengths <= arm.muscle_length_range[1], pneumatics.force(1.0, lengths, arm), 0.0)
-    buckling = BUCKLING_SHARE * 4 * arm.bending_stiffness / arm.link_pitch**2
+    buckling = BUCKLING_SHARE * buckling_tension(arm)
     return Balance(tensions, null, per_pascal, (buckling - tensions.sum(axis=-1)) / 3)
 
 
@@ -132,19 +129,36 @@ def holding_tensions(bend: Any, arm: Arm, min_tension: float | None = None, rate
     Args:
         bend: bend vectors [rad], shape (..., 2).
         min_tension: tension of the slackest muscle [N]; default `arm.muscle.min_tension`.
-        rate: velocity of the bend [rad/s], see `balance`.
+        rate: velocity of the bend [rad/s], see `balance`. Tensions then are also enough for length servos to pull where
+            damping along a lengthening muscle already does, see `least_tensions`.
 
     Raises:
         InputError: no pulling tensions hold the bend, see `balance`.
     """
     held = balance(bend, arm, rate)
-    return held.at(held.level(arm.muscle.min_tension if min_tension is None else min_tension))
+    least: Any = arm.muscle.min_tension if min_tension is None else min_tension
+    if rate is not None:
+        least = least_tensions((length_jacobian(bend, arm) * np.asarray(rate)[..., None, :]).sum(axis=-1), least, arm)
+    return held.at(held.level(least))
+
+
+def least_tensions(speeds: Array, min_tension: float, arm: Arm) -> Array:
+    """Return the least tensions [N], shape (..., 3), of servo-driven muscles that lengthen at given speeds [m/s].
+
+    Damping along a muscle pulls while it lengthens; the servo, which cannot push, keeps a share of the least tension.
+    """
+    return np.maximum(min_tension, arm.servo_stiffness * arm.servo_time * speeds + SERVO_SHARE * min_tension)
+
+
+def servo_control(lengths: Array, tensions: Array, arm: Arm) -> Array:
+    """Return controls of length servos, length changes [m], at which muscles of these lengths [m] have tensions [N]."""
+    return lengths - arm.length - (tensions - arm.muscle.min_tension) / arm.servo_stiffness
 
 
 def level_range(held: Balance, arm: Arm) -> tuple[Array, Array]:
     """Return the lowest and highest level [N], each of shape (...), that pressures within the limits give.
 
-    The lowest also keeps `min_tension`; the highest stays below what buckles the chain between its disks. Where the
+    The lowest also keeps `min_tension`; the highest stays below what buckles the arm between its disks. Where the
     lowest is higher, no pressures hold the bend.
     """
     low = held.level(np.maximum(arm.muscle.min_tension, arm.muscle.min_pressure * held.per_pascal))
@@ -201,7 +215,7 @@ def _refusal(held: Balance, low: Array, arm: Arm) -> tuple[str, str]:
             f"muscle lengths of {shortest:.1f} to {longest:.1f} mm",
         )
     if np.any(low > held.highest):
-        return f"one that {pressures} buckle the chain at", "a stiffer arm, more links, or less of a bend"
+        return f"one that {pressures} buckle the arm at", "a stiffer arm, more links, or less of a bend"
     return (
         f"one that takes {float((held.at(low) / held.per_pascal).max()) / 1e3:.0f} kPa",
         f"bends that {pressures} hold",

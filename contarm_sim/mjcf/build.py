@@ -25,7 +25,7 @@ def spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
 
         host.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         host.attach(contarm_sim.spec(arm), site="mount", prefix="left/")  # or frame=host.worldbody.add_frame(...)
-        data.actuator("left/muscle_1").ctrl = mjcf.straight_control(arm)  # 2 and 3 as well
+        data.actuator("left/muscle_1").ctrl = -0.01  # shorten by 10 mm; at 0 the arm is held straight
 
     The base plate's centre goes to the site's or frame's origin, +Z along the straight arm, +X towards muscle 1; the
     base is welded there and moves with it. Every name gets the prefix: bodies `base`, `link_01`, ..., `tip`, sites
@@ -35,16 +35,17 @@ def spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
 
     All is in SI units, whatever angles the host is written in. What the host brings:
 
-    * the integrator: `implicitfast` or `implicit`, with time steps to 5 ms. Under `Euler`, MuJoCo's default, length
-      servos chatter between none and full force at any time step, without a warning; under `RK4` the arm diverges.
+    * the integrator: `implicitfast` or `implicit`, with time steps to 5 ms. Under `Euler`, MuJoCo's default, and `RK4`
+      the damping along muscles driven by lengths makes the arm diverge.
     * gravity: `arm.gravity` and `arm.base_orientation` are left out.
-    * controls from the first step on: at zero all length servos pull with full force, which buckles a weak arm,
-      and without pressure it is limp.
+    * controls, which do no harm at zero: length servos then hold the arm straight, without pressure or tension it is
+      limp.
 
     The links touch geoms whose `conaffinity` has the lowest bit set; never each other, nor another such arm.
 
     Args:
-        actuation: `lengths`: three length servos [m]. `pressures`: McKibben muscles behind valves, two actuators
+        actuation: `lengths`: three length servos; controls are length changes from the straight arm [m], shortening
+            negative. `pressures`: McKibben muscles behind valves, two actuators
             each, which both take the muscle's gauge pressure [Pa]: controls are p1 p2 p3 p1 p2 p3. `tensions`: three
             plain forces, controls are tensions [N].
 
@@ -80,6 +81,7 @@ def arm_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
     alone.option.timestep = TIMESTEP
     alone.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     alone.option.gravity = arm.gravity
+    alone.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT  # nothing is there to touch
     straight = [straight_control(arm, actuation)] * len(alone.actuators)
     state = straight if actuation == "pressures" else []
     alone.add_key(name="straight", qpos=[0.0] * len(alone.joints), ctrl=straight, act=state)
@@ -101,6 +103,7 @@ def scene_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
     """
     scene = arm_spec(arm, actuation)
     scene.modelname = "contarm_scene"
+    scene.option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     scene.option.gravity = world_gravity(arm)
     base = scene.body("base")
     base.pos = add_scene(scene, arm)

@@ -1,4 +1,4 @@
-"""The three muscles as spatial tendons, driven by length servos or by pressure, and the sensors of what is read."""
+"""What drives the three muscles, length servos, pressures or plain forces, and the sensors of what is read."""
 
 from __future__ import annotations
 
@@ -9,15 +9,11 @@ import mujoco
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
-from contarm_sim.mjcf.backbone import HARD
+from contarm_sim.mjcf.routing import MUSCLES, add_tendons, counted_from
 
-Actuation = Literal["lengths", "pressures", "tensions"]
+Actuation = Literal["lengths", "pressures", "tensions", "none"]
 ACTUATIONS: tuple[Actuation, ...] = get_args(Actuation)
 
-MUSCLES = ("muscle_1", "muscle_2", "muscle_3")
-COLOURS = ([0.84, 0.15, 0.16, 1.0], [0.17, 0.50, 0.72, 1.0], [0.95, 0.63, 0.10, 1.0])
-
-_SERVO = "muscle"
 _LINEAR, _QUADRATIC = "pressure_linear", "pressure_quadratic"
 
 _REACH = 2.0
@@ -25,37 +21,25 @@ _REACH = 2.0
 
 
 def add_muscles(spec: mujoco.MjSpec, arm: Arm, bodies: list[mujoco.MjsBody], actuation: Actuation) -> None:
-    """Route each muscle through a site at radius r on every station and add its actuators.
+    """Add the muscles along the backbone and their actuators.
 
     Raises:
         InputError: an unknown actuation.
     """
     if actuation not in ACTUATIONS:
         raise InputError("actuation", repr(actuation), ", ".join(ACTUATIONS))
-    muscle = spec.add_default(_SERVO, spec.default)
-    muscle.tendon.width = 0.5 * arm.muscle.diameter
-    if arm.muscle.braid_friction is not None:
-        muscle.tendon.frictionloss = arm.muscle.braid_friction
-        muscle.tendon.solimp_friction[:2] = HARD
-    if arm.muscle.passive_stiffness is not None:  # slack up to the rest length
-        muscle.tendon.stiffness = [arm.muscle.passive_stiffness, 0, 0]
-        muscle.tendon.springlength = [0.0, arm.muscle_rest_length]
-    muscle.site.group = 4
-    muscle.site.size = [0.002, 0.002, 0.002]
-    for index, name in enumerate(MUSCLES):
-        angle = 2 * math.pi * index / 3
-        place = [arm.muscle_radius * math.cos(angle), arm.muscle_radius * math.sin(angle), 0.0]
-        tendon = spec.add_tendon(muscle, name=name, rgba=COLOURS[index])
-        for body in bodies:
-            site = body.add_site(muscle, name=f"{body.name}_{name}", pos=place)
-            tendon.wrap_site(site.name)
+    if actuation == "none":
+        return
+    damping = arm.servo_stiffness * arm.servo_time if actuation == "lengths" else 0.0
+    muscle = add_tendons(spec, arm, bodies, damping)
     if actuation != "pressures":
         {"lengths": _servo, "tensions": _pull}[actuation](muscle.actuator, arm)
         _add_actuators(spec, muscle)
     else:
         _add_actuators(spec, _linear(spec, arm), "_linear")
         reach = [length * arm.muscle_rest_length for length in (1 - arm.muscle.max_contraction, _REACH)]
-        _add_actuators(spec, _quadratic(spec, arm), "_quadratic", lengthrange=reach)
+        counted = [length - counted_from(arm) for length in reach]
+        _add_actuators(spec, _quadratic(spec, arm), "_quadratic", lengthrange=counted)
 
 
 def _add_actuators(spec: mujoco.MjSpec, default: mujoco.MjsDefault, ending: str = "", **given: Any) -> None:
@@ -64,15 +48,19 @@ def _add_actuators(spec: mujoco.MjSpec, default: mujoco.MjsDefault, ending: str 
 
 
 def _servo(actuator: mujoco.MjsActuator, arm: Arm) -> None:
-    """Make a length servo: force = kp (setpoint - length) - kv velocity, limited to pulling.
+    """Make a length servo: force = kp (control - change) - least tension, limited to pulling.
 
-    A feed-forward tension T folds into the set-point: setpoint = target_length - T/kp.
+    `change` is the muscle's length beyond the straight arm's, so a control of zero holds the straight arm at its least
+    tension. A tension T to be had at a length change l folds into the control: l - (T - least)/kp. The servo's damping
+    belongs to the tendon: as a part of a force that is limited it would vanish at the limit, and the servo would hunt
+    between nothing and full force for ever.
     """
-    kp, blocked = arm.muscle.servo_stiffness, arm.muscle.blocked_force
+    kp, blocked = arm.servo_stiffness, arm.muscle.blocked_force
     actuator.gaintype = mujoco.mjtGain.mjGAIN_FIXED
     actuator.gainprm[0] = kp
     actuator.biastype = mujoco.mjtBias.mjBIAS_AFFINE
-    actuator.biasprm[:3] = [0.0, -kp, -kp * arm.muscle.servo_time]
+    straight = kp * (arm.length - counted_from(arm))
+    actuator.biasprm[:3] = [straight - arm.muscle.min_tension, -kp, 0.0]
     actuator.forcerange = [-blocked, 0.0]
     actuator.forcelimited = True
     actuator.ctrlrange = arm.setpoint_range
@@ -103,7 +91,7 @@ def _linear(spec: mujoco.MjSpec, arm: Arm) -> mujoco.MjsDefault:
     rest, s0 = arm.muscle_rest_length, 1 - arm.muscle.max_contraction
     slope = 2 * s0 * _pull_per_pascal(arm) / rest
     default.actuator.gaintype = mujoco.mjtGain.mjGAIN_AFFINE
-    default.actuator.gainprm[:2] = [slope * s0 * rest, -slope]
+    default.actuator.gainprm[:2] = [slope * (s0 * rest - counted_from(arm)), -slope]
     default.actuator.forcerange = [-10 * slope * rest * arm.muscle.max_pressure, 0.0]  # never met from below
     default.actuator.forcelimited = True
     return default
@@ -142,12 +130,13 @@ def add_sensors(spec: mujoco.MjSpec) -> None:
     kind, site, tendon = mujoco.mjtSensor, mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtObj.mjOBJ_TENDON
     for name, what in (("tip_position", kind.mjSENS_FRAMEPOS), ("tip_orientation", kind.mjSENS_FRAMEQUAT)):
         spec.add_sensor(name=name, type=what, objtype=site, objname="tip", reftype=site, refname="base")
+    muscles = [tendon.name for tendon in spec.tendons]
     for quantity, what in (
         ("length", kind.mjSENS_TENDONPOS),
         ("velocity", kind.mjSENS_TENDONVEL),
         ("force", kind.mjSENS_TENDONACTFRC),
     ):
-        for muscle in MUSCLES:
+        for muscle in muscles:
             spec.add_sensor(name=f"{muscle}_{quantity}", type=what, objtype=tendon, objname=muscle)
     for joint in spec.joints:
         spec.add_sensor(
@@ -158,11 +147,11 @@ def add_sensors(spec: mujoco.MjSpec) -> None:
 def straight_control(arm: Arm, actuation: Actuation = "lengths") -> float:
     """Return the control that gives the straight arm's muscles their least tension: [m], [Pa] or [N].
 
-    The pressure is at least the lowest that there is, so tensions may be larger.
+    Of length servos it is 0. The pressure is at least the lowest that there is, so tensions may be larger.
     """
     muscle = arm.muscle
     if actuation == "lengths":
-        return arm.length - muscle.min_tension / muscle.servo_stiffness
+        return 0.0
     if actuation == "tensions":
         return muscle.min_tension
     s, s0 = 1 - muscle.mount_contraction, 1 - muscle.max_contraction

@@ -8,7 +8,6 @@ import mujoco
 import numpy as np
 
 from contarm_sim.arm import Arm
-from contarm_sim.mjcf.backbone import disk_radius
 
 OFFSCREEN = (1920, 1080)
 """Largest picture [pixels] that the model's offscreen buffer holds."""
@@ -57,7 +56,7 @@ def add_scene(spec: mujoco.MjSpec, arm: Arm) -> np.ndarray:
     length = arm.length
     along = np.zeros(3)
     mujoco.mju_rotVecQuat(along, np.array([0.0, 0.0, 1.0]), base_quaternion(arm))
-    reach = _reach(along, disk_radius(arm) / length)
+    reach = _reach(along, arm.disk_radius / length)
     base = np.array([0.0, 0.0, length * (CLEARANCE - reach[:, 2].min())])
     spec.visual.global_.offwidth, spec.visual.global_.offheight = OFFSCREEN
     spec.visual.map.znear = 0.01
@@ -123,7 +122,7 @@ def _add_lights(spec: mujoco.MjSpec, centre: np.ndarray, length: float) -> None:
 def _add_mount(spec: mujoco.MjSpec, arm: Arm, base: np.ndarray, along: np.ndarray) -> None:
     """Add a flange behind the base plate on a column from the floor, or from above if the arm points down."""
     spec.add_material(name="mount", rgba=[0.40, 0.43, 0.47, 1], specular=0.3, shininess=0.4)
-    radius, length, up = disk_radius(arm), arm.length, np.array([0.0, 0.0, 1.0])
+    radius, length, up = arm.disk_radius, arm.length, np.array([0.0, 0.0, 1.0])
     elbow = base - 0.1 * length * along
     _add_rod(spec, "flange", 1.2 * radius, base - 0.005 * length * along, -along, 0.022 * length)
     _add_rod(spec, "mount", 0.55 * radius, base - 0.027 * length * along, -along, 0.073 * length)

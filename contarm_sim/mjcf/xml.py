@@ -18,7 +18,7 @@ from contarm_sim.mjcf.build import arm_spec, scene_spec
 from contarm_sim.mjcf.muscles import Actuation
 
 _RENAMED = {"diaginertia": "inertia"}
-_ATTRIBUTES_OF = {"general": "actuator", "spatial": "tendon", "inertial": "body"}
+_ATTRIBUTES_OF = {"general": "actuator", "spatial": "tendon", "fixed": "tendon", "inertial": "body"}
 
 
 def exact_xml(spec: mujoco.MjSpec) -> str:
@@ -52,6 +52,9 @@ def _restore_section(element: ElementTree.Element, spec: mujoco.MjSpec) -> None:
             find = getattr(spec, _ATTRIBUTES_OF.get(child.tag, child.tag), None)
             if callable(find):
                 _restore(child, find(name))
+            if child.tag == "fixed":
+                for joint, wrap in zip(child, spec.tendon(name).path, strict=True):
+                    _restore(joint, wrap)
             if child.tag == "spatial":  # the compiler's own, rounded; it finds it again
                 child.attrib.pop("springlength", None)
         _restore_section(child, spec)

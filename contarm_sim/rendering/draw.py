@@ -15,6 +15,7 @@ from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.rendering.cameras import check_camera, eye
 from contarm_sim.rendering.gl import choose_backend
+from contarm_sim.rendering.muscles import Muscles
 from contarm_sim.rendering.overlays import MAX_SEGMENTS, Colour, add_ball, add_line, add_triad, add_tube, thin
 
 if TYPE_CHECKING:
@@ -29,7 +30,6 @@ TRACE: Colour = (0.00, 0.78, 0.45, 1.0)
 TARGET: Colour = (0.46, 0.16, 0.80, 1.0)
 GHOST: Colour = (0.46, 0.16, 0.80, 0.40)
 
-SLACK = np.array([0.55, 0.55, 0.57])
 _NARROWEST = 1.4
 _GHOST_SEGMENTS = 24
 
@@ -86,8 +86,7 @@ class ArmRenderer:
         self._camera = check_camera(camera)
         _set_quality(self._model, quality)
         _fit(self._model, width, height)
-        self._colours = self._model.tendon_rgba[:, :3].copy()
-        self._widths = self._model.tendon_width.copy()
+        self._muscles = Muscles(self._model, arm)
         self._data = mujoco.MjData(self._model)
         try:
             self._renderer = mujoco.Renderer(self._model, height, width)
@@ -107,7 +106,7 @@ class ArmRenderer:
             largest: tip error [m] that the trace shows as the worst; default the largest of the samples.
         """
         self._pose(samples.qpos[index])
-        self._colour_muscles(samples.muscle_tensions[index] / max(samples.muscle_tensions.max(), 1e-9))
+        self._muscles.show(samples.muscle_tensions[index] / max(samples.muscle_tensions.max(), 1e-9))
         self._look(index / max(len(samples) - 1, 1))
         scene, pixel = self._renderer.scene, self._renderer.height / 720
         if overlays.path:
@@ -129,7 +128,7 @@ class ArmRenderer:
     def pose(self, qpos: Array, target: Array | None = None) -> Pixels:
         """Draw the arm with joint angles [rad], shape (dofs,), and a ball at a target [m], if there is one."""
         self._pose(qpos)
-        self._colour_muscles(np.ones(3))
+        self._muscles.show(np.ones(3))
         self._look(0.0)
         if target is not None:
             add_ball(self._renderer.scene, self.to_world(target), 0.02 * self.arm.length, TARGET)
@@ -169,12 +168,6 @@ class ArmRenderer:
         for name in ("base", "tip"):
             body = self._data.body(name)
             add_triad(self._renderer.scene, body.xpos, body.xmat.reshape(3, 3), 0.14 * self.arm.length, width)
-
-    def _colour_muscles(self, share: Array) -> None:
-        """Draw each muscle the thicker and the brighter the larger its share of the largest tension, shape (3,)."""
-        share = np.clip(share, 0.0, 1.0)
-        self._model.tendon_width[:] = self._widths * (0.6 + 0.4 * share)
-        self._model.tendon_rgba[:, :3] = SLACK + (0.45 + 0.55 * share)[:, None] * (self._colours - SLACK)
 
     def _add_ghost(self, bend: Array) -> None:
         """Draw the analytic arc as a glass tube about the arm."""

@@ -146,7 +146,7 @@ def film_beside(
 
 def _panels(arm: Arm, samples: Samples, error: Array, look: Look, scale: Scale) -> dict[str, Panel]:
     """Return the plots of the lower corners: tip error, and muscle pressures (those needed, under length servos)."""
-    from contarm_sim.mjcf.muscles import COLOURS
+    from contarm_sim.mjcf.routing import COLOURS
 
     size = (round(0.27 * look.width), round(0.25 * look.height))
     if size[0] < 160 or size[1] < 90:

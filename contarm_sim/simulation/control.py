@@ -3,7 +3,7 @@
 Each controller adds one thing to the one before; `feedback` has what those after `feedforward` do as they go:
 
     paper        the arc's lengths into plain position servos (they push as well as pull)
-    chain        the lengths that the chain of links really has
+    chain        the lengths that the chain of links really has: others than the arc's where muscles run in spans
     feedforward  pulling muscles; tensions that hold the bend fold into the set-point
     servo        an integral on length differences and one on the slackest muscle's tension
     pressure     the same through McKibben muscles behind valves: tensions become pressures, the valves' lag is led
@@ -19,9 +19,10 @@ import numpy as np
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
-from contarm_sim.kinematics import chain, muscles
+from contarm_sim.kinematics import muscles
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics.statics import holding_pressures, holding_tensions
+from contarm_sim.mechanics import routing
+from contarm_sim.mechanics.statics import holding_pressures, holding_tensions, servo_control
 from contarm_sim.mjcf import Actuation
 
 Controller = Literal["paper", "chain", "feedforward", "servo", "pressure", "tip"]
@@ -44,7 +45,7 @@ class Command:
 
     Attributes:
         lengths: muscle lengths asked for [m], shape (T, 3).
-        setpoint: servo set-points [m], or pressures [Pa], before feedback, shape (T, 3).
+        setpoint: the servos' controls, length changes [m], or pressures [Pa], before feedback, shape (T, 3).
         controller: whose command it is.
         start: set-points that hold the first sample at rest, shape (3,).
         tip_to_bend: change of the bend [rad] by which the resting tip moves as asked for [m], shape (T, 2, 3); the
@@ -87,9 +88,9 @@ def command(arm: Arm, bend: Array, controller: Controller, period: float | None 
     if controller == "paper":
         lengths = arm.length + muscles.deltas_from_bend(bend, arm.muscle_radius)
     else:
-        lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
+        lengths = routing.lengths_from_bend(bend, arm)
     if not pulls_only(controller):
-        return Command(lengths, lengths, controller, lengths[0])
+        return Command(lengths, lengths - arm.length, controller, lengths[0] - arm.length)
     start = _hold(arm, bend[:1], lengths[:1], controller, None)[0]
     if period is None or len(bend) < 2:
         return Command(lengths, _hold(arm, bend, lengths, controller, None), controller, start)
@@ -97,7 +98,7 @@ def command(arm: Arm, bend: Array, controller: Controller, period: float | None 
     if controller == "pressure":
         setpoint = setpoint + arm.muscle.valve_time * np.gradient(setpoint, period, axis=0)
     else:
-        setpoint = setpoint + arm.muscle.servo_time * np.gradient(lengths, period, axis=0)
+        setpoint = setpoint + arm.servo_time * np.gradient(lengths, period, axis=0)
     return Command(lengths, setpoint, controller, start)
 
 
@@ -105,4 +106,4 @@ def _hold(arm: Arm, bend: Array, lengths: Array, controller: Controller, rate: A
     """Return set-points [m] or pressures [Pa] with which muscles of these lengths carry the arm."""
     if controller == "pressure":
         return holding_pressures(bend, arm, rate=rate)
-    return lengths - holding_tensions(bend, arm, rate=rate) / arm.muscle.servo_stiffness
+    return servo_control(lengths, holding_tensions(bend, arm, rate=rate), arm)

@@ -9,11 +9,12 @@ import numpy as np
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
-from contarm_sim.kinematics import arc, chain
+from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.load import Load
+from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.pneumatics import pressure_for
-from contarm_sim.mechanics.statics import holding_tensions
+from contarm_sim.mechanics.statics import holding_tensions, servo_control
 from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.solver import Solution, Solver
 
@@ -103,20 +104,17 @@ def driven_plant(arm: Arm, load: Load) -> Plant:
         plant.reset(np.zeros(2))
         plant.control[:] = plant.pressure[:] = _checked_pressures(arm, values)
         return plant
-    plant = Plant(arm)
-    model = plant.model
     if kind in ("off", "tensions"):
-        model.actuator_gainprm[:, 0] = 0.0
-        model.actuator_biasprm[:] = 0.0
-        model.actuator_forcelimited[:] = 0
-        if kind == "tensions":
-            model.actuator_biasprm[:, 0] = -values
+        plant = Plant(arm, pull_only=False, actuation="none" if kind == "off" else "tensions")
         plant.reset(np.zeros(2))
+        if kind == "tensions":
+            plant.control[:] = values
         return plant
+    plant = Plant(arm)
     bend = arc.from_polar(values[0], values[1]) if kind == "bend" else _bend_of(arm, values)
-    lengths = chain.lengths_from_bend(bend, arm.length, arm.muscle_radius, arm.links)
+    lengths = routing.lengths_from_bend(bend, arm)
     plant.reset(bend)
-    plant.control[:] = lengths - holding_tensions(bend, arm) / arm.muscle.servo_stiffness
+    plant.control[:] = servo_control(lengths, holding_tensions(bend, arm), arm)
     return plant
 
 
@@ -129,7 +127,7 @@ def _bend_of(arm: Arm, deltas: Array) -> Array:
     allowed = "length changes of a bend below 180 deg, which sum to nearly nothing"
     if np.abs(deltas).max() >= arm.length:
         raise InputError("muscles deltas", deltas.tolist(), allowed)
-    bend, residual = chain.bend_from_lengths(arm.length + deltas, arm.length, arm.muscle_radius, arm.links)
+    bend, residual = routing.bend_from_lengths(arm.length + deltas, arm)
     common = min(abs(residual), abs(deltas.mean()))  # of links, or of arcs
     if np.hypot(*bend) >= np.pi or common > COMMON_MODE * arm.length:
         raise InputError("muscles deltas", deltas.tolist(), allowed)

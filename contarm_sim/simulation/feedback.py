@@ -14,16 +14,21 @@ import numpy as np
 from contarm_sim.arm import Arm
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import pneumatics
-from contarm_sim.mechanics.statics import balance, length_jacobian
+from contarm_sim.mechanics.routing import length_jacobian
+from contarm_sim.mechanics.statics import SERVO_SHARE, balance
 from contarm_sim.simulation.control import Command
 
 
 @dataclass(frozen=True)
 class Seen:
-    """What a feedback sees: muscle lengths [m], forces of actuators [N] (pulling < 0), tip [m]; each of shape (3,)."""
+    """What a feedback sees, each of shape (3,): muscle lengths [m], tensions [N], what servos pull with [N], tip [m].
+
+    Tensions are those of servos and damping along the muscles; pulling > 0.
+    """
 
     lengths: Array
-    forces: Array
+    tensions: Array
+    pulls: Array
     tip: Array
 
 
@@ -32,7 +37,8 @@ class LengthFeedback:
 
     Only length *differences* are integrated: the common mode of three lengths does not move an inextensible
     backbone, it only makes the muscles fight. The common mode instead keeps the slackest muscle at
-    its least tension.
+    its least tension, and every servo pulling. While a servo is at a limit, where more of it does nothing, differences
+    are not integrated.
     """
 
     time = 0.1
@@ -40,8 +46,8 @@ class LengthFeedback:
 
     def __init__(self, arm: Arm, wanted: Array) -> None:
         self._wanted = wanted
-        self._least = arm.muscle.min_tension
-        self._per_newton = 1 / arm.muscle.servo_stiffness
+        self._least, self._blocked = arm.muscle.min_tension, arm.muscle.blocked_force
+        self._per_newton = 1 / arm.servo_stiffness
         self.restart()
 
     def restart(self) -> None:
@@ -58,10 +64,13 @@ class LengthFeedback:
         # Plain floats: this runs every tick, where three numbers are not worth an array operation.
         w, m, s = self._wanted[index].tolist(), seen.lengths.tolist(), self.shift.tolist()
         errors = [w[0] + s[0] - m[0], w[1] + s[1] - m[1], w[2] + s[2] - m[2]]
-        mean, slack = sum(errors) / 3, self._least + max(seen.forces.tolist())
-        common = mean + slack * self._per_newton
+        pulls = seen.pulls.tolist()
+        mean, weakest = sum(errors) / 3, min(pulls)
+        slack = max(self._least - min(seen.tensions.tolist()), SERVO_SHARE * self._least - weakest)
+        common = slack * self._per_newton
+        free = gain if weakest > 0 and max(pulls) < self._blocked else 0.0
         for i in (0, 1, 2):
-            self.value[i] += gain * (errors[i] - common)
+            self.value[i] += free * (errors[i] - mean) - gain * common
         return max(abs(errors[0] - mean), abs(errors[1] - mean), abs(errors[2] - mean), 1e-6 * abs(slack)) / 1e-9
 
 

@@ -19,11 +19,11 @@ from contarm_sim.arm import Arm
 from contarm_sim.errors import ConvergenceError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics.statics import length_jacobian
+from contarm_sim.mechanics.routing import length_jacobian
+from contarm_sim.mechanics.statics import least_tensions
 from contarm_sim.simulation.control import Command, command
 from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.solver import Solver
-from contarm_sim.simulation.stiffness import muscle_jacobian
 
 STEP = 1e-7
 """Change of the bend at which a sample has converged [rad]."""
@@ -51,15 +51,18 @@ class TipPlan:
     def __init__(self, arm: Arm) -> None:
         self.plant = Plant(arm)
         self._solver = Solver(self.plant)
-        self._kp, self._least = arm.muscle.servo_stiffness, arm.muscle.min_tension
+        self._kp = arm.servo_stiffness
 
-    def solve(self, bend: Array, target: Array, setpoint: Array, forces: Array | float = 0.0) -> tuple[Array, Array]:
+    def solve(
+        self, bend: Array, target: Array, setpoint: Array, forces: Array | float = 0.0, least: Array | None = None
+    ) -> tuple[Array, Array]:
         """Bring the tip from its current pose as near to a target [m], shape (3,), as it gets.
 
         Args:
             bend: about where that is [rad], shape (2,).
             setpoint: a guess [m], shape (3,).
             forces: generalised forces on the joints [N m], shape (dofs,).
+            least: tensions that the muscles keep at least [N], shape (3,); default the arm's least.
 
         Returns:
             the set-points [m], shape (3,), and the derivative of the tip by the bend asked for [m/rad], shape (3, 2).
@@ -68,6 +71,7 @@ class TipPlan:
             ConvergenceError: no pose was found.
         """
         plant, setpoint = self.plant, setpoint.copy()
+        least = np.full(3, plant.arm.muscle.min_tension) if least is None else least
         self._solver.extra = forces
         spread = length_jacobian(bend, plant.arm)
         size = np.inf
@@ -76,7 +80,7 @@ class TipPlan:
             slope = self._tip_by_setpoint() @ spread
             change = np.linalg.pinv(slope) @ (target - plant.tip)
             size = float(np.hypot(change[0], change[1]))
-            slack = self._least - float(plant.muscle_forces.min())
+            slack = float((least - plant.muscle_forces).max())
             if size <= STEP and abs(slack) <= SLACK:
                 return setpoint, slope
             change *= min(1.0, 0.2 / max(size, 1e-300))
@@ -88,7 +92,7 @@ class TipPlan:
         model, data = self.plant.model, self.plant.data
         J = np.zeros((3, model.nv))
         mujoco.mj_jacBody(model, data, J, None, model.body("tip").id)
-        return J @ np.linalg.solve(self._solver.tangent(), self._kp * muscle_jacobian(model, data).T)
+        return J @ np.linalg.solve(self._solver.tangent(), self._kp * self.plant.muscle_jacobian.T)
 
     def moving_forces(self, q: Array, v: Array, a: Array) -> Array:
         """Return what a motion takes beside statics [N m]: minus inertia, minus joint damping; shape (dofs,)."""
@@ -143,10 +147,13 @@ def plan_motion(arm: Arm, bend: Array, target: Array, period: float) -> Command:
         path = CubicSpline(at, found.q)
         forces = [plan.moving_forces(*state) for state in zip(found.q, path(at, 1), path(at, 2), strict=True)]
         forces[0] *= 0.0  # the motion starts from rest
-        found = _solved(arm, bend[knots], target[knots], found, np.array(forces))
+        speeds = CubicSpline(at, found.lengths)(at, 1)
+        speeds[0] = 0.0
+        least = least_tensions(speeds, arm.muscle.min_tension, arm)
+        found = _solved(arm, bend[knots], target[knots], found, np.array(forces), least=least)
     parts = (found.setpoint, found.lengths, found.slopes, found.q)
     fine = _Planned(*(CubicSpline(at, part)(time) for part in parts))
-    follow = fine.setpoint + arm.muscle.servo_time * np.gradient(fine.lengths, period, axis=0)
+    follow = fine.setpoint + arm.servo_time * np.gradient(fine.lengths, period, axis=0)
     return replace(fine.command(), setpoint=follow)
 
 
@@ -161,18 +168,25 @@ def _guess(arm: Arm, bend: Array) -> _Planned:
 
 
 def _solved(
-    arm: Arm, bend: Array, target: Array, guess: _Planned, forces: Array | float, ticks: Iterable[int] | None = None
+    arm: Arm,
+    bend: Array,
+    target: Array,
+    guess: _Planned,
+    forces: Array | float,
+    ticks: Iterable[int] | None = None,
+    least: Array | float | None = None,
 ) -> _Planned:
-    """Solve every sample from a guess, under generalised forces [N m], shape (T, dofs)."""
+    """Solve every sample from a guess, under generalised forces [N m], shape (T, dofs), and least tensions, (T, 3)."""
     plan = TipPlan(arm)
     data = plan.plant.data
     setpoint, lengths, slopes, q = (np.empty_like(getattr(guess, item.name)) for item in fields(guess))
     forces = np.broadcast_to(forces, q.shape)
+    least = np.broadcast_to(arm.muscle.min_tension if least is None else least, (len(bend), 3))
     with engine_room():
         for i in ticks if ticks is not None else range(len(bend)):
             data.qpos[:] = guess.q[i]
             try:
-                setpoint[i], slopes[i] = plan.solve(bend[i], target[i], guess.setpoint[i], forces[i])
+                setpoint[i], slopes[i] = plan.solve(bend[i], target[i], guess.setpoint[i], forces[i], least[i])
             except ConvergenceError as error:
                 angle, plane = (float(np.degrees(x)) for x in arc.to_polar(bend[i]))
                 raise error.located(f"at a bend of {angle:.0f} deg towards {plane:.0f} deg") from None

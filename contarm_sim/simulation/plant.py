@@ -14,8 +14,10 @@ from contarm_sim.arm import Arm
 from contarm_sim.errors import DivergenceError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.pneumatics import force_slope, passive_slope, passive_tension
+from contarm_sim.mechanics.routing import joint_angles
 from contarm_sim.mjcf import Actuation, arm_spec
-from contarm_sim.mjcf.muscles import MUSCLES
+from contarm_sim.mjcf.backbone import twist_stiffness
+from contarm_sim.mjcf.routing import angle, coefficient, counted_from
 
 FATAL = [
     int(warning)
@@ -63,14 +65,17 @@ class Plant:
             position servos, which also push: what the paper's lengths meet when read naively.
         timestep: engine step [s]; default the model's.
         integrator: engine integrator; default the model's.
-        actuation: `lengths` (servos), `pressures` (McKibben muscles behind valves) or `tensions` (plain forces).
+        actuation: `lengths` (servos), `pressures` (McKibben muscles behind valves), `tensions` (plain forces) or `none`
+            (a bare backbone).
 
     Attributes:
         model, data: the engine's.
         centres: what `stations` copies, as a view into the engine's memory that stays current.
-        control: the engine's controls as a view, one column a muscle: assign set-points [m], pressures [Pa] or
+        control: the engine's controls as a view, one column a muscle: assign length changes [m], pressures [Pa] or
             tensions [N], shape (3,), to all of it.
         pressure: pressures behind the valves [Pa], a view like `control`; empty for servos.
+        constant_tensions: whether controls are tensions.
+        damping: of each muscle along itself [N s/m], shape (3,).
     """
 
     def __init__(
@@ -81,7 +86,7 @@ class Plant:
         integrator: mujoco.mjtIntegrator | None = None,
         actuation: Actuation = "lengths",
     ) -> None:
-        self.arm = arm
+        self.arm, self.constant_tensions = arm, actuation == "tensions"
         self.model = arm_spec(arm, actuation).compile()
         if not pull_only:
             self.model.actuator_forcelimited[:] = 0
@@ -93,52 +98,77 @@ class Plant:
         self.data = mujoco.MjData(self.model)
         # Views into the engine's memory: they stay current, and cost nothing to look up in a loop.
         self.centres = self.data.xpos[self.model.body("base").id : self.model.body("tip").id + 1]
-        self.control = self.data.ctrl.reshape(-1, 3)
-        self.pressure = self.data.act.reshape(-1, 3)
+        self.control = self.data.ctrl.reshape(self.model.nu // 3, 3)
+        self.pressure = self.data.act.reshape(self.model.na // 3, 3)
+        self.damping = self.model.tendon_damping.copy() if self.model.ntendon else np.zeros(3)
         self._warnings = self.data.warning.number
-        self._bending = {
-            axis: np.array([self.model.joint(f"joint_{i:02d}_{axis}").qposadr[0] for i in range(1, arm.links + 1)])
-            for axis in "xy"
-        }
-        stations = range(self.model.body("base").id, self.model.body("tip").id + 1)
-        names = [[f"{self.model.body(i).name}_{muscle}" for i in stations] for muscle in MUSCLES]
-        self._guides = np.array([[self.model.site(name).id for name in row] for row in names])
+        joints = [self.model.joint(i).name for i in range(self.model.njnt)]
+        self._bending = {axis: np.flatnonzero([name.endswith(axis) for name in joints]) for axis in "xy"}
+        self._twisting = np.flatnonzero([name.endswith("z") for name in joints])
+        self._turning = len(self._twisting) > 0 and arm.muscle.path == "parallel" and self.model.nu > 0
+        self._zero = counted_from(arm)
+        self._by_angle = np.array([[coefficient(arm, i, name) for name in joints] for i in range(3)])
 
     @property
     def muscle_lengths(self) -> Array:
         """Muscle lengths [m], shape (3,)."""
-        return self.data.ten_length.copy()
+        if not self.model.ntendon:
+            return self.arm.length + self._by_angle @ self.data.qpos
+        return self.data.ten_length + self._zero
+
+    @property
+    def muscle_jacobian(self) -> Array:
+        """What muscle lengths gain by joint angles [m/rad], shape (3, dofs)."""
+        model, data = self.model, self.data
+        if self.arm.muscle.path == "parallel":
+            return self._by_angle
+        J = np.zeros((3, model.nv))
+        mujoco.mju_sparse2dense(J, data.ten_J, model.ten_J_rownnz, model.ten_J_rowadr, model.ten_J_colind)
+        return J
 
     @property
     def muscle_tensions(self) -> Array:
-        """Muscle tensions [N], pulling > 0, shape (3,): by actuators and by stretched silicone."""
-        return self.muscle_forces + passive_tension(self.data.ten_length, self.arm)
+        """Muscle tensions [N], pulling > 0, shape (3,): `muscle_forces` and what stretched silicone pulls with."""
+        if not self.model.ntendon:
+            return np.zeros(3)
+        return self.muscle_forces + passive_tension(self.muscle_lengths, self.arm)
 
     @property
     def muscle_forces(self) -> Array:
-        """What the actuators pull with [N], pulling > 0, shape (3,)."""
-        return -self.data.actuator_force.reshape(-1, 3).sum(axis=0)
+        """What actuators and damping along the muscles pull with [N], pulling > 0, shape (3,).
+
+        Actuators do not push; damping does where a slack muscle shortens.
+        """
+        return self.damping * self.data.ten_velocity - self.data.actuator_force.reshape(-1, 3).sum(axis=0)
 
     @property
     def muscle_slopes(self) -> Array:
         """What tensions gain by length [N/m], shape (3,), controls and pressures as they are."""
         model, data = self.model, self.data
-        silicone = passive_slope(data.ten_length, self.arm)
+        if not model.ntendon:
+            return np.zeros(3)
+        lengths = self.muscle_lengths
+        silicone = passive_slope(lengths, self.arm)
         if len(self.pressure):
-            return force_slope(self.pressure[0], data.ten_length, self.arm) + silicone
+            return force_slope(self.pressure[0], lengths, self.arm) + silicone
         low, high = model.actuator_forcerange.T
         at_limit = (model.actuator_forcelimited != 0) & ((data.actuator_force <= low) | (data.actuator_force >= high))
         return np.where(at_limit, 0.0, -model.actuator_biasprm[:, 1]) + silicone
 
-    @property
-    def muscle_damping(self) -> Array:
-        """What forces gain by the speed of lengthening [N s/m], shape (3,)."""
-        if len(self.pressure):
-            return np.zeros(3)
-        low, high = self.model.actuator_forcerange.T
-        force = self.data.actuator_force
-        at_limit = (self.model.actuator_forcelimited != 0) & ((force <= low) | (force >= high))
-        return np.where(at_limit, 0.0, -self.model.actuator_biasprm[:, 2])
+    def stiffen_twist(self) -> Array | float:
+        """Let twisted parallel muscles stiffen the arm by their present tensions, which fixed tendons do not do.
+
+        Returns:
+            what that changes in the generalised forces last derived [N m], shape (dofs,), or 0.
+        """
+        if not self._turning:
+            return 0.0
+        stiffness = self.model.jnt_stiffness
+        wanted = twist_stiffness(self.arm, float(np.maximum(self.muscle_tensions, 0.0).sum()))
+        change = np.zeros(self.model.nv)
+        change[self._twisting] = (stiffness[self._twisting] - wanted) * self.data.qpos[self._twisting]
+        stiffness[self._twisting] = wanted
+        return change
 
     @property
     def stations(self) -> Array:
@@ -163,14 +193,21 @@ class Plant:
 
     @property
     def muscle_paths(self) -> Array:
-        """Points that the muscles run through, straight from one to the next [m], shape (3, links + 1, 3)."""
-        return self.data.site_xpos[self._guides]
+        """Points that the muscles run through, one a station [m], shape (3, links + 1, 3)."""
+        angles = [angle(i) for i in range(3)]
+        arm, spans = self.arm, self.arm.muscle.path == "spans"
+        local = np.array([[arm.muscle_radius * np.cos(a), arm.muscle_radius * np.sin(a), 0.0] for a in angles])
+        points = self.centres + np.einsum("sij,mj->msi", self.rotations, local)
+        if spans:
+            points[:, :-1] += arm.guide_height * self.rotations[:-1, :, 2]
+        return points
 
     def reset(self, bend: Array) -> None:
         """Put the arm at rest with every joint bent alike, the first guess of a pose at this bend [rad]."""
         mujoco.mj_resetDataKeyframe(self.model, self.data, 0)
-        self.data.qpos[self._bending["x"]] = -bend[1] / self.arm.links
-        self.data.qpos[self._bending["y"]] = bend[0] / self.arm.links
+        share = joint_angles(bend, self.arm)[0] / self.arm.links
+        self.data.qpos[self._bending["x"]] = -share[1]
+        self.data.qpos[self._bending["y"]] = share[0]
 
     def check(self, settings: dict[str, Any]) -> None:
         """Raise if the engine met a bad state: it would reset the arm and carry on as if nothing had happened.

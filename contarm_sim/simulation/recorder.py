@@ -6,6 +6,7 @@ import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.pneumatics import passive_tension, pressure_for
+from contarm_sim.mjcf.routing import counted_from
 from contarm_sim.simulation.plant import Plant
 from contarm_sim.simulation.samples import Samples
 
@@ -17,9 +18,10 @@ class Recorder:
     already gather is copied in one piece.
 
     Attributes:
-        lengths: muscle lengths as the sensors last read them [m], shape (3,); a view that stays current.
+        lengths: muscle lengths when last taken [m], shape (3,).
         tip: tip position as the engine last derived it [m], shape (3,); a view that stays current.
-        forces: the actuators' forces as the sensors last read them [N], pulling < 0, shape (3,); such a view too.
+        tensions: by actuators and damping when last taken [N], pulling > 0, shape (3,).
+        pulls: by actuators alone when last taken [N], shape (3,).
     """
 
     def __init__(self, plant: Plant, count: int) -> None:
@@ -31,8 +33,11 @@ class Recorder:
         self._sensed = np.empty((count, model.nsensordata))
         self._stations = np.empty((count, plant.arm.links + 1, 3))
         self._column = {model.sensor(i).name: int(model.sensor_adr[i]) for i in range(model.nsensor)}
-        self.lengths = self._sensordata[self._slice("muscle_1_length", 3)]
-        self.forces = self._sensordata[self._slice("muscle_1_force", 3)]
+        self._damping, self._zero = plant.damping, counted_from(plant.arm)
+        self._length, self._velocity, self._force = (
+            self._sensordata[self._slice(f"muscle_1_{name}", 3)] for name in ("length", "velocity", "force")
+        )
+        self.lengths, self.tensions, self.pulls = np.empty(3), np.empty(3), np.empty(3)
         self._angles = slice(int(model.sensor_adr[model.nsensor - model.njnt]), model.nsensordata)
 
     def _slice(self, first: str, size: int) -> slice:
@@ -42,12 +47,17 @@ class Recorder:
         """Keep what the engine last derived from a state: the one that `mj_step` started from, or `mj_forward` saw."""
         self._sensed[index] = self._sensordata
         self._stations[index] = self._centres
+        np.add(self._length, self._zero, out=self.lengths)
+        np.negative(self._force, out=self.pulls)
+        np.multiply(self._velocity, self._damping, out=self.tensions)
+        np.add(self.tensions, self.pulls, out=self.tensions)
 
     def samples(self, count: int, time: Array, target: Array, bend: Array, setpoint: Array) -> Samples:
         """Return the first `count` samples; the other arrays, of at least that length, are passed through."""
         sensed = self._sensed[:count]
-        lengths = sensed[:, self._slice("muscle_1_length", 3)].copy()
-        pulled = passive_tension(lengths, self._arm) - sensed[:, self._slice("muscle_1_force", 3)]
+        length, velocity, force = (self._slice(f"muscle_1_{name}", 3) for name in ("length", "velocity", "force"))
+        lengths = sensed[:, length] + self._zero
+        pulled = passive_tension(lengths, self._arm) + sensed[:, velocity] * self._damping - sensed[:, force]
         return Samples(
             time=time[:count],
             target=target[:count],

@@ -130,9 +130,9 @@ def _loop(
     tick. Between ticks set-points move in a straight line: a staircase would jolt the muscles by tens of newtons.
     """
     model, data, control = plant.model, plant.data, plant.control
-    seen = Seen(recorder.lengths, recorder.forces, recorder.tip)
+    seen = Seen(recorder.lengths, recorder.tensions, recorder.pulls, recorder.tip)
     settings = {"timestep": model.opt.timestep, "integrator": mujoco.mjtIntegrator(model.opt.integrator).name}
-    settings["servo_stiffness"] = plant.arm.muscle.servo_stiffness
+    settings["servo_stiffness"] = plant.arm.servo_stiffness
     ahead = np.diff(orders.setpoint, axis=0, append=orders.setpoint[-1:])
     ramps = orders.setpoint[:, None] + np.arange(substeps)[:, None] / substeps * ahead[:, None]
     limits = orders.limits(plant.arm)
@@ -144,6 +144,7 @@ def _loop(
                 ramp += feedback.value
             if limits is not None:
                 ramp.clip(*limits, out=ramp)
+            plant.stiffen_twist()
             control[:] = setpoint[i] = ramp[0]
             mujoco.mj_step(model, data)
             recorder.take(i)

@@ -19,9 +19,11 @@ class Samples:
         time: simulated time [s], shape (T,); zeros for poses at rest.
         target: tip positions asked for [m], shape (T, 3).
         bend: commanded bends [rad], shape (T, 2).
-        setpoint: the servos' set-points [m], or pressures asked for [Pa] from the `pressure` controller, shape (T, 3).
+        setpoint: the servos' controls, length changes [m], or pressures asked for [Pa] from the `pressure` controller,
+            shape (T, 3).
         muscle_lengths: measured [m], shape (T, 3).
-        muscle_tensions: measured [N], pulling > 0, shape (T, 3).
+        muscle_tensions: measured [N], pulling > 0, shape (T, 3): by actuators, silicone, and damping along the muscle,
+            which resists a slack muscle's shortening and so may push.
         pressure: gauge pressures of the muscles [Pa], shape (T, 3); under length servos, those that McKibben muscles of
             these lengths would need for these tensions, inf where none does it.
         stations: centres of base plate, disks and tip plate [m], shape (T, N + 1, 3).

@@ -19,7 +19,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.load import Load
 from contarm_sim.simulation.loads import AppliedLoad
 from contarm_sim.simulation.plant import Plant
-from contarm_sim.simulation.stiffness import TangentStiffness, muscle_jacobian
+from contarm_sim.simulation.stiffness import TangentStiffness
 
 METHODS = ("auto", "newton", "pseudo-transient")
 
@@ -62,12 +62,13 @@ class _Whole:
 
     def __init__(self, plant: Plant) -> None:
         self._gravity, self._pressure = plant.model.opt.gravity.copy(), plant.pressure.copy()
-        self._tensions = plant.model.actuator_biasprm[:, 0].copy()
+        self._tensions = plant.control.copy() if plant.constant_tensions else None
 
     def apply(self, plant: Plant, fraction: float) -> None:
         plant.model.opt.gravity[:] = fraction * self._gravity
         plant.pressure[:] = fraction * self._pressure
-        plant.model.actuator_biasprm[:, 0] = fraction * self._tensions
+        if self._tensions is not None:
+            plant.control[:] = fraction * self._tensions
 
 
 class Solver:
@@ -216,6 +217,7 @@ class Solver:
         mujoco.mj_fwdVelocity(model, data)
         mujoco.mj_fwdActuation(model, data)
         self.forces = data.qfrc_passive - data.qfrc_bias + data.qfrc_applied + data.qfrc_actuator
+        self.forces += self._plant.stiffen_twist()
         largest = float(np.abs(self.forces).max())
         return largest if np.isfinite(largest) else np.inf
 
@@ -232,8 +234,8 @@ class Solver:
         model, data = self._plant.model, self._plant.data
         M = np.zeros((model.nv, model.nv))
         mujoco.mj_fullM(model, data, M)
-        J = muscle_jacobian(model, data)
-        C = np.diag(model.dof_damping) + (J.T * self._plant.muscle_damping) @ J
+        J = self._plant.muscle_jacobian
+        C = np.diag(model.dof_damping) + (J.T * self._plant.damping) @ J
         A = np.block([[np.zeros_like(K), np.eye(model.nv)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
         return float(np.linalg.eigvals(A).real.max())
 

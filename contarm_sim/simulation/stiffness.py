@@ -3,15 +3,16 @@
 For a chain of hinges with axes a_j through anchors o_j, a dead force f at p on a body distal to j has the
 generalised force a_j . ((p - o_j) x f); its derivative by q_i, i proximal or equal to j, is a_i . c_j with
 c_j = D_j a_j - tr(D_j) a_j, D_j the sum of (p - o_j) (x) f over the bodies distal to j. Gravity is such a
-load. Muscle spans add what their turning and stretching does.
+load. Parallel muscles add only what their stretching does, for their lengths are linear in the joint angles; straight
+spans add what their turning does too.
 """
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mjcf.routing import MUSCLES
 from contarm_sim.simulation.loads import AppliedLoad, beyond
 from contarm_sim.simulation.plant import Plant
 
@@ -23,12 +24,12 @@ class TangentStiffness:
         self._plant, self._load = plant, load
         self._model, self._data = plant.model, plant.data
         model = self._model
-        self._base = model.body("base").id
+        self._base, self._payload = model.body("base").id, model.body("payload").id
         self._station_of_dof = model.dof_bodyid - self._base
-        self._sites = np.array(
-            [[model.site(f"{model.body(self._base + s).name}_muscle_{m}").id for m in (1, 2, 3)]
-             for s in range(plant.arm.links + 1)]
-        )  # fmt: skip
+        self._straight = plant.arm.muscle.path == "spans" and model.ntendon > 0
+        if self._straight:
+            names = [model.body(self._base + s).name for s in range(plant.arm.links + 1)]
+            self._sites = np.array([[model.site(f"{name}_{muscle}").id for muscle in MUSCLES] for name in names])
         self.symmetric = not (load.any_moment or load.any_follower)
 
     def __call__(self) -> Array:
@@ -38,8 +39,11 @@ class TangentStiffness:
         """
         tensions, slopes = self._plant.muscle_tensions, self._plant.muscle_slopes
         K = self._dead_loads(tensions)
-        if tensions.any() or slopes.any():
-            K += self._muscles(tensions, slopes)
+        if self._straight and tensions.any():
+            K += self._spans(tensions)
+        if slopes.any():
+            J = self._plant.muscle_jacobian
+            K += (J.T * slopes) @ J
         K[np.diag_indices_from(K)] += self._model.jnt_stiffness
         return 0.5 * (K + K.T) if self.symmetric else K
 
@@ -52,7 +56,10 @@ class TangentStiffness:
         weight = model.body_mass[links, None] * model.opt.gravity
         force += weight
         dyad += data.xipos[links, :, None] * weight[:, None, :]
-        if tensions.any():
+        hung = model.body_mass[self._payload] * model.opt.gravity
+        force[-1] += hung
+        dyad[-1] += data.xipos[self._payload, :, None] * hung
+        if self._straight and tensions.any():
             pull, ends = self._pulls(tensions)
             force += pull.sum(axis=1)
             dyad += np.einsum("smi,smj->sij", ends, pull)
@@ -79,14 +86,14 @@ class TangentStiffness:
         force[1:] -= along
         return force, ends
 
-    def _muscles(self, tension: Array, slopes: Array) -> Array:
-        """Return what the turning and stretching of muscle spans adds.
+    def _spans(self, tension: Array) -> Array:
+        """Return what the turning of straight muscle spans adds.
 
         A span of length l along u turns by (a_j x u) under a dof j proximal to it, which costs tension times
         l (a_i . a_j - (a_i . u)(a_j . u)) for a pair: a sum over spans of a_i . G a_j, so again one cumulative sum.
         The joint that a span crosses moves only its far end, by v = a x (end - anchor), and is treated apart.
         """
-        data, model = self._data, self._model
+        data = self._data
         axes, anchors, station = data.xaxis, data.xanchor, self._station_of_dof
         ends = data.site_xpos[self._sites]  # (stations, muscles, 3)
         spans = np.diff(ends, axis=0)
@@ -104,14 +111,4 @@ class TangentStiffness:
         across = np.einsum("m,jma->ja", tension, np.cross(own_u, v))
         proximal = (axes @ (through + across).T) * (station[:, None] < station)
         flat = (v * (tension / own_reach)[..., None]).reshape(len(axes), -1) @ v.reshape(len(axes), -1).T
-        K = proximal + proximal.T + (axes @ through.T + flat) * (station[:, None] == station)
-
-        J = muscle_jacobian(model, data)
-        return K + (J.T * slopes) @ J
-
-
-def muscle_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """Return dL/dq [m/rad], shape (3, dofs)."""
-    J = np.zeros((model.ntendon, model.nv))
-    mujoco.mju_sparse2dense(J, data.ten_J, model.ten_J_rownnz, model.ten_J_rowadr, model.ten_J_colind)
-    return J
+        return proximal + proximal.T + (axes @ through.T + flat) * (station[:, None] == station)

@@ -16,8 +16,9 @@ import numpy as np
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
-from contarm_sim.kinematics import arc, chain
+from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics import routing
 from contarm_sim.simulation.control import Controller
 from contarm_sim.simulation.rest import poses_at_rest
 from contarm_sim.simulation.samples import Samples
@@ -69,9 +70,9 @@ def compare(arm: Arm, samples: Samples) -> Comparison:
         raise InputError(
             "samples", f"of an arm with {samples.stations.shape[1] - 1} links", f"samples of {links} links"
         )
-    analytic, chained = arc.position(bend, length), chain.tip(bend, length, links)
-    measured, _ = chain.bend_from_lengths(samples.muscle_lengths, length, arm.muscle_radius, links)
-    followed, simulated = chain.tip(measured, length, links), samples.stations[:, -1]
+    analytic, chained = arc.position(bend, length), routing.chain_tip(bend, arm)
+    measured, _ = routing.bend_from_lengths(samples.muscle_lengths, arm)
+    followed, simulated = routing.chain_tip(measured, arm), samples.stations[:, -1]
     xi = np.arange(links + 1) / links
     arcs = arc.position(bend[:, None, :], length, xi)
     return Comparison(

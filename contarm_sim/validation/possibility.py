@@ -6,9 +6,10 @@ import numpy as np
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import ConvergenceError
-from contarm_sim.kinematics import arc, chain
+from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.load import Load, Muscles
+from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.statics import holding_pressures, pressure_needed
 from contarm_sim.simulation.equilibrium import equilibrium
 
@@ -48,5 +49,5 @@ def held_off(arm: Arm, bend_angle: float, plane_angle: float) -> float | None:
         found = equilibrium(arm, Load(muscles=muscles))
     except ConvergenceError:
         return None
-    measured, _ = chain.bend_from_lengths(found.muscle_lengths, arm.length, arm.muscle_radius, arm.links)
+    measured, _ = routing.bend_from_lengths(found.muscle_lengths, arm)
     return float(np.hypot(*(measured - bend)))

@@ -1,0 +1,62 @@
+"""Bend to muscle lengths and back, and the chain's tip, for muscles parallel to the backbone or in straight spans.
+
+Parallel muscles measure the hinges' angles: L_i = L0 - r (g . u_i), g their sum over the chain. That is the arc's
+length L0 - r (bend . u_i) but for what hinge pairs bend less than they turn, of second order in the link pitch.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from contarm_sim.arm import Arm
+from contarm_sim.kinematics import chain, hinges, muscles, spans
+from contarm_sim.kinematics.arrays import Array, as_vectors
+
+
+def joint_angles(bend: Any, arm: Arm) -> tuple[Array, Array]:
+    """Return the sums of joint angles [rad], shape (..., 2), that store the elastic energy (EI/L0) |sum|^2/2 of a bend.
+
+    And their derivative by the bend [rad], shape (..., 2, 2).
+    """
+    bend = as_vectors(bend, 2, "bend")
+    if arm.muscle.path == "spans":
+        return bend, np.broadcast_to(np.eye(2), (*bend.shape, 2))
+    return hinges.angles(bend, arm.links)
+
+
+def lengths_from_bend(bend: Any, arm: Arm) -> Array:
+    """Return the muscle lengths [m], shape (..., 3), of the uniformly bent chain at bends [rad], shape (..., 2)."""
+    if arm.muscle.path == "spans":
+        return spans.lengths_from_bend(bend, _guides(arm))
+    return arm.length + muscles.deltas_from_bend(hinges.angles(bend, arm.links)[0], arm.muscle_radius)
+
+
+def length_jacobian(bend: Any, arm: Arm) -> Array:
+    """Return dL/dbend [m/rad], shape (..., 3, 2)."""
+    if arm.muscle.path == "spans":
+        return spans.length_jacobian(bend, _guides(arm))
+    return -arm.muscle_radius * muscles.DIRECTIONS @ hinges.angles(bend, arm.links)[1]
+
+
+def bend_from_lengths(lengths: Any, arm: Arm) -> tuple[Array, Array]:
+    """Return (bend [rad], shape (..., 2); residual [m], shape (...)) of measured muscle lengths [m], shape (..., 3).
+
+    Length differences fix the bend; the residual is what their common mode is off by, zero when all joints bend alike.
+    """
+    if arm.muscle.path == "spans":
+        return spans.bend_from_lengths(lengths, _guides(arm))
+    deltas = as_vectors(lengths, 3, "muscle_lengths") - arm.length
+    total = muscles.bend_of_lengths(deltas, arm.muscle_radius)
+    return hinges.bend_from_angles(total, arm.links), deltas.mean(axis=-1)
+
+
+def chain_tip(bend: Any, arm: Arm) -> Array:
+    """Return the tip [m], shape (..., 3), of the unloaded chain whose muscles have the lengths of a bend [rad]."""
+    form = chain if arm.muscle.path == "spans" else hinges
+    return form.tip(bend, arm.length, arm.links)
+
+
+def _guides(arm: Arm) -> spans.Guides:
+    return spans.Guides(arm.length, arm.muscle_radius, arm.guide_height, arm.links)
