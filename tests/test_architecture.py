@@ -68,3 +68,10 @@ def test_the_command_line_and_the_package_load_nothing_heavy():
     assert not heavy & _loaded_after("import contarm_sim.cli.main")
     assert not heavy & _loaded_after("import contarm_sim; contarm_sim.Arm()")
     assert not {"mujoco", "matplotlib", "mediapy"} & _loaded_after("from contarm_sim import kinematics, paths")
+
+
+def test_the_simulation_loads_scipy_only_where_it_needs_it():
+    """Half a second of a first `contarm run` is not spent on splines that no part of it asks for."""
+    parts = "run, rest, plan, release, equilibrium"
+    loaded = _loaded_after(f"from contarm_sim.simulation import {parts}; import contarm_sim.validation.controllers")
+    assert not [name for name in loaded if name.startswith("scipy")]
