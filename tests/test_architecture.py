@@ -10,6 +10,8 @@ ROOT = Path(__file__).parents[1] / "contarm_sim"
 # Each part may import itself and the parts named here.
 MAY = {
     "errors": set(),
+    "stopping": set(),
+    "files": {"stopping"},
     "engine": set(),
     "arm": {"errors"},
     "arm_file": {"arm", "errors"},
@@ -21,12 +23,13 @@ MAY = {
     "mjcf": {"errors", "engine", "arm"},
     "simulation": {"errors", "engine", "arm", "load", "kinematics", "mechanics", "mjcf"},
     "validation": {"errors", "arm", "arm_file", "load", "kinematics", "mechanics", "paths", "simulation"},
-    "rendering": {"errors", "engine", "arm", "kinematics", "mjcf", "simulation"},
-    "report": {"errors", "arm", "arm_file", "kinematics", "mechanics", "mjcf", "simulation", "validation", "rendering"},
+    "rendering": {"errors", "engine", "files", "arm", "kinematics", "mjcf", "simulation"},
+    "report": {"errors", "files", "stopping", "arm", "arm_file", "kinematics", "mechanics", "mjcf", "simulation",
+               "validation", "rendering"},
     "figures": {"errors", "arm", "kinematics", "mechanics", "paths", "simulation", "validation", "report"},
     "live": {"errors", "arm", "kinematics", "mechanics", "mjcf", "simulation", "rendering"},
-    "cli": {"errors", "arm", "arm_file", "load", "kinematics", "mechanics", "paths", "waypoints", "mjcf", "simulation",
-            "validation", "rendering", "report", "figures", "live", "envs"},
+    "cli": {"errors", "files", "stopping", "arm", "arm_file", "load", "kinematics", "mechanics", "paths", "waypoints",
+            "mjcf", "simulation", "validation", "rendering", "report", "figures", "live", "envs"},
     "envs": {"errors", "engine", "arm", "arm_file", "kinematics", "mechanics", "paths", "mjcf", "simulation",
              "rendering"},
 }  # fmt: skip

@@ -407,25 +407,6 @@ def test_a_name_taken_meanwhile_costs_no_results(tmp_path):
     assert sorted(os.listdir(tmp_path)) == ["run", "run-1", "run-2"]
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_stopped_while_writing_nothing_half_made_is_left(tmp_path, number):
-    words = [sys.executable, "-m", "contarm_sim", "run", "--duration", "20", "--out", "stopped"]
-    process = subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
-    while process.poll() is None and not any((f / "muscles.png").exists() for f in tmp_path.iterdir()):
-        time.sleep(0.05)
-    time.sleep(1.0)  # filming by now
-    process.send_signal(number)
-    _, err = process.communicate(timeout=60)
-    assert "Traceback" not in err
-    if number == signal.SIGTERM:
-        assert process.returncode == 143
-        assert os.listdir(tmp_path) == []
-    else:
-        assert process.returncode == 130
-        assert set(os.listdir(tmp_path / "stopped")) == RUN_FILES
-        assert "interrupted" in json.loads((tmp_path / "stopped/summary.json").read_text())["video"]
-
-
 @pytest.mark.parametrize("redirect", [">/dev/full", ">&-"])
 def test_a_stdout_that_takes_nothing_is_no_traceback(tmp_path, redirect):
     words = f"{sys.executable} -m contarm_sim fk --bend 1 0 {redirect}"
