@@ -76,10 +76,12 @@ def table(title: str, columns: list[str], rows: list[list[Any]], caption: str | 
 
 
 def verdict_line(name: str, summary: dict[str, Any]) -> str:
-    """Return a line that gives a verdict and names the checks that failed."""
+    """Return a line that gives a verdict, and names the checks that failed or says why there are none."""
     failed = [
         f"{check['name']} {check['value']:.4g} {check['unit']} (limit {check['limit']:.4g})"
         for check in summary["checks"]
         if not check["passed"]
     ]
+    if "reason" in summary:
+        failed.append(summary["reason"])
     return f"{name}: {summary['verdict'].upper()}" + (f" - {'; '.join(failed)}" if failed else "")
