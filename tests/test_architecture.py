@@ -10,6 +10,8 @@ ROOT = Path(__file__).parents[1] / "contarm_sim"
 # Each part may import itself and the parts named here.
 MAY = {
     "errors": set(),
+    "stopping": set(),
+    "files": {"stopping"},
     "engine": set(),
     "arm": {"errors"},
     "arm_file": {"arm", "errors"},
@@ -21,12 +23,13 @@ MAY = {
     "mjcf": {"errors", "engine", "arm"},
     "simulation": {"errors", "engine", "arm", "load", "kinematics", "mechanics", "mjcf"},
     "validation": {"errors", "arm", "arm_file", "load", "kinematics", "mechanics", "paths", "simulation"},
-    "rendering": {"errors", "engine", "arm", "kinematics", "mjcf", "simulation"},
-    "report": {"errors", "arm", "arm_file", "kinematics", "mechanics", "mjcf", "simulation", "validation", "rendering"},
+    "rendering": {"errors", "engine", "files", "arm", "kinematics", "mjcf", "simulation"},
+    "report": {"errors", "files", "stopping", "arm", "arm_file", "kinematics", "mechanics", "mjcf", "simulation",
+               "validation", "rendering"},
     "figures": {"errors", "arm", "kinematics", "mechanics", "paths", "simulation", "validation", "report"},
     "live": {"errors", "arm", "kinematics", "mechanics", "mjcf", "simulation", "rendering"},
-    "cli": {"errors", "arm", "arm_file", "load", "kinematics", "mechanics", "paths", "waypoints", "mjcf", "simulation",
-            "validation", "rendering", "report", "figures", "live", "envs"},
+    "cli": {"errors", "files", "stopping", "arm", "arm_file", "load", "kinematics", "mechanics", "paths", "waypoints",
+            "mjcf", "simulation", "validation", "rendering", "report", "figures", "live", "envs"},
     "envs": {"errors", "engine", "arm", "arm_file", "kinematics", "mechanics", "paths", "mjcf", "simulation",
              "rendering"},
 }  # fmt: skip
@@ -68,3 +71,10 @@ def test_the_command_line_and_the_package_load_nothing_heavy():
     assert not heavy & _loaded_after("import contarm_sim.cli.main")
     assert not heavy & _loaded_after("import contarm_sim; contarm_sim.Arm()")
     assert not {"mujoco", "matplotlib", "mediapy"} & _loaded_after("from contarm_sim import kinematics, paths")
+
+
+def test_the_simulation_loads_scipy_only_where_it_needs_it():
+    """Half a second of a first `contarm run` is not spent on splines that no part of it asks for."""
+    parts = "run, rest, plan, release, equilibrium"
+    loaded = _loaded_after(f"from contarm_sim.simulation import {parts}; import contarm_sim.validation.controllers")
+    assert not [name for name in loaded if name.startswith("scipy")]

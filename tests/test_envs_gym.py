@@ -22,6 +22,7 @@ from contarm_sim.envs.definition import TASKS, define, plain_spec  # noqa: E402
 from contarm_sim.envs.gym import ArmEnv  # noqa: E402
 from contarm_sim.envs.registration import NAMES  # noqa: E402
 from contarm_sim.envs.task import LIMIT  # noqa: E402
+from contarm_sim.envs.vector import ArmVectorEnv  # noqa: E402
 from contarm_sim.errors import DivergenceError, InputError, RenderingError  # noqa: E402
 from contarm_sim.kinematics import arc, chain, dome  # noqa: E402
 from contarm_sim.mechanics import statics  # noqa: E402
@@ -314,6 +315,11 @@ def test_bad_values_of_variations_are_refused():
     ):
         with pytest.raises(InputError, match=said):
             make("reach", variations=variations).reset(seed=0)
+
+
+def test_a_vector_that_was_refused_can_be_closed():
+    """An older Gymnasium does so when it is thrown away."""
+    ArmVectorEnv.__new__(ArmVectorEnv).close_extras()
 
 
 def test_a_vector_refuses_what_it_cannot_do():

@@ -24,7 +24,7 @@ def page(tmp_path_factory):
     _, targets = paths.named("spiral", arm.length, 2.0, turns=0.5).targets(100)
     run = simulate(arm, targets, dome.bend_from_tip(targets, arm.length).bend)
     report = RunReport(arm, run, "servo")
-    report.write(folder)
+    report.draw(folder)
     (folder / "video.mp4").write_bytes(b"not really a film")
     given = {"path": "</script><b>", "duration": 2.0, "command": "contarm run --out '<&>'", "video": "video.mp4"}
     report.write_page(folder, report.summary | given)

@@ -6,11 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from contarm_sim.arm import Arm
+from contarm_sim.arm import Arm, Muscle
+from contarm_sim.errors import ConvergenceError
 from contarm_sim.kinematics import arc, chain
 from contarm_sim.simulation.rest import poses_at_rest
 from contarm_sim.validation.compare import compare, rotation_angle, summarise
-from contarm_sim.validation.scenarios import convergence, dome_grid, examine, scenarios
+from contarm_sim.validation.convergence import attempt_convergence, convergence
+from contarm_sim.validation.scenarios import Failure, attempt, dome_grid, examine, scenarios, stepping_speed
 from contarm_sim.validation.verdict import at_most, guided_sag
 
 
@@ -107,3 +109,37 @@ def test_an_arm_with_its_own_gravity_is_judged_under_it():
     assert given[0].arm.gravity == (0, 0, 0)
     assert given[2].arm.gravity == (1.0, 0, 0)
     assert given[3].arm.payload == 0.05
+
+
+def test_an_arm_that_blows_up_has_no_real_time_factor_and_writes_no_log(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    arm = Arm(mass=0.01, damping_time=0.0, muscle=Muscle(servo_time=0.0))
+    outcome = examine(scenarios(arm)[0], dome_grid(2), _silent)
+    assert outcome.summary["real_time_factor"] is None
+    assert stepping_speed(Arm(), examine(scenarios(Arm())[0], dome_grid(2), _silent).samples) > 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_scenario_without_rest_poses_is_a_failure_with_its_reason():
+    found = [attempt(scenario, dome_grid(2), _silent) for scenario in scenarios(Arm(bending_stiffness=0.02))]
+    assert [isinstance(each, Failure) for each in found] == [False, False, False, False, True]
+    upright = found[-1]
+    assert upright.summary["verdict"] == "no rest pose"
+    assert upright.summary["reason"].startswith("at a bend of 0 deg")
+    assert upright.summary["weight_over_stiffness"] > 10
+    study = attempt_convergence(Arm(bending_stiffness=2.0), dome_grid(2), _silent)
+    assert (study["verdict"], "limit of 177 N" in study["reason"]) == ("no rest pose", True)
+
+
+def test_a_link_error_that_cannot_be_found_costs_nothing_else(monkeypatch):
+    from contarm_sim.validation import scenarios as module
+
+    def none_for_more_links(arm, *given):
+        if arm.links == 48:
+            raise ConvergenceError("settling", 1.0, 1e-9, 3, "N m")
+        return poses_at_rest(arm, *given)
+
+    monkeypatch.setattr(module, "poses_at_rest", none_for_more_links)
+    outcome = examine(scenarios(Arm())[2], dome_grid(2), _silent)
+    assert outcome.summary["link_error"] is None
+    assert outcome.summary["verdict"] == "pass"

@@ -1,6 +1,7 @@
 """Entry point of `contarm`: subcommands, exit codes, and one clear line for every error.
 
-Exit codes: 0 done; 1 the job ran and its verdict is negative, or it could not finish; 2 the input is wrong; 130 Ctrl-C.
+Exit codes: 0 done; 1 the job ran and its verdict is negative, or it could not finish; 2 the input is wrong; 130
+Ctrl-C, 143 SIGTERM, 129 SIGHUP (a terminal that was closed).
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from typing import Any
 
 import click
 
@@ -29,13 +31,30 @@ from contarm_sim.cli import (
     validate,
     view,
 )
+from contarm_sim.cli.terminal import say
 from contarm_sim.errors import ContarmError, InputError
+from contarm_sim.stopping import came, exit_code, listening
 
 _VARIADIC = ("--xi", "--pressure")
 _JOINED = "--muscles"
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+class BrokenOffError(Exception):
+    """Ctrl-C on its way past click, which would write an empty line."""
+
+
+class Group(click.Group):
+    """The subcommands."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the subcommand."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise BrokenOffError from None
+
+
+@click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
 @click.version_option(package_name="contarm-sim")
 def cli() -> None:
     """A continuum arm derived twice, in closed form and in MuJoCo, and the measured difference.
@@ -104,32 +123,51 @@ def _is_number(word: str) -> bool:
 
 def main() -> None:
     """Run `contarm` and exit."""
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # as an exception, so that scratch folders are removed
+    with listening():
+        try:
+            code = _run()
+        except KeyboardInterrupt:  # once more, while the first was answered
+            code = exit_code()
+    sys.exit(code)
+
+
+def _run() -> int:
+    """Run `contarm`, say what went wrong, and return the exit code."""
     try:
         code = cli.main(args=_spell_out(sys.argv[1:]), prog_name="contarm", standalone_mode=False)
         if sys.stdout is not None:
             sys.stdout.flush()
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.ctx.get_help() if error.ctx else error.format_message())
-        sys.exit(2)
+        return 2
     except click.ClickException as error:
         context = getattr(error, "ctx", None)
         hint = f" (see {context.command_path} --help)" if context is not None else ""
-        _fail(error.format_message().rstrip(".").replace("\n", " ") + hint, 2)
+        return _failed(error.format_message().rstrip(".").replace("\n", " ") + hint, 2)
     except InputError as error:
-        _fail(str(error), 2)
-    except ContarmError as error:
-        _fail(str(error), 1)
-    except (KeyboardInterrupt, click.Abort):
-        _fail("interrupted", 130)
+        return _failed(str(error), 2)
     except BrokenPipeError:  # the reader of our output went away
         _silence_stdout()
-        sys.exit(141)
-    except OSError as error:  # no space left, say
-        _silence_stdout()
-        _fail(f"cannot write: {error.strerror}", 1)
-    else:
-        sys.exit(code if isinstance(code, int) else 0)
+        return 141
+    except Exception as error:
+        if came() is not None or isinstance(error, BrokenOffError):  # or what a library made of it
+            return _interrupted()
+        if isinstance(error, ContarmError):
+            return _failed(str(error), 1)
+        if isinstance(error, OSError):  # no space left, say
+            _silence_stdout()
+            return _failed(f"cannot write: {error.strerror}", 1)
+        raise
+    if not code and came() in (signal.SIGTERM, signal.SIGHUP):  # of `view`, which Ctrl-C ends as it should
+        return exit_code()
+    return code if isinstance(code, int) else 0
+
+
+def _interrupted() -> int:
+    if sys.stderr is not None and sys.stderr.isatty():  # the terminal has written ^C
+        say("")
+    number = came()
+    return _failed("interrupted" if number in (None, signal.SIGINT) else f"ended by {number.name}", exit_code())
 
 
 def _silence_stdout() -> None:
@@ -138,6 +176,6 @@ def _silence_stdout() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _fail(message: str, code: int) -> None:
-    click.echo(f"contarm: {message}", err=True)
-    sys.exit(code)
+def _failed(message: str, code: int) -> int:
+    say(f"contarm: {message}")
+    return code

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ import click
 
 from contarm_sim.arm import Arm
 from contarm_sim.cli.options import Command, arm_options, controller_option, json_option, out_option
-from contarm_sim.errors import InputError, RenderingError, UnreachableError
+from contarm_sim.errors import InputError, UnreachableError
 
 
 @click.command(cls=Command)
@@ -44,17 +45,18 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
     """Follow a path with the simulated arm and compare it with the analytic one.
 
     Leaves report.html, summary.json, samples.csv, trajectory.npz, arm.xml, arm.toml, figures and video.mp4. Exit code
-    1 if a check fails. Ctrl-C keeps what was recorded.
+    1 if a check fails. Ctrl-C keeps what was recorded; numbers are on disk before anything is drawn.
 
     \b
     contarm run
     contarm run --path sphere-spiral --project nearest --duration 20
     contarm run --gravity 0 0 9.81 --payload 0.1 --no-video --json
     """
+    from contarm_sim.cli.drawing import draw, film_at_first
     from contarm_sim.cli.terminal import command_line, progress, say
     from contarm_sim.report.output import OutputFolder, check_output, default_folder, to_json
-    from contarm_sim.report.run import RunReport
     from contarm_sim.simulation.run import CONTROL_RATE, simulate
+    from contarm_sim.stopping import break_off, exit_code, unbroken
 
     target = Path(out) if out is not None else default_folder("run")
     check_output(target)
@@ -62,36 +64,52 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
     path, places = _path(arm, path_name, duration, shape)
     targets, bend = _commands(arm, path, project, places)
     stepping = _stepping(fast, timestep)
-    with progress("simulating") as show:
-        recorded = simulate(
-            arm, targets, bend, controller, stepping=stepping, on_tick=lambda count: show(count, len(bend))
-        )
-    if len(recorded.samples) < 2:
-        raise KeyboardInterrupt
+    with ExitStack() as whole:
+
+        def on_tick(count: int) -> None:
+            if count == 1:  # from here on, signals wait until there is a good place for them
+                whole.enter_context(unbroken())
+            show(count, len(bend))
+            break_off()
+
+        with progress("simulating") as show:
+            recorded = simulate(arm, targets, bend, controller, stepping=stepping, on_tick=on_tick)
+        if len(recorded.samples) < 2:
+            raise KeyboardInterrupt
+        job, recorded = _report(arm, recorded, controller)
+        summary = job.summary | {"path": path.name if places is None else path_name, "duration": path.duration}
+        summary |= {"path_parameters": shape, "project": project, "timestep": stepping.timestep, "rate": CONTROL_RATE}
+        summary |= {"command": command_line(), "video": film_at_first(recorded.interrupted, not no_video)}
+        with OutputFolder(target) as opened:
+            job.write(opened.folder)
+            (opened.folder / "summary.json").write_text(to_json(summary) + "\n")
+        missing = draw(job, opened.target, summary)
+        if as_json:
+            click.echo(to_json(summary))
+        else:
+            _show(summary)
+        say(f"written: {opened.target}")
+        if recorded.interrupted:
+            say(f"interrupted at {recorded.samples.time[-1]:.2f} s; what was recorded until then is kept")
+        if missing:
+            what = f"interrupted while drawing, so {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
+            say(f"{what}; the numbers are whole, and a film of them is drawn by: contarm render {opened.target}")
+        if recorded.interrupted or missing:
+            return exit_code()
+        return 0 if summary["verdict"] == "pass" else 1
+
+
+def _report(arm: Arm, recorded: Any, controller: Any) -> tuple[Any, Any]:
+    """Return the report of a recorded run, and the run; a signal cuts the report short, and the run counts as such."""
+    from contarm_sim.report.run import RunReport
+    from contarm_sim.stopping import breakable
+
     try:
-        job = RunReport(arm, recorded, controller)
-    except KeyboardInterrupt:  # what is left of the report is cut short, the recorded motion kept
+        with breakable():
+            return RunReport(arm, recorded, controller), recorded
+    except KeyboardInterrupt:
         recorded = replace(recorded, interrupted=True)
-        job = RunReport(arm, recorded, controller, poses=2)
-    summary = job.summary | {"path": path.name if places is None else path_name, "duration": path.duration}
-    summary |= {"path_parameters": shape, "project": project, "timestep": stepping.timestep, "rate": CONTROL_RATE}
-    summary["command"] = command_line()
-    with OutputFolder(target) as out_folder:
-        folder = out_folder.folder
-        job.write(folder)
-        summary["video"] = "not asked for" if no_video else _film(job, folder, recorded.interrupted)
-        (folder / "summary.json").write_text(to_json(summary) + "\n")
-        job.write_page(folder, summary)
-    if as_json:
-        click.echo(to_json(summary))
-    else:
-        _show(summary)
-    say(f"written: {out_folder.target}")
-    if recorded.interrupted:
-        say(f"interrupted at {recorded.samples.time[-1]:.2f} s; what was recorded until then is kept")
-    if "interrupted" in (summary["verdict"], summary["video"]):
-        return 130
-    return 0 if summary["verdict"] == "pass" else 1
+        return RunReport(arm, recorded, controller, poses=2), recorded
 
 
 def _stepping(fast: bool, timestep: float | None) -> Any:
@@ -148,26 +166,6 @@ def _commands(arm: Arm, path: Any, project: Any, places: list[str] | None) -> tu
         )
         raise error.located(where) from None
     return targets, arc.as_bend(bend)
-
-
-def _film(job: Any, folder: Path, interrupted: bool) -> str:
-    """Film the run; return the file's name, or why there is none: numbers are never lost for want of a picture."""
-    from contarm_sim.cli.terminal import progress, say
-
-    if interrupted:
-        return "interrupted"
-    try:
-        with progress("filming") as on_frame:
-            name = str(job.film(folder, on_frame))
-        if name.endswith(".gif"):
-            say("no video encoder works here: an animated picture instead")
-        return name
-    except KeyboardInterrupt:
-        say("no video: interrupted")
-        return "interrupted"
-    except RenderingError as error:
-        say(f"no video: {error}")
-        return f"none: {error}"
 
 
 def _show(summary: dict[str, Any]) -> None:

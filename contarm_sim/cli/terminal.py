@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 
@@ -15,8 +15,9 @@ def command_line() -> str:
 
 
 def say(message: str) -> None:
-    """Print a message to stderr."""
-    print(message, file=sys.stderr, flush=True)
+    """Print a message to stderr, if anybody is there: the terminal may have been closed."""
+    with suppress(OSError):
+        print(message, file=sys.stderr, flush=True)
 
 
 def track(steps: Iterable[int], what: str) -> Iterator[int]:
@@ -25,7 +26,9 @@ def track(steps: Iterable[int], what: str) -> Iterator[int]:
     from rich.progress import track as rich_track
 
     console = Console(stderr=True)
-    return iter(rich_track(list(steps), what, console=console, transient=True, disable=not console.is_terminal))
+    if not console.is_terminal:
+        return iter(steps)
+    return iter(rich_track(list(steps), what, console=console, transient=True))
 
 
 @contextmanager
@@ -35,14 +38,23 @@ def progress(what: str) -> Iterator[Callable[[int, int], None]]:
     from rich.progress import Progress
 
     console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(what, total=None)
+    if not console.is_terminal:  # a disabled bar of an older rich would still end in an empty line
+        yield lambda done, total: None
+        return
+    bar = Progress(console=console, transient=True)
+    task = bar.add_task(what, total=None)
 
-        def show(done: int, total: int) -> None:
-            if done % max(1, total // 100) == 0:
-                bar.update(task, completed=done, total=total)
+    def show(done: int, total: int) -> None:
+        if done % max(1, total // 100) == 0:
+            bar.update(task, completed=done, total=total)
 
+    with suppress(OSError):  # a terminal that is closed costs no work
+        bar.start()
+    try:
         yield show
+    finally:
+        with suppress(OSError):
+            bar.stop()
 
 
 def table(title: str, columns: list[str], rows: list[list[Any]], caption: str | None = None) -> None:
@@ -64,10 +76,12 @@ def table(title: str, columns: list[str], rows: list[list[Any]], caption: str | 
 
 
 def verdict_line(name: str, summary: dict[str, Any]) -> str:
-    """Return a line that gives a verdict and names the checks that failed."""
+    """Return a line that gives a verdict, and names the checks that failed or says why there are none."""
     failed = [
         f"{check['name']} {check['value']:.4g} {check['unit']} (limit {check['limit']:.4g})"
         for check in summary["checks"]
         if not check["passed"]
     ]
+    if "reason" in summary:
+        failed.append(summary["reason"])
     return f"{name}: {summary['verdict'].upper()}" + (f" - {'; '.join(failed)}" if failed else "")

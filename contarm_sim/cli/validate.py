@@ -25,7 +25,7 @@ def validate(arm: Arm, grid: int, quick: bool, out: str | None, as_json: bool) -
 
     Scenarios: no gravity (ideal), the paper's lengths in plain servos (naive), hanging (gravity), hanging with a
     payload, standing up (upright). An arm with its own gravity or payload is judged under those. Exit code 1 if a
-    check fails.
+    check fails, or if a scenario has no rest pose.
 
     \b
     contarm validate
@@ -35,14 +35,16 @@ def validate(arm: Arm, grid: int, quick: bool, out: str | None, as_json: bool) -
     from contarm_sim.cli.terminal import command_line, say, table, track, verdict_line
     from contarm_sim.report.output import OutputFolder, check_output, default_folder, to_json, versions
     from contarm_sim.report.samples_csv import write_samples
-    from contarm_sim.validation.scenarios import convergence, dome_grid, examine, scenarios
+    from contarm_sim.validation.convergence import attempt_convergence
+    from contarm_sim.validation.scenarios import NO_REST, Outcome, attempt, dome_grid, scenarios
 
     target = Path(out) if out is not None else default_folder("validate")
     check_output(target)
     bends = dome_grid(3 if quick else grid)
-    outcomes = [examine(scenario, bends, track) for scenario in scenarios(arm)]
-    study = convergence(arm, bends, track)
-    summary = _summary(arm, outcomes, study)
+    found = [attempt(scenario, bends, track) for scenario in scenarios(arm)]
+    outcomes = [each for each in found if isinstance(each, Outcome)]
+    study = attempt_convergence(arm, bends, track)
+    summary = _summary(arm, found, study)
     summary |= {"versions": versions(), "command": command_line()}
     with OutputFolder(target) as out_folder:
         folder = out_folder.folder
@@ -51,20 +53,23 @@ def validate(arm: Arm, grid: int, quick: bool, out: str | None, as_json: bool) -
         if not quick:
             from contarm_sim.report.figures import draw_convergence, draw_error_maps
 
-            draw_error_maps(folder / "error_maps.png", arm, outcomes)
-            draw_convergence(folder / "convergence.png", arm, study)
+            draw_error_maps(folder / "error_maps.png", arm, found)
+            if study["verdict"] != NO_REST:
+                draw_convergence(folder / "convergence.png", arm, study)
     if as_json:
         click.echo(to_json(summary))
     else:
         table(
             f"{len(bends)} poses at rest, bends to 170 deg",
-            *_rows(outcomes),
+            *_rows(found),
             caption="largest values; % of backbone length",
         )
-        steps = zip(study["links"], study["max_error_vs_arc_m"], strict=True)
-        errors = ", ".join(f"{1e3 * e:.4f} mm at {n} links" for n, e in steps)
-        click.echo(f"against the arc: {errors}; observed order {study['observed_orders'][-1]:.3f}\n")
-        for outcome in outcomes:
+        if study["verdict"] != NO_REST:
+            steps = zip(study["links"], study["max_error_vs_arc_m"], strict=True)
+            errors = ", ".join(f"{1e3 * e:.4f} mm at {n} links" for n, e in steps)
+            click.echo(f"against the arc: {errors}; observed order {study['observed_orders'][-1]:.3f}")
+        click.echo()
+        for outcome in found:
             click.echo(verdict_line(outcome.scenario.name, outcome.summary))
         click.echo(verdict_line("convergence", study))
         click.echo(_finding(summary))
@@ -82,7 +87,7 @@ def _summary(arm: Arm, outcomes: list[Any], study: dict[str, Any]) -> dict[str, 
         **{outcome.scenario.name: outcome.summary for outcome in outcomes},
         "convergence": study,
         "arm": arm_to_dict(arm),
-        "verdict": "fail" if "fail" in judged else "pass",
+        "verdict": "pass" if set(judged) <= {"pass", "shown"} else "fail",
     }
 
 
@@ -92,6 +97,9 @@ def _rows(outcomes: list[Any]) -> tuple[list[str], list[list[Any]]]:
     rows = []
     for outcome in outcomes:
         s = outcome.summary
+        if "tip_error" not in s:
+            rows.append([outcome.scenario.name, s["verdict"], *[""] * (len(columns) - 2)])
+            continue
         percent = [s[name]["max_percent"] for name in ("tip_error", "discretisation", "servo", "shape")]
         force = f"{s['muscle']['min_force_n']:.1f} .. {s['muscle']['max_force_n']:.1f}"
         row = [
@@ -107,12 +115,15 @@ def _notes(outcomes: list[Any]) -> list[str]:
     """Say what the table does not: what the link count leaves under load, and what real muscles could not hold."""
     import numpy as np
 
+    errors = {o.scenario.name: o.summary["link_error"] for o in outcomes if "link_error" in o.summary}
     links = ", ".join(
-        f"{o.scenario.name} {o.summary['link_error']['max_percent']:.2f} %"
-        for o in outcomes
-        if "link_error" in o.summary
+        f"{name} {'not known, for it does not rest' if error is None else format(error['max_percent'], '.2f') + ' %'}"
+        for name, error in errors.items()
     )
     lines = [f"of which the link count, at the worst pose (estimated from twice the links): {links}"] if links else []
+    blown = ", ".join(o.scenario.name for o in outcomes if o.summary["real_time_factor"] is None)
+    if blown:
+        lines.append(f"{blown}: stepping blows up at the default time step, so there is no real-time factor")
     for outcome in outcomes:
         beyond = outcome.summary["muscle"]["beyond_max_pressure"]
         if beyond and outcome.scenario.checks is not None:
@@ -126,11 +137,13 @@ def _notes(outcomes: list[Any]) -> list[str]:
 
 
 def _finding(summary: dict[str, Any]) -> str:
+    from contarm_sim.validation.scenarios import NO_REST
     from contarm_sim.validation.verdict import MODEL_LIMIT
 
     names = [n for n in ("ideal", "naive", "gravity", "payload", "upright") if n in summary]
-    holds = [n for n in names if summary[n]["tip_error"]["max_percent"] <= MODEL_LIMIT]
-    fails = [f"{n} ({summary[n]['tip_error']['max_percent']:.1f} %)" for n in names if n not in holds]
+    errors = {n: summary[n]["tip_error"]["max_percent"] for n in names if "tip_error" in summary[n]}
+    holds = [n for n, error in errors.items() if error <= MODEL_LIMIT]
+    fails = [f"{n} ({f'{errors[n]:.1f} %' if n in errors else NO_REST})" for n in names if n not in holds]
     said = f"constant curvature holds within {MODEL_LIMIT:g} % of length: {', '.join(holds) or 'nowhere'}"
     ratio = max(summary[n]["weight_over_stiffness"] for n in names)
     return said + (f"\nit does not: {', '.join(fails)}, at m g L^2/EI = {ratio:.2f}" if fails else "")

@@ -43,6 +43,8 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
         InputError, DivergenceError, RenderingError: as `ArmEnv`.
     """
 
+    _picture: Picture | None = None  # here, for an older Gymnasium closes what was refused at construction
+
     metadata = {**ArmEnv.metadata, "render_modes": ["rgb_array"], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
 
     def __init__(
@@ -74,7 +76,6 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
         self._physics = Many(self.definition, self.num_envs, int(threads))
         self._random: list[np.random.RandomState | None] = [None] * self.num_envs
         self._ended = np.zeros(self.num_envs, dtype=bool)
-        self._picture: Picture | None = None
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None

@@ -13,6 +13,7 @@ from contarm_sim.kinematics import arc
 from contarm_sim.report.figures import draw_convergence, draw_error_maps, draw_stiffness
 from contarm_sim.report.style import BLACK, BLUE, GREEN, ORANGE, RED, SKY, figure
 from contarm_sim.simulation.rest import poses_at_rest
+from contarm_sim.validation import convergence as refinement
 from contarm_sim.validation import scenarios as study
 from contarm_sim.validation.cocontraction import DIRECTIONS, stiffness_levels
 from contarm_sim.validation.compare import compare, motion_part
@@ -23,7 +24,7 @@ GRID = 6
 
 def error_map(path: Path, arm: Arm) -> None:
     """Draw tip error over the dome at rest, a polar map a scenario."""
-    outcomes = [study.examine(scenario, study.dome_grid(GRID), quietly) for scenario in study.scenarios(arm)]
+    outcomes = [study.attempt(scenario, study.dome_grid(GRID), quietly) for scenario in study.scenarios(arm)]
     draw_error_maps(path, arm, outcomes)
 
 
@@ -51,7 +52,7 @@ def budget(path: Path, arm: Arm) -> None:
 
 def convergence(path: Path, arm: Arm) -> None:
     """Draw the largest tip error over the dome against the number of links, with its slope."""
-    draw_convergence(path, arm, study.convergence(arm, study.dome_grid(GRID), quietly))
+    draw_convergence(path, arm, refinement.convergence(arm, study.dome_grid(GRID), quietly))
 
 
 def controllers(path: Path, arm: Arm) -> None:

@@ -1,13 +1,10 @@
-"""From samples to a sequence of pictures: which samples, drawn how, and a file that appears only when it is whole."""
+"""From samples to a sequence of pictures: which samples, drawn how."""
 
 from __future__ import annotations
 
 import math
-import os
-from collections.abc import Callable, Generator, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -162,20 +159,3 @@ def _panels(arm: Arm, samples: Samples, error: Array, look: Look, scale: Scale) 
         "left": Panel(size, samples.time, [red], "tip error [mm]", 1e3 * scale.error),
         "right": Panel(size, samples.time, pressures, "pressure it takes [kPa]", 1e-3 * scale.pressure, limit),
     }
-
-
-@contextmanager
-def appearing(path: Path) -> Iterator[Path]:
-    """Yield a path beside `path` to write to; rename it when all went well, remove it otherwise, Ctrl-C included.
-
-    Raises:
-        InputError: the folder does not exist.
-    """
-    if not path.parent.is_dir():
-        raise InputError("path", path, "a file in an existing folder")
-    temporary = path.with_name(f".{path.stem}-{os.getpid()}{path.suffix}")
-    try:
-        yield temporary
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)

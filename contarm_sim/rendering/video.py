@@ -13,9 +13,10 @@ import numpy as np
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
+from contarm_sim.files import appearing
 from contarm_sim.rendering.draw import Pixels, check_size
 from contarm_sim.rendering.encode import encoder, encoding
-from contarm_sim.rendering.film import Look, Progress, appearing, film, film_beside, frame_indices
+from contarm_sim.rendering.film import Look, Progress, film, film_beside, frame_indices
 
 if TYPE_CHECKING:
     from contarm_sim.simulation.samples import Samples
@@ -160,12 +161,14 @@ WRITERS = {".mp4": write_video, ".gif": write_gif, ".webp": write_webp}
 
 
 def _checked(path: Path, suffix: str) -> Path:
-    """Refuse a file name of another kind.
+    """Refuse a file that cannot be written.
 
     Raises:
-        InputError: the name does not end as it must.
+        InputError: the name does not end as it must, or the folder does not exist.
     """
     path = Path(path)
     if path.suffix != suffix:
         raise InputError("path", path, f"a name that ends in {suffix}")
+    if not path.parent.is_dir():
+        raise InputError("path", path, "a file in an existing folder")
     return path

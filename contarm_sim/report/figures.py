@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from contarm_sim.report.style import BLACK, BLUE, GREEN, MUSCLE_COLOURS, ORANGE,
 from contarm_sim.simulation.release import Swing
 from contarm_sim.simulation.samples import Samples
 from contarm_sim.validation.compare import Comparison
+from contarm_sim.validation.scenarios import Failure, Outcome
 
 _BUDGET = (("discretisation", BLUE, "--"), ("servo", GREEN, ":"), ("shape", ORANGE, "-."))
 
@@ -91,12 +93,22 @@ def draw_muscles(path: Path, arm: Arm, samples: Samples, comparison: Comparison)
         bottom.set_xlabel("time [s]")
 
 
-def draw_error_maps(path: Path, arm: Arm, outcomes: list[Any]) -> None:
-    """Draw tip error over the dome, one polar map a scenario: bend angle outwards, bending plane around."""
+def draw_error_maps(path: Path, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
+    """Draw tip error over the dome, one polar map a scenario: bend angle outwards, bending plane around.
+
+    A scenario without rest poses has a panel that says so.
+    """
     columns = min(3, len(outcomes))
     rows = -(-len(outcomes) // columns)
     with figure(path, figsize=(3.1 * columns, 3.3 * rows)) as fig:
         for index, outcome in enumerate(outcomes):
+            title = f"{outcome.scenario.name}: {outcome.scenario.meaning}"
+            if isinstance(outcome, Failure):
+                ax = fig.add_subplot(rows, columns, index + 1)
+                ax.set_axis_off()
+                ax.text(0.5, 0.5, outcome.summary["verdict"], ha="center", va="center")
+                ax.set_title(title, fontsize=7.5)
+                continue
             ax = fig.add_subplot(rows, columns, index + 1, projection="polar")
             angle, plane = arc.to_polar(outcome.samples.bend[1:])
             grid = round((len(angle) / 3) ** 0.5)
@@ -119,7 +131,7 @@ def draw_error_maps(path: Path, arm: Arm, outcomes: list[Any]) -> None:
             ax.set_rlabel_position(22)
             ax.tick_params(axis="x", labelsize=7)
             ax.grid(True, color="white", linewidth=0.6)
-            ax.set_title(f"{outcome.scenario.name}: {outcome.scenario.meaning}", fontsize=7.5)
+            ax.set_title(title, fontsize=7.5)
             bar = fig.colorbar(
                 filled, ax=ax, orientation="horizontal", ticks=ticks, shrink=0.8, aspect=28, format="%.3g"
             )

@@ -1,4 +1,4 @@
-"""Output folders, written whole or not at all."""
+"""Output folders and files, written whole or not at all."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import errno
 import json
 import os
 import shutil
-import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,6 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from contarm_sim.errors import InputError
+from contarm_sim.files import appearing, scratch_name
+from contarm_sim.stopping import unbroken
 
 
 def default_folder(command: str) -> Path:
@@ -43,8 +44,8 @@ def check_output(target: Path) -> None:
 class OutputFolder:
     """A scratch folder beside `target` that takes its name at the end; a context manager.
 
-    On an exception nothing is left. If the name was taken meanwhile (two runs in one second), the next free one,
-    `target`-1, -2, ..., is taken instead: results are not thrown away for a name.
+    On an exception, an interruption included, nothing is left. If the name was taken meanwhile (two runs in one
+    second), the next free one, `target`-1, -2, ..., is taken instead: results are not thrown away for a name.
 
     Attributes:
         folder: the scratch folder, while open.
@@ -57,26 +58,39 @@ class OutputFolder:
     """
 
     def __init__(self, target: Path) -> None:
-        self.target = target
+        self.target, self.folder = target, scratch_name(target)
         self._made = [folder for folder in target.absolute().parents if not folder.exists()]
 
     def __enter__(self) -> OutputFolder:
         try:
-            self.target.parent.mkdir(parents=True, exist_ok=True)
-            self.folder = Path(tempfile.mkdtemp(prefix=f".{self.target.name[:100]}-", dir=self.target.parent))
+            with unbroken():
+                self.target.parent.mkdir(parents=True, exist_ok=True)
+                self.folder.mkdir()
         except OSError as error:
+            self._remove()
             raise InputError("out", str(self.target), f"a path that can be written ({error.strerror})") from error
+        except BaseException:
+            self._remove()
+            raise
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if kind is None:
-            self.folder.chmod(0o777 & ~_umask())
-            self.target = self._take_name()
-            return
-        shutil.rmtree(self.folder, ignore_errors=True)
-        for folder in self._made:
-            if folder.exists() and not any(folder.iterdir()):
-                folder.rmdir()
+        with unbroken():
+            if kind is not None:
+                self._remove()
+                return
+            try:
+                self.target = self._take_name()
+            except BaseException:
+                self._remove()
+                raise
+
+    def _remove(self) -> None:
+        with unbroken():
+            shutil.rmtree(self.folder, ignore_errors=True)
+            for folder in self._made:
+                if folder.exists() and not any(folder.iterdir()):
+                    folder.rmdir()
 
     def _take_name(self) -> Path:
         for i in range(1000):
@@ -99,22 +113,11 @@ def output_file(target: Path) -> Iterator[Path]:
         InputError: see `check_output`.
     """
     check_output(target)
-    scratch = target.with_name(f".{target.name}.part")
     try:
-        yield scratch
-        scratch.rename(target)
+        with appearing(target) as scratch:
+            yield scratch
     except OSError as error:
-        scratch.unlink(missing_ok=True)
         raise InputError("out", str(target), f"a path that can be written ({error.strerror})") from error
-    except BaseException:
-        scratch.unlink(missing_ok=True)
-        raise
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def to_json(document: Any) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 
 from contarm_sim.arm import Arm
 from contarm_sim.arm_file import arm_to_toml
+from contarm_sim.files import write_whole
 from contarm_sim.kinematics import arc
 from contarm_sim.report.words import explanation, parts, remarks
 from contarm_sim.simulation.samples import Samples
@@ -62,7 +63,7 @@ def write_page(folder: Path, arm: Arm, samples: Samples, comparison: Comparison,
         traces=_safe_json(_traces(arm, samples, comparison)),
         plotly=_plotly(),
     )
-    (folder / "report.html").write_text(text, encoding="utf-8")
+    write_whole(folder / "report.html", text)
 
 
 _NUMBERS = ((1e3, "max_m"), (1e3, "rms_m"), (1.0, "max_percent"), (1.0, "rms_percent"))

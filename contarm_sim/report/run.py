@@ -1,4 +1,4 @@
-"""What a run leaves behind: numbers, samples, model, figures, film."""
+"""What a run leaves behind: numbers, samples and model first, then figures, page and film."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from contarm_sim.arm import Arm
 from contarm_sim.arm_file import arm_to_dict, arm_to_toml
 from contarm_sim.errors import ConvergenceError, EncodingError
+from contarm_sim.files import appearing
 from contarm_sim.mjcf import arm_spec, exact_xml
 from contarm_sim.report.figures import draw_budget, draw_muscles, draw_path
 from contarm_sim.report.output import versions
@@ -45,19 +46,26 @@ class RunReport:
         self.summary: dict[str, Any] = summary | {"arm": arm_to_dict(arm), "versions": versions()}
 
     def write(self, folder: Path) -> None:
-        """Write trajectory.npz, samples.csv, arm.xml, arm.toml and the figures."""
+        """Write trajectory.npz, samples.csv, arm.xml and arm.toml."""
         arm, samples, comparison = self._arm, self._samples, self._comparison
         samples.save(folder / "trajectory.npz")
         asked = "pressure_asked_pa" if self._pressures else "setpoint_m"
         write_samples(folder / "samples.csv", {"run": (samples, comparison)}, asked)
         (folder / "arm.xml").write_text(exact_xml(arm_spec(arm, "pressures" if self._pressures else "lengths")))
         (folder / "arm.toml").write_text(arm_to_toml(arm))
-        draw_path(folder / "path.png", arm, samples, comparison)
-        draw_budget(folder / "budget.png", arm, samples, comparison, self._motion)
-        draw_muscles(folder / "muscles.png", arm, samples, comparison)
+
+    def draw(self, folder: Path) -> None:
+        """Draw path.png, budget.png and muscles.png, each whole or not at all."""
+        given = self._arm, self._samples, self._comparison
+        with appearing(folder / "path.png") as path:
+            draw_path(path, *given)
+        with appearing(folder / "budget.png") as path:
+            draw_budget(path, *given, self._motion)
+        with appearing(folder / "muscles.png") as path:
+            draw_muscles(path, *given)
 
     def write_page(self, folder: Path, summary: dict[str, Any]) -> None:
-        """Write report.html around figures and film, which are there already; `summary` has more than the report's."""
+        """Write report.html around the figures and the film that are there; `summary` has more than the report's."""
         from contarm_sim.report.page import write_page
 
         write_page(folder, self._arm, self._samples, self._comparison, summary)

@@ -13,7 +13,6 @@ from dataclasses import dataclass, fields, replace
 
 import mujoco
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import ConvergenceError
@@ -136,6 +135,8 @@ def plan_motion(arm: Arm, bend: Array, target: Array, period: float) -> Command:
     Raises:
         ConvergenceError: as `plan_rest`.
     """
+    from scipy.interpolate import CubicSpline
+
     time = period * np.arange(len(bend))
     every = max(1, round(1 / (RATE * period)))
     knots = np.unique(np.append(np.arange(0, len(bend), every), len(bend) - 1))

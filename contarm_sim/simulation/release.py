@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
-from scipy.linalg import eigh
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
@@ -75,6 +74,8 @@ def natural_frequencies(arm: Arm, load: Load, count: int) -> Array:
     Raises:
         ConvergenceError: there is no such rest.
     """
+    from scipy.linalg import eigh
+
     left = remaining(load)
     plant = driven_plant(arm, left)
     model, data = plant.model, plant.data

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import struct
+import zlib
 from dataclasses import dataclass, fields
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
+
+_BROKEN = (OSError, EOFError, ValueError, TypeError, RuntimeError, MemoryError, BadZipFile, zlib.error, struct.error)
+"""What a file that is no .npz, or a damaged one, makes NumPy raise; ValueError also says that it holds a pickle."""
+
+_RECORDED = "a trajectory.npz of contarm run"
 
 
 @dataclass(frozen=True)
@@ -54,10 +62,26 @@ class Samples:
         """Read what `save` wrote.
 
         Raises:
-            InputError: not such a file.
+            InputError: not such a file, or one whose numbers are not finite; pressures may be inf, as said above.
         """
         try:
-            with np.load(path) as stored:
-                return cls(**{item.name: stored[item.name] for item in fields(cls)})
-        except (OSError, ValueError, KeyError) as error:
-            raise InputError("file", f"unreadable ({error})", "a trajectory.npz of contarm run", str(path)) from error
+            with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as stored:
+                arrays = {item.name: np.asarray(stored[item.name]) for item in fields(cls) if item.name in stored}
+        except _BROKEN as error:
+            said = " ".join(str(error).split()) or type(error).__name__
+            raise InputError("file", f"unreadable ({said})", _RECORDED, str(path)) from error
+        for item in fields(cls):
+            if item.name not in arrays:
+                raise InputError("file", f"one without the array {item.name!r}", _RECORDED, str(path))
+            _refuse_bad_numbers(item.name, arrays[item.name], str(path))
+        return cls(**arrays)
+
+
+def _refuse_bad_numbers(name: str, array: Array, where: str) -> None:
+    if array.dtype.kind not in "fiu":
+        raise InputError(name, f"an array of {array.dtype}", "an array of real numbers", where)
+    bad = np.isnan(array) | (array == -np.inf) if name == "pressure" else ~np.isfinite(array)
+    if bad.any():
+        place = np.argwhere(bad)[0]
+        value, sample = array[tuple(place)], f" in sample {place[0]}" if len(place) else ""
+        raise InputError(name, f"{value}{sample}", "finite numbers" + (", or inf" if name == "pressure" else ""), where)

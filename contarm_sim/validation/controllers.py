@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from contarm_sim import paths
 from contarm_sim.arm import Arm
@@ -93,6 +92,7 @@ def _rms(vectors: Array, arm: Arm) -> float:
 
 def _lag(time: Array, targets: Array, tips: Array) -> float:
     """Return the delay [s] at which the targets' path fits the tips best."""
+    from scipy.optimize import minimize_scalar
 
     def misfit(delay: float) -> float:
         late = np.column_stack([np.interp(time - delay, time, column) for column in targets.T])

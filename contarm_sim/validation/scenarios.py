@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import time
 from collections.abc import Callable, Iterable
@@ -14,11 +13,11 @@ import numpy as np
 
 from contarm_sim.arm import MAX_LINKS, Arm
 from contarm_sim.arm_file import arm_to_dict
-from contarm_sim.errors import ConvergenceError
+from contarm_sim.errors import ConvergenceError, DivergenceError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.simulation.control import Controller
-from contarm_sim.simulation.plant import Plant
+from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.rest import poses_at_rest
 from contarm_sim.simulation.samples import Samples
 from contarm_sim.validation import verdict as limits
@@ -28,6 +27,8 @@ LARGEST_BEND = math.radians(170)
 HANGING = (0.0, 0.0, 9.81)
 UPRIGHT = (0.0, 0.0, -9.81)
 PAYLOAD = 0.1
+NO_REST = "no rest pose"
+"""The verdict on a scenario that the arm does not rest in everywhere."""
 
 Track = Callable[[Iterable[int], str], Iterable[int]]
 
@@ -58,6 +59,14 @@ class Outcome:
     scenario: Scenario
     samples: Samples
     comparison: Comparison
+    summary: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A scenario in which some pose has no rest; its summary says which, as `reason`."""
+
+    scenario: Scenario
     summary: dict[str, Any]
 
 
@@ -112,13 +121,12 @@ def examine(scenario: Scenario, bends: Array, track: Track) -> Outcome:
     summary = summarise(arm, samples, comparison)
     to_chain = np.linalg.norm(comparison.simulated_tip - comparison.chain_tip, axis=-1)
     summary["chain_error"] = spread(to_chain, arm.length)
-    summary |= {"meaning": scenario.meaning, "controller": scenario.controller}
-    summary |= {"arm": arm_to_dict(arm), "real_time_factor": stepping_speed(arm, samples)}
-    summary["weight_over_stiffness"] = (arm.mass * math.hypot(*arm.gravity)) * arm.length**2 / arm.bending_stiffness
+    summary |= {**_described(scenario), "real_time_factor": stepping_speed(arm, samples)}
     if any(arm.gravity):
         worst = int(comparison.tip_error.argmax())
         error = _link_error(scenario, bends[worst], comparison.simulated_tip[worst])
-        summary["link_error"] = {**spread(error, arm.length), "bend": bends[worst].tolist()}
+        known = None if error is None else {**spread(error, arm.length), "bend": bends[worst].tolist()}
+        summary["link_error"] = known
     if scenario.checks is not None:
         summary |= limits.verdict(scenario.checks(arm, summary))
     else:
@@ -126,49 +134,52 @@ def examine(scenario: Scenario, bends: Array, track: Track) -> Outcome:
     return Outcome(scenario, samples, comparison, summary)
 
 
-def stepping_speed(arm: Arm, samples: Samples, steps: int = 300) -> float:
-    """Return simulated over wall-clock time of bare stepping in the last pose, with the default step."""
+def attempt(scenario: Scenario, bends: Array, track: Track) -> Outcome | Failure:
+    """Do as `examine`, and return the failure where the arm has no rest pose: the other scenarios still count."""
+    try:
+        return examine(scenario, bends, track)
+    except (ConvergenceError, DivergenceError) as error:
+        reason = str(error).removeprefix(f"scenario {scenario.name}: ")
+        return Failure(scenario, {**_described(scenario), "verdict": NO_REST, "reason": reason, "checks": []})
+
+
+def _described(scenario: Scenario) -> dict[str, Any]:
+    arm = scenario.arm
+    weight = arm.mass * math.hypot(*arm.gravity)
+    found = {"meaning": scenario.meaning, "controller": scenario.controller, "arm": arm_to_dict(arm)}
+    return found | {"weight_over_stiffness": weight * arm.length**2 / arm.bending_stiffness}
+
+
+def stepping_speed(arm: Arm, samples: Samples, steps: int = 300) -> float | None:
+    """Return simulated over wall-clock time of bare stepping in the last pose, with the default step.
+
+    None where that blows up.
+    """
     plant = Plant(arm)
     plant.data.qpos[:], plant.data.ctrl[:] = samples.qpos[-1], samples.setpoint[-1]
-    start = time.perf_counter()
-    mujoco.mj_step(plant.model, plant.data, steps)
-    return steps * plant.model.opt.timestep / (time.perf_counter() - start)
+    with engine_room():
+        start = time.perf_counter()
+        mujoco.mj_step(plant.model, plant.data, steps)
+        elapsed = time.perf_counter() - start
+    try:
+        plant.check({"timestep": plant.model.opt.timestep})
+    except DivergenceError:
+        return None
+    return steps * plant.model.opt.timestep / elapsed
 
 
-def _link_error(scenario: Scenario, bend: Array, tip: Array) -> Array:
+def _link_error(scenario: Scenario, bend: Array, tip: Array) -> Array | None:
     """Return how far a tip [m] at one bend [rad] is from that of infinitely many links [m], shape (1,).
 
-    Estimated from twice (or, past the limit, half) the links, the error being of second order. Under load this is more
-    than the closed-form discretisation, which knows of no sag: coarse spans make the arm a little softer.
+    None where the arm of other links has no rest. Estimated from twice (or, past the limit, half) the links, the error
+    being of second order. Under load this is more than the closed-form discretisation, which knows of no sag: coarse
+    spans make the arm a little softer.
     """
     links = scenario.arm.links
     double = 2 * links <= MAX_LINKS
     other = replace(scenario.arm, links=2 * links if double else links // 2)
-    samples = poses_at_rest(other, bend[None], arc.position(bend[None], other.length), scenario.controller)
+    try:
+        samples = poses_at_rest(other, bend[None], arc.position(bend[None], other.length), scenario.controller)
+    except (ConvergenceError, DivergenceError):
+        return None
     return np.linalg.norm(samples.stations[:, -1] - tip, axis=-1) * (4 / 3 if double else 1 / 3)
-
-
-def refinements(links: int) -> list[int]:
-    """Return three link counts, each twice the one before, that hold or surround `links`."""
-    if links > 96:
-        return [links // 4, links // 2, links]
-    return [links // 2, links, 2 * links] if links >= 12 else [links, 2 * links, 4 * links]
-
-
-def convergence(arm: Arm, bends: Array, track: Track) -> dict[str, Any]:
-    """Return the largest tip error against the arc over bends, for three link counts, and the observed orders."""
-    counts, errors, chain_errors = refinements(arm.links), [], []
-    for links in counts:
-        scenario = Scenario(f"{links} links", "no gravity", replace(arm.unloaded, links=links), "servo", None)
-        outcome = examine(scenario, bends, track)
-        errors.append(outcome.summary["tip_error"]["max_m"])
-        chain_errors.append(outcome.summary["chain_error"]["max_m"])
-    pairs = zip(itertools.pairwise(errors), itertools.pairwise(counts), strict=True)
-    orders = [math.log(e0 / e1) / math.log(n1 / n0) for (e0, e1), (n0, n1) in pairs]
-    return {
-        "links": counts,
-        "max_error_vs_arc_m": errors,
-        "max_error_vs_chain_m": chain_errors,
-        "observed_orders": orders,
-        **limits.verdict([limits.order_check(orders[-1])]),
-    }

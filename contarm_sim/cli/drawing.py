@@ -1,0 +1,71 @@
+"""What is drawn of a run once its numbers are on disk: figures, page and film, each whole or not at all."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from contarm_sim.errors import RenderingError
+
+FIGURES = ("path.png", "budget.png", "muscles.png")
+FILMS = ("video.mp4", "video.gif")
+NOT_YET = "not drawn yet"
+
+
+def film_at_first(interrupted: bool, wanted: bool) -> str:
+    """Return what `video` in summary.json says before anything is drawn; an interrupted run is not filmed."""
+    return "not asked for" if not wanted else "interrupted" if interrupted else NOT_YET
+
+
+def draw(job: Any, folder: Path, summary: dict[str, Any]) -> list[str]:
+    """Draw figures, page and, if it is not drawn yet, film; keep `video` of the summary, here and on disk, true.
+
+    A page without the film comes first, so that the film costs nothing but itself.
+
+    Args:
+        job: the run's `RunReport`.
+        folder: holds the numbers.
+
+    Returns:
+        the names of what an interruption left out.
+    """
+    from contarm_sim.files import write_whole
+    from contarm_sim.report.output import to_json
+    from contarm_sim.stopping import breakable
+
+    filming = summary["video"] == NOT_YET
+    try:
+        with breakable():
+            job.draw(folder)
+            job.write_page(folder, summary)
+            if filming:
+                summary["video"] = _film(job, folder)
+                job.write_page(folder, summary)
+        missing = []
+    except KeyboardInterrupt:
+        drawn = [name for name in FILMS if (folder / name).is_file()]
+        if filming:
+            summary["video"] = drawn[0] if drawn else "interrupted"
+        wanted = [*FIGURES, "report.html", *(drawn or FILMS[:1] if filming else ())]
+        missing = [name for name in wanted if not (folder / name).is_file()]
+    if filming:
+        write_whole(folder / "summary.json", to_json(summary) + "\n")
+    return missing
+
+
+def _film(job: Any, folder: Path) -> str:
+    """Film the run; return the file's name, or why there is none: numbers are never lost for want of a picture."""
+    from contarm_sim.cli.terminal import progress, say
+    from contarm_sim.stopping import came
+
+    try:
+        with progress("filming") as on_frame:
+            name = str(job.film(folder, on_frame))
+    except RenderingError as error:
+        if came() is not None:  # a library made that of the interruption
+            raise KeyboardInterrupt from None
+        say(f"no video: {error}")
+        return f"none: {error}"
+    if name.endswith(".gif"):
+        say("no video encoder works here: an animated picture instead")
+    return name

@@ -1,0 +1,118 @@
+"""A run folder that is damaged: one clear line that names the file, and exit code 2."""
+
+import re
+import sys
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from contarm_sim import paths
+from contarm_sim.arm import Arm
+from contarm_sim.arm_file import arm_to_toml
+from contarm_sim.cli.main import main
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics import dome
+from contarm_sim.simulation.run import simulate
+from contarm_sim.simulation.samples import Samples
+
+
+@pytest.fixture(scope="module")
+def samples():
+    arm = Arm(links=4)
+    _, targets = paths.named("circle", arm.length, 0.2, max_bend=0.3).targets(100)
+    return simulate(arm, targets, dome.bend_from_tip(targets, arm.length).bend).samples
+
+
+@pytest.fixture
+def render(samples, monkeypatch, capsys, tmp_path):
+    """Run `contarm render r` on the samples, once `damage` has had the path of trajectory.npz and the arrays."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "r").mkdir()
+    (tmp_path / "r/arm.toml").write_text(arm_to_toml(Arm(links=4)))
+
+    def call(damage):
+        damage(tmp_path / "r/trajectory.npz", {f.name: getattr(samples, f.name).copy() for f in fields(samples)})
+        monkeypatch.setattr(sys, "argv", ["contarm", "render", "r", "--out", "r.png"])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        assert not (tmp_path / "r.png").exists()
+        return ended.value.code, capsys.readouterr().err
+
+    return call
+
+
+def _empty(path, arrays):
+    path.write_bytes(b"")
+
+
+def _words(path, arrays):
+    path.write_bytes(b"not a zip file")
+
+
+def _pickle(path, arrays):
+    np.savez(path, **arrays | {"bend": np.array([{}], dtype=object)})
+
+
+def _one_array(path, arrays):
+    with path.open("wb") as file:
+        np.save(file, arrays["bend"])
+
+
+def _cut(path, arrays):
+    np.savez_compressed(path, **arrays)
+    path.write_bytes(path.read_bytes()[:-300])
+
+
+def _scratched(path, arrays):
+    """The first array's stream is damaged behind its header; the directory at the end is whole."""
+    np.savez_compressed(path, **arrays)
+    content = bytearray(path.read_bytes())
+    content[60:120] = b"\xff" * 60
+    path.write_bytes(content)
+
+
+def _missing(path, arrays):
+    del arrays["qpos"]
+    np.savez(path, **arrays)
+
+
+@pytest.mark.parametrize("damage", [_empty, _words, _pickle, _one_array, _cut, _scratched, _missing])
+def test_a_file_that_is_no_recording_is_one_line(render, damage):
+    code, err = render(damage)
+    assert code == 2, err
+    assert re.fullmatch(r"contarm: r/trajectory\.npz: file is .*; allowed: a trajectory\.npz of contarm run\n", err)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        ("stations", np.nan, "stations is nan in sample 3; allowed: finite numbers"),
+        ("qpos", np.inf, "qpos is inf in sample 3; allowed: finite numbers"),
+        ("time", -np.inf, "time is -inf in sample 3; allowed: finite numbers"),
+        ("pressure", np.nan, "pressure is nan in sample 3; allowed: finite numbers, or inf"),
+        ("target", None, "target is an array of <U5; allowed: an array of real numbers"),
+    ],
+)
+def test_numbers_that_are_not_finite_are_refused_by_name(render, name, value, said):
+    def damage(path, arrays):
+        if value is None:
+            arrays[name] = np.full(len(arrays["time"]), "words")
+        else:
+            arrays[name][3] = value
+        np.savez(path, **arrays)
+
+    assert render(damage) == (2, f"contarm: r/trajectory.npz: {said}\n")
+
+
+def test_pressures_that_no_muscle_could_have_are_kept(samples, tmp_path):
+    arrays = {f.name: getattr(samples, f.name).copy() for f in fields(samples)}
+    arrays["pressure"][3] = np.inf
+    np.savez(tmp_path / "t.npz", **arrays)
+    assert Samples.load(tmp_path / "t.npz").pressure[3, 0] == np.inf
+
+
+def test_a_scalar_that_is_not_finite_is_refused(samples, tmp_path):
+    np.savez(tmp_path / "t.npz", **{f.name: getattr(samples, f.name) for f in fields(samples)} | {"time": np.nan})
+    with pytest.raises(InputError, match="time is nan; allowed: finite numbers"):
+        Samples.load(tmp_path / "t.npz")
