@@ -46,17 +46,19 @@ def page(session: Session, port: int | None) -> Iterator[tuple[Any, Scene, Panel
     Raises:
         MissingError: viser, which makes the page, is not installed.
         InputError: the port is taken.
+        GuardError: this viser cannot be kept to this machine.
     """
     try:
-        import viser
+        import viser  # noqa: F401
     except ImportError:
         raise MissingError("viser", "view") from None
+    from contarm_sim.live.guard import open_server
     from contarm_sim.live.panel import Panel
     from contarm_sim.live.scene import Scene
 
     wishes = Wishes()
     with redirect_stdout(io.StringIO()):  # its banner; stdout is for whoever asked for JSON
-        server = viser.ViserServer(host=HOST, port=free_port(port), label="contarm_sim", verbose=False)
+        server = open_server(HOST, free_port(port), "contarm_sim")
     try:
         server.gui.configure_theme(show_logo=False, show_share_button=False)
         scene = Scene(server, session)

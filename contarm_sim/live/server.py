@@ -34,6 +34,7 @@ def serve(
     Raises:
         MissingError: viser, which makes the page, is not installed.
         InputError: the port is taken, or an unknown controller.
+        GuardError: this viser cannot be kept to this machine.
     """
     session = Session(arm, controller)
     try:
