@@ -107,3 +107,19 @@ class MissingError(ContarmError):
     def __init__(self, library: str, extra: str) -> None:
         self.library, self.extra = library, extra
         super().__init__(f"{library} is not installed; get it with: pip install 'contarm-sim[{extra}]'")
+
+
+class GuardError(ContarmError):
+    """The live page cannot be kept to this machine with the viser that is installed, so it is not served.
+
+    Attributes:
+        reason: what is not as it should be.
+        version: the version of viser.
+    """
+
+    def __init__(self, reason: str, version: str) -> None:
+        self.reason, self.version = reason, version
+        super().__init__(
+            f"viser {version} cannot be guarded ({reason}), so no page is served; an earlier one can: "
+            "pip install 'viser==1.1.1'"
+        )

@@ -20,6 +20,7 @@ from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.live.page import free_port
 from contarm_sim.live.session import LARGEST, Session
+from contarm_sim.live.wishes import Wishes
 from contarm_sim.simulation.control import CONTROLLERS
 from contarm_sim.simulation.rest import poses_at_rest
 
@@ -98,6 +99,17 @@ def test_reset_starts_the_same_motion_again_and_what_cannot_change_is_refused(ar
     with pytest.raises(InputError, match="controller"):
         session.change(controller="lqr")
     assert session.controller == "servo"
+
+
+def test_of_many_wishes_for_one_thing_the_last_is_kept():
+    done, wishes = [], Wishes()
+    actions = [lambda value, name=name: done.append((name, value)) for name in "ab"]
+    for i in range(5):
+        wishes.put(actions[i % 2], i)
+    for wish in wishes.take():
+        wish()
+    assert done == [("b", 3), ("a", 4)]
+    assert wishes.take() == []
 
 
 def test_a_port_in_use_is_refused_and_another_is_found():

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import io
-import queue
 import socket
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
 from typing import TYPE_CHECKING, Any
 
 from contarm_sim.errors import InputError, MissingError
+from contarm_sim.kinematics.arrays import Array
 from contarm_sim.live.session import Session
+from contarm_sim.live.wishes import Wishes
 
 if TYPE_CHECKING:
     from contarm_sim.live.panel import Panel
     from contarm_sim.live.scene import Scene
-
-Wishes = queue.SimpleQueue[Callable[[], None]]
-"""What people did, to be carried out between two ticks."""
 
 HOST = "127.0.0.1"
 PORT = 8080
@@ -48,26 +46,30 @@ def page(session: Session, port: int | None) -> Iterator[tuple[Any, Scene, Panel
     Raises:
         MissingError: viser, which makes the page, is not installed.
         InputError: the port is taken.
+        GuardError: this viser cannot be kept to this machine.
     """
     try:
-        import viser
+        import viser  # noqa: F401
     except ImportError:
         raise MissingError("viser", "view") from None
+    from contarm_sim.live.guard import open_server
     from contarm_sim.live.panel import Panel
     from contarm_sim.live.scene import Scene
 
-    wishes: Wishes = queue.SimpleQueue()
+    wishes = Wishes()
     with redirect_stdout(io.StringIO()):  # its banner; stdout is for whoever asked for JSON
-        server = viser.ViserServer(host=HOST, port=free_port(port), label="contarm_sim", verbose=False)
+        server = open_server(HOST, free_port(port), "contarm_sim")
     try:
         server.gui.configure_theme(show_logo=False, show_share_button=False)
         scene = Scene(server, session)
         panel = Panel(server, session, wishes.put, scene.turn)
 
+        def follow(eye: Array, through: Array) -> None:
+            panel.aim(scene.bend_seen(eye, through))
+
         async def drag(event: Any) -> None:
             if event.phase != "end":
-                eye, through = event.client.camera.position, event.end_position
-                wishes.put(lambda: panel.aim(scene.bend_seen(eye, through)))
+                wishes.put(follow, event.client.camera.position, event.end_position)
 
         scene.target.on_drag("left")(drag)
         yield server, scene, panel, wishes

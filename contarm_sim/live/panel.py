@@ -22,7 +22,7 @@ from contarm_sim.simulation.control import CONTROLLERS
 if TYPE_CHECKING:
     import viser
 
-Post = Callable[[Callable[[], None]], None]
+Post = Callable[..., None]
 
 _DOWN = {"hanging": (0.0, 0.0, 1.0), "upright": (0.0, 0.0, -1.0), "sideways": (-1.0, 0.0, 0.0)}
 _GIVEN = "as given"

@@ -174,7 +174,7 @@ class Scene:
         """
         length = self._session.arm.length
         ray = through - eye
-        along = ray / np.linalg.norm(ray) * length
+        along = ray / max(float(np.linalg.norm(ray)), 1e-12) * length
         offsets = np.linspace(-1.0, 1.0, 65)
         for _ in range(2):  # coarse, then between the neighbours of the best
             points = (through + offsets[:, None] * along) @ self._turned

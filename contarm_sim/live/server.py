@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable
 from typing import Any
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import DivergenceError, InputError
-from contarm_sim.live.page import HOST, Wishes, page
+from contarm_sim.live.page import HOST, page
 from contarm_sim.live.session import PERIOD, Session
+from contarm_sim.live.wishes import Wishes
 from contarm_sim.simulation.control import Controller
 from contarm_sim.simulation.plant import engine_room
 
+_LOG = logging.getLogger(__name__)
 _PICTURES, _PLOTS = 1 / 30, 1 / 8
 _MOST_BEHIND = 0.25
 """Wall-clock time [s] that is made up for; more is given up, and said."""
@@ -31,6 +34,7 @@ def serve(
     Raises:
         MissingError: viser, which makes the page, is not installed.
         InputError: the port is taken, or an unknown controller.
+        GuardError: this viser cannot be kept to this machine.
     """
     session = Session(arm, controller)
     try:
@@ -47,11 +51,13 @@ def _loop(session: Session, scene: Any, panel: Any, server: Any, wishes: Wishes)
     due, before, next_picture, next_plot = 0.0, time.perf_counter(), 0.0, 0.0
     busy, behind = 0.0, False
     while True:
-        while not wishes.empty():
+        for wish in wishes.take():
             try:
-                wishes.get()()
+                wish()
             except InputError as error:
                 session.problem = str(error)
+            except Exception:  # whatever one person asks for, the others' arm goes on
+                _LOG.exception("a wish was given up")
         now = time.perf_counter()
         due += 0.0 if panel.paused else panel.speed * (now - before)
         before = now
