@@ -44,8 +44,10 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
         timestep: float | None, no_video: bool, out: str | None, as_json: bool, **shape: Any) -> int:  # fmt: skip
     """Follow a path with the simulated arm and compare it with the analytic one.
 
-    Leaves report.html, summary.json, samples.csv, trajectory.npz, arm.xml, arm.toml, figures and video.mp4. Exit code
-    1 if a check fails. Ctrl-C keeps what was recorded; numbers are on disk before anything is drawn.
+    Leaves report.html, summary.json, samples.csv, trajectory.npz, arm.xml, arm.toml, figures and video.mp4. Says
+    whether constant curvature holds, which is an answer, and whether the simulation is explained and converged: exit
+    code 1 if it is not, or if targets lie more than 1 % of length off the dome of reachable tips. Ctrl-C keeps what was
+    recorded; numbers are on disk before anything is drawn.
 
     \b
     contarm run
@@ -169,22 +171,17 @@ def _commands(arm: Arm, path: Any, project: Any, places: list[str] | None) -> tu
 
 
 def _show(summary: dict[str, Any]) -> None:
-    from contarm_sim.cli.terminal import table, verdict_line
-    from contarm_sim.report.words import parts, remarks
+    from contarm_sim.cli.terminal import table
+    from contarm_sim.report.words import budget, remarks, verdict_lines
 
-    keys = ("max_m", "rms_m", "max_percent", "rms_percent")
-    rows = []
-    for name, meaning in parts(summary["controller"]).items():
-        if summary[name] is None:
-            continue
-        most, rms, most_percent, rms_percent = (summary[name][key] for key in keys)
-        rows.append([meaning, f"{1e3 * most:.4f}", f"{1e3 * rms:.4f}", f"{most_percent:.4f}", f"{rms_percent:.4f}"])
+    rows = [[name, *(f"{number:.4f}" for number in numbers)] for name, numbers in budget(summary)]
     title = f"{summary['path']}, {summary['duration']:g} s, controller {summary['controller']}"
     table(title, ["", "max [mm]", "rms [mm]", "max [% L0]", "rms [% L0]"], rows)
+    for name, words in verdict_lines(summary):
+        click.echo(f"{name}: {words}")
     muscle, degrees, speed = summary["muscle"], summary["orientation_error_deg"], summary["real_time_factor"]
     forces = f"{muscle['min_force_n']:.1f} to {muscle['max_force_n']:.1f} N"
-    slack = f"{muscle['pushes']} pushes, {100 * muscle['slack_fraction']:.3g} % slack"
-    click.echo(f"orientation error {degrees:.3f} deg max; muscles {forces}, {slack}; {speed:.0f} x real time")
-    click.echo(verdict_line("verdict", summary))
+    shares = f"pushes {100 * muscle['push_fraction']:.3g} %, slack {100 * muscle['slack_fraction']:.3g} %"
+    click.echo(f"orientation error {degrees:.3f} deg max; muscles {forces}, {shares}; {speed:.0f} x real time")
     for remark in remarks(summary):
         click.echo(remark)

@@ -50,7 +50,7 @@ def draw_budget(
     t = samples.time
     with figure(path, figsize=(6.4, 4.6)) as fig:
         top, bottom = fig.subplots(2, 1, sharex=True, height_ratios=[2, 1])
-        top.plot(t, 1e3 * comparison.tip_error, color=BLACK, label="tip error (simulated vs analytic)")
+        top.plot(t, 1e3 * comparison.tip_error, color=BLACK, label="analytic vs simulated tip")
         for name, colour, dashes in _BUDGET:
             top.plot(t, 1e3 * getattr(comparison, name), color=colour, linestyle=dashes, label=name)
         if motion is not None:
@@ -89,7 +89,7 @@ def draw_muscles(path: Path, arm: Arm, samples: Samples, comparison: Comparison)
         middle.set_ylabel("tension [N]")
         bottom.axhline(arm.muscle.min_pressure / 1e3, color="#888888", linewidth=0.8, linestyle="--")
         bottom.set_ylim(bottom=0)
-        bottom.set_ylabel("pressure that\nit takes [kPa]")
+        bottom.set_ylabel("pressure\nneeded [kPa]")
         bottom.set_xlabel("time [s]")
 
 
