@@ -101,10 +101,11 @@ class Plant:
         self.pressure = self.data.act.reshape(self.model.na // 3, 3)
         self.damping = self.model.tendon_damping.copy() if self.model.ntendon else np.zeros(3)
         self._warnings = self.data.warning.number
+        self.warned = memoryview(self._warnings)
         joints = [self.model.joint(i).name for i in range(self.model.njnt)]
         self._bending = {axis: np.flatnonzero([name.endswith(axis) for name in joints]) for axis in "xy"}
         self._twisting = np.flatnonzero([name.endswith("z") for name in joints])
-        self._turning = len(self._twisting) > 0 and arm.muscle.path == "parallel" and self.model.nu > 0
+        self.turning = len(self._twisting) > 0 and arm.muscle.path == "parallel" and self.model.nu > 0
         self._zero = counted_from(arm)
         self._by_angle = np.array([[coefficient(arm, i, name) for name in joints] for i in range(3)])
 
@@ -160,7 +161,7 @@ class Plant:
         Returns:
             what that changes in the generalised forces last derived [N m], shape (dofs,), or 0.
         """
-        if not self._turning:
+        if not self.turning:
             return 0.0
         stiffness = self.model.jnt_stiffness
         wanted = twist_stiffness(self.arm, float(np.maximum(self.muscle_tensions, 0.0).sum()))
