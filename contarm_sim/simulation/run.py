@@ -19,6 +19,7 @@ from contarm_sim.errors import DivergenceError, InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array, as_vectors
 from contarm_sim.simulation.control import Command, Controller, command
+from contarm_sim.simulation.extrapolate import coarser, extrapolated
 from contarm_sim.simulation.feedback import feedback_for
 from contarm_sim.simulation.loop import EVERY, Pass, Snapshot
 from contarm_sim.simulation.plan import plan_motion
@@ -72,6 +73,7 @@ def simulate(
     stepping: Stepping | None = None,
     on_tick: Callable[[int], object] | None = None,
     check_step: bool | None = None,
+    extrapolate: bool = False,
 ) -> Run:
     """Follow bends [rad], shape (T, 2), one a control tick, starting at rest in the first.
 
@@ -82,6 +84,7 @@ def simulate(
             `STEP_LIMIT` if a million steps are enough for that.
         on_tick: called with the number of samples recorded so far, for progress; starts again with each simulation.
         check_step: estimate the step's error; default only where the step is found.
+        extrapolate: simulate a chain of half the links too, and return what both say of infinitely many.
 
     The same input gives bit-identical samples.
 
@@ -96,6 +99,10 @@ def simulate(
     bend, target = arc.as_bend(bend), as_vectors(target, 3, "target")
     if bend.ndim != 2 or target.shape[:-1] != bend.shape[:-1] or not len(bend):
         raise InputError("target", f"of shape {target.shape} beside bend of shape {bend.shape}", "(T, 3) and (T, 2)")
+    if extrapolate:
+        half = replace(arm, links=coarser(arm.links))
+        given = (target, bend, controller, rate, stepping, on_tick, check_step)
+        return _both(simulate(arm, *given), simulate(half, *given))
     substeps = None if stepping is None else stepping.substeps(rate)
     if controller == "tip":
         orders = plan_motion(arm, bend, target, 1 / rate)
@@ -106,6 +113,14 @@ def simulate(
         if substeps is None:
             return motion.found()
         return motion.checked(substeps) if check_step else motion.run(substeps)
+
+
+def _both(fine: Run, coarse: Run) -> Run:
+    spent = sum(len(run.samples) / run.real_time_factor for run in (fine, coarse))
+    samples = extrapolated(fine.samples, coarse.samples)
+    interrupted = fine.interrupted or coarse.interrupted
+    error = None if fine.step_error is None else fine.step_error[: len(samples)]
+    return Run(samples, len(samples) / spent, interrupted, fine.timestep, error)
 
 
 class _Motion:
