@@ -114,7 +114,9 @@ def test_a_failed_run_and_a_missing_film_are_said_so(tmp_path):
     check = {"name": "slack", "value": 1.0, "limit": 0.0, "unit": "%", "passed": False}
     check |= {"reason": "a slack muscle steers nothing", "group": "explained"}
     checks = [check, report.summary["checks"][-1]]
-    report.write_page(tmp_path, report.summary | given | {"verdict": "fail", "explained": False, "checks": checks})
+    report.write_page(
+        tmp_path, report.summary | given | {"verdict": "fail", "explained": False, "converged": None, "checks": checks}
+    )
     text = (tmp_path / "report.html").read_text()
     assert "No film: none: no GL library." in text
     assert "<strong>Failed.</strong>" in text

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +11,8 @@ from contarm_sim.arm import Arm
 from contarm_sim.kinematics import dome
 from contarm_sim.report.run import RunReport
 from contarm_sim.report.words import budget, curvature_words, in_short, remarks, simulation_words, targets_words
-from contarm_sim.simulation.run import simulate
+from contarm_sim.simulation.run import STEP_LIMIT, Run, simulate
+from contarm_sim.validation import verdict as limits
 from contarm_sim.validation.checks import ideal_checks, loaded_checks
 from contarm_sim.validation.scenarios import examine, scenarios
 from contarm_sim.validation.verdict import FAR_LIMIT, MODEL_LIMIT, at_most, verdict
@@ -40,15 +40,9 @@ def soft():
     return _follow(replace(HANGING, bending_stiffness=0.01), 3.0)
 
 
-def _judged(arm, run, controller="servo", poses=20, **altered):
-    run = SimpleNamespace(
-        samples=replace(run.samples, **{k: v for k, v in altered.items() if k not in ("step_error", "timestep")}),
-        real_time_factor=1.0,
-        interrupted=False,
-        step_error=altered.get("step_error"),
-        timestep=altered.get("timestep", 0.001),
-    )
-    summary = RunReport(arm, run, controller, poses).summary
+def _judged(arm, run, controller="servo", step_error=None, **altered):
+    run = Run(replace(run.samples, **altered), 1.0, interrupted=False, timestep=0.001, step_error=step_error)
+    summary = RunReport(arm, run, controller, poses=20).summary
     json.dumps(summary, allow_nan=False, default=str)
     return summary
 
@@ -154,18 +148,27 @@ def test_the_time_step_is_checked_where_it_was_compared(free):
         (small, True, 1e-3 / 0.37),
         (1e2 * small, False, 0.1 / 0.37),
     ):
-        summary = _judged(Arm(), free, step_error=errors, timestep=0.001)
+        summary = _judged(Arm(), free, step_error=errors)
         step = summary["time_step"]
         assert summary["converged"] is converged
         assert step["timestep_s"] == 0.001
         assert step["max_percent"] == (None if percent is None else pytest.approx(percent))
         assert _failed(summary) == (["time step"] if converged is False else [])
-        assert any(name == "time step: 1 ms against 0.5 ms" for name, _ in budget(summary)) is (errors is not None)
-        assert ("NOT converged" in simulation_words(summary)) is (converged is False)
+        assert any(name == "time step: 1 ms, its own error" for name, _ in budget(summary)) is (errors is not None)
+        said = {
+            None: "explained: ",
+            True: "explained and converged: ",
+            False: "explained, but NOT converged: time step",
+        }
+        assert simulation_words(summary).startswith(said[converged])
     blown = _judged(Arm(), free, step_error=np.full(count, np.inf))
     assert (_failed(blown), blown["converged"]) == (["time step"], False)
     assert "time step not known" in simulation_words(blown)
     assert _judged(Arm(), free, step_error=np.full(count, np.nan))["converged"] is None
+
+
+def test_the_step_that_is_found_meets_the_limit_that_judges_it():
+    assert 100 * STEP_LIMIT == limits.STEP_LIMIT
 
 
 def test_targets_off_the_dome_fail_and_millimetres_are_guessed(free):

@@ -32,16 +32,10 @@ def budget(summary: dict[str, Any]) -> list[tuple[str, list[float]]]:
         names["servo"] = "  lengths: the path's vs those shifted for the tip"
     step = summary["time_step"]
     if step["max_m"] is not None:
-        names["time_step"] = _step_name(step["timestep_s"])
+        names["time_step"] = f"time step: {1e3 * step['timestep_s']:.4g} ms, its own error"
     rows = [(meaning, summary[name]) for name, meaning in names.items() if summary[name] is not None]
     scales = (1e3, 1e3, 1.0, 1.0)
     return [(name, [s * row[key] for s, key in zip(scales, _SPREAD, strict=True)]) for name, row in rows]
-
-
-def _step_name(timestep: float | None) -> str:
-    if timestep is None:
-        return "time step: against half of it"
-    return f"time step: {1e3 * timestep:g} ms against {500 * timestep:g} ms"
 
 
 def curvature_words(found: dict[str, Any]) -> str:
@@ -61,8 +55,9 @@ def simulation_words(summary: dict[str, Any]) -> str:
     if "reason" in summary:
         return f"{summary['verdict']}: {summary['reason']}"
     known = [(summary["explained"], "explained"), (summary["converged"], "converged")]
-    said = " and ".join(name if good else f"NOT {name}" for good, name in known if good is not None)
-    failed = [words for check in summary["checks"] if check["group"] != "targets" if (words := _failed(check))]
+    words = [(good, name if good else f"NOT {name}") for good, name in known if good is not None]
+    said = (" and " if len({good for good, _ in words}) == 1 else ", but ").join(name for _, name in words)
+    failed = [why for check in summary["checks"] if check["group"] != "targets" if (why := _failed(check))]
     left = summary.get("unexplained")
     if failed or left is None:
         return f"{said}: {'; '.join(failed)}" if failed else said

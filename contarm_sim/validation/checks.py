@@ -56,7 +56,7 @@ def run_checks(arm: Arm, summary: dict[str, Any], controller: Controller) -> lis
     if step["compared"]:
         found.append(
             at_most("time step", step["max_percent"], limits.STEP_LIMIT, _LENGTH,
-                    "half the step puts the tip elsewhere; take a smaller --timestep", "converged")
+                    "the step itself puts the tip elsewhere; a smaller --timestep mends it", "converged")
         )  # fmt: skip
     reason = "targets off the dome cannot be reached: another path was followed"
     if summary["targets_in_millimetres"]:

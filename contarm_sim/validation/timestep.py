@@ -1,4 +1,4 @@
-"""Is the time step small enough: how far a run is from the same run with half the step, where that was compared."""
+"""Is the time step small enough: how far it puts the tip off, where that was estimated from another step."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from contarm_sim.validation.compare import spread
 
 
 def step_summary(arm: Arm, run: Run) -> dict[str, Any]:
-    """Return the time step [s], and how far half of it moves the tip; None for numbers that nobody compared.
+    """Return the time step [s], and its own error as `run.step_error` has it; None for numbers that nobody knows.
 
-    `run.step_error` holds tip distances [m], shape (T,), NaN where not compared; or is None.
+    `compared` tells whether it was estimated anywhere. Errors that are infinite leave numbers None, and fail.
     """
-    errors = getattr(run, "step_error", None)
+    errors = run.step_error
     found = np.empty(0) if errors is None else np.asarray(errors, dtype=float)
     found = found[~np.isnan(found)]
     missing = dict.fromkeys(("max_m", "rms_m", "max_percent", "rms_percent"))
     if len(found) and not np.isfinite(found).all():
-        return {"timestep_s": getattr(run, "timestep", None), "compared": True, **missing}
+        return {"timestep_s": run.timestep, "compared": True, **missing}
     numbers = spread(found, arm.length) if len(found) else missing
-    return {"timestep_s": getattr(run, "timestep", None), "compared": bool(len(found)), **numbers}
+    return {"timestep_s": run.timestep, "compared": bool(len(found)), **numbers}

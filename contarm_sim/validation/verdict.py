@@ -31,7 +31,7 @@ MOTION_LIMIT = 10.0
 """Largest distance from the pose at rest [% of length]: beyond, the arm swings rather than follows."""
 
 STEP_LIMIT = 0.1
-"""Most that halving the time step may move the tip [% of length]: a tenth of `MODEL_LIMIT`."""
+"""Farthest that the time step alone may put the tip off [% of length]: a tenth of `MODEL_LIMIT`."""
 
 MISS_LIMIT = 1.0
 """Farthest a target may lie off the dome of reachable tips [% of length]: beyond, another path is followed."""
