@@ -188,7 +188,7 @@ def test_a_bend_that_no_pressure_holds_is_refused_with_the_pressure_it_would_nee
     bend = arc.from_polar(2.9, 0.0)
     inflated, _ = pressure_needed(bend, arm)
     assert inflated > arm.muscle.max_pressure
-    with pytest.raises(InputError, match=f"takes {inflated / 1e3:.0f} kPa"):
+    with pytest.raises(InputError, match=f"needs {inflated / 1e3:.0f} kPa"):
         holding_pressures(bend, arm)
     low, high = level_range(balance(bend, arm), arm)
     assert low > high

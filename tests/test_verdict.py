@@ -10,7 +10,7 @@ from contarm_sim import paths
 from contarm_sim.arm import Arm
 from contarm_sim.kinematics import dome
 from contarm_sim.report.run import RunReport
-from contarm_sim.report.words import budget, curvature_words, in_short, remarks, simulation_words, targets_words
+from contarm_sim.report.words import budget, curvature_words, in_short, noted, remarks, simulation_words, targets_words
 from contarm_sim.simulation.run import STEP_LIMIT, Run, simulate
 from contarm_sim.validation import verdict as limits
 from contarm_sim.validation.checks import ideal_checks, loaded_checks
@@ -191,6 +191,16 @@ def test_target_against_simulated_tip_comes_first(free):
     offset = free.samples.stations[:, -1] - free.samples.target - np.array([0.003, 0, 0])
     assert first[1][0] == pytest.approx(1e3 * np.linalg.norm(offset, axis=1).max())
     assert second[1][0] == pytest.approx(1e3 * summary["tip_error"]["max_m"])
+
+
+def test_a_film_drawn_later_says_the_same_and_nothing_where_nothing_is_told(free, tmp_path):
+    summary = _judged(Arm(), free)
+    assert noted(tmp_path) == ""
+    for text in ("{", "[]", '{"constant_curvature": null}'):
+        (tmp_path / "summary.json").write_text(text)
+        assert noted(tmp_path) == ""
+    (tmp_path / "summary.json").write_text(json.dumps(summary))
+    assert noted(tmp_path) == in_short(summary) != ""
 
 
 def test_a_number_that_is_not_known_fails():

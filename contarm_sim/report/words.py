@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
 from typing import Any
 
 from contarm_sim.simulation.control import pulls_only
@@ -92,6 +94,14 @@ def in_short(summary: dict[str, Any]) -> str:
     within = f" within {left['max_percent']:.2f} %" if good and left is not None else ""
     missed = "" if summary["targets_met"] else "   targets off the dome"
     return f"constant curvature {holds}   simulation {'' if good else 'not '}explained{within}{missed}"
+
+
+def noted(folder: Path) -> str:
+    """Return what `in_short` says of the run that a folder holds; empty where its summary.json does not tell."""
+    try:
+        return in_short(json.loads((folder / "summary.json").read_text()))
+    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+        return ""
 
 
 def _failed(check: dict[str, Any]) -> str:
