@@ -549,7 +549,7 @@ def test_release_records_places_and_follows_forces(contarm, tmp_path):
     assert header.startswith("time_s,energy_j,xi_0.5_x_m,")
     assert "tip_qw" in header
     assert len(rows) == 61
-    assert len(rows[0].split(",")) == 2 + 2 * 7 + 3
+    assert len(rows[0].split(",")) == 2 + 2 * (7 + 3)
     code, out, err = contarm("release", "--ramp-down", 0.1, "--duration", 0.3, "--links", 12, "--out", "faded")
     assert code == 0, err
     assert "both together" in out

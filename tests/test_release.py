@@ -58,6 +58,7 @@ def _agrees(arm, rod, found):
     assert np.degrees(np.arccos(np.clip((np.trace(turned, axis1=1, axis2=2) - 1) / 2, -1, 1))).mean() < 0.15
     assert 1e3 * found.total.mean() == pytest.approx(true, rel=0.05, abs=0.005)
     assert _off(found.tip, rod.points[:, 1]) < 0.02
+    assert _off(found.positions[:, 0], rod.points[:, 0]) < 0.02
     lost = rod.energy[0] - rod.energy[-1]
     assert np.diff(found.swing.energy).max() < 1e-3 * lost
     fallen, fell = found.swing.energy - found.swing.energy[0], rod.energy - rod.energy[0]

@@ -61,7 +61,7 @@ def release(arm: Arm, wrench: Any, muscles: str, ramp_down: float | None, forces
     """Hold the arm by a load, let go, record the swing, and check it against the ideal arm.
 
     What steps in time leave is estimated from runs of half and a quarter of the step, what links leave from a run of
-    half as many, and the tip of an arm with neither stands beside the swing in swing.csv. Without muscles energy must
+    half as many; where an arm with neither would be stands beside the swing in swing.csv. Without muscles energy must
     not grow. Natural frequencies stand beside those of a clamped beam with the arm's payload and rotary inertia, and a
     small swing of the first mode beside its frequency and decay. Exit code 1 if the mean tip error, of step and links
     together, exceeds 0.1 % of length, or energy grows.
@@ -75,7 +75,8 @@ def release(arm: Arm, wrench: Any, muscles: str, ramp_down: float | None, forces
 
     Less error: smaller steps for the row "step", more --links for the row "links".
     A thin rod: give --section-radius, or its mass fills a section as wide as the disks, which slows the higher modes.
-    swing.csv has time and energy, position and orientation (quaternion w x y z) at every place, and the ideal tip.
+    swing.csv has time and energy, position and orientation (quaternion w x y z) at every place, and the
+    ideal position, extrapolated from those runs.
     """
     import numpy as np
 

@@ -14,13 +14,20 @@ from contarm_sim.simulation.swing_error import SwingError
 
 
 def swing_columns(found: SwingError) -> tuple[str, Array]:
-    """Return the header and the columns (T, 5 + 7 K) of swing.csv: time, energy, every place's pose, the ideal tip."""
+    """Return the header and the columns of swing.csv, a row a sample.
+
+    They are time and energy; position, orientation (quaternion w x y z) and extrapolated position of every place; the
+    extrapolated tip, whatever the places.
+    """
     swing = found.swing
     names, columns = ["time_s", "energy_j"], [swing.time[:, None], swing.energy[:, None]]
     for k, xi in enumerate(swing.xi):
         at = "tip" if xi == 1 else f"xi_{xi:g}"
         names += [f"{at}_{axis}_m" for axis in "xyz"] + [f"{at}_q{part}" for part in "wxyz"]
         columns += [swing.positions[:, k], swing.quaternions[:, k]]
+        if xi != 1:
+            names += [f"ideal_{at}_{axis}_m" for axis in "xyz"]
+            columns.append(found.positions[:, k])
     names += [f"ideal_tip_{axis}_m" for axis in "xyz"]
     return ",".join(names), np.hstack([*columns, found.tip])
 
@@ -29,7 +36,12 @@ def swing_dict(found: SwingError) -> dict[str, Any]:
     """Return the samples as JSON holds them: time, energy, poses by place, the ideal tip, its distance."""
     swing = found.swing
     places = [
-        {"xi": float(xi), "position": swing.positions[:, k].tolist(), "quaternion": swing.quaternions[:, k].tolist()}
+        {
+            "xi": float(xi),
+            "position": swing.positions[:, k].tolist(),
+            "quaternion": swing.quaternions[:, k].tolist(),
+            "ideal_position": found.positions[:, k].tolist(),
+        }
         for k, xi in enumerate(swing.xi)
     ]
     return {

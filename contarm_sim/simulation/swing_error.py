@@ -24,6 +24,7 @@ class SwingError:
     Attributes:
         swing: as it was asked for.
         tip: of the swing with neither step nor links, by extrapolation [m], shape (T, 3).
+        positions: of the places, extrapolated likewise [m], shape (T, K, 3).
         step: of the tip, what finite steps leave [m], shape (T,).
         links: what the finite number of links leaves [m], shape (T,).
         total: both together, distance of the swing's tip from `tip` [m], shape (T,).
@@ -32,6 +33,7 @@ class SwingError:
 
     swing: Swing
     tip: Array
+    positions: Array
     step: Array
     links: Array
     total: Array
@@ -71,15 +73,18 @@ def judged_release(
         made, step = runs[i]
         held = equilibrium(made, load).qpos
         swings.append(release(made, held, load, step, duration, sample_period=sample_period, xi=xi, course=course))
-    swing, (full, half, quarter, coarse) = swings[0], (swing.tip for swing in swings)
+    # The tip is one more place, the last.
+    full, half, quarter, coarse = (np.concatenate([x.positions, x.tip[:, None]], axis=1) for x in swings)
     by_step = full - (8 * quarter - 6 * half + full) / 3
     by_links = (coarse - full) / ((arm.links / fewer.links) ** 2 - 1)
-    differences = [float(np.linalg.norm(x - y, axis=1).mean()) for x, y in ((full, half), (half, quarter))]
+    ideal = full - by_step - by_links
+    differences = [float(np.linalg.norm((x - y)[:, -1], axis=1).mean()) for x, y in ((full, half), (half, quarter))]
     return SwingError(
-        swing=swing,
-        tip=full - by_step - by_links,
-        step=np.linalg.norm(by_step, axis=1),
-        links=np.linalg.norm(by_links, axis=1),
-        total=np.linalg.norm(by_step + by_links, axis=1),
+        swing=swings[0],
+        tip=ideal[:, -1],
+        positions=ideal[:, :-1],
+        step=np.linalg.norm(by_step[:, -1], axis=1),
+        links=np.linalg.norm(by_links[:, -1], axis=1),
+        total=np.linalg.norm((by_step + by_links)[:, -1], axis=1),
         order=math.log2(differences[0] / differences[1]) if differences[1] > 1e-12 * arm.length else None,
     )
