@@ -73,7 +73,8 @@ def release(arm: Arm, wrench: Any, muscles: str, ramp_down: float | None, forces
     contarm release --wrench 1 0.3 0 0 0 0 0 --wrench 0.5 0 0.3 0 0 0 0 --ramp-down 0.2
     contarm release --forces push.csv --forces-xi 0.5
 
-    Less error: smaller steps for the row "step", more --links for the row "links".
+    Less error: smaller steps for the row "step", more --links for the row "links". An arm that diverges has too little
+    damping for its step: take one below twice its --damping-time, or, with none, about 0.1 ms at 24 links.
     A thin rod: give --section-radius, or its mass fills a section as wide as the disks, which slows the higher modes.
     swing.csv has time and energy, position and orientation (quaternion w x y z) at every place, and the
     ideal position, extrapolated from those runs.

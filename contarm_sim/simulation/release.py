@@ -84,7 +84,8 @@ def release(
 
     Raises:
         InputError: a step that does not divide the sample period, a place off the arm, a course that is no load.
-        DivergenceError: the engine met a bad state.
+        DivergenceError: the engine met a bad state, as it does where the step is longer than twice the damping time and
+            than 2 over the highest frequency of the chain [rad/s].
     """
     steps = sample_period / timestep
     if round(steps) < 1 or abs(steps - round(steps)) > 1e-6 * steps:
@@ -99,7 +100,7 @@ def release(
         for i in range(count):
             if i:
                 stepper.advance(round(steps))
-                plant.check({"timestep": timestep})
+                plant.check({"timestep": timestep, "damping_time": arm.damping_time})
             energy[i] = stepper.energy()
             tip[i], points[i], turns[i] = plant.tip, plant.centres[places.stations], plant.rotations[places.stations]
     return Swing(sample_period * np.arange(count, dtype=float), places.xi, places.between(points, turns), tip, energy)
