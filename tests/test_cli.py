@@ -548,18 +548,42 @@ def test_release_swings_and_checks_itself(contarm, tmp_path):
     assert code == 0, err
     found = json.loads(out)
     assert found["tip_error_mean_percent"] < 0.1
+    assert found["tip_error_mean_percent"] <= found["step_error_mean_percent"] + found["links_error_mean_percent"]
     assert found["observed_order"] == pytest.approx(1, abs=0.15)
+    assert found["small_swing"]["decay_per_s"] == pytest.approx(found["small_swing_of_beam"]["decay_per_s"], rel=0.01)
+    assert len(found["time"]) == len(found["places"][0]["quaternion"]) == 61
     assert found["beam_hz"][0] == pytest.approx(found["chain_hz"][0], rel=0.02)
     assert found["largest_energy_growth_j"] <= 1e-12
     assert set(os.listdir(tmp_path / "r")) == {"summary.json", "swing.csv", "swing.png"}
-    code, out, err = contarm("release", "--timestep", 0.01, "--duration", 0.6, "--out", "coarse")
+    code, out, err = contarm("release", "--links", 4, "--duration", 0.6, "--out", "coarse")
     assert code == 1, err
     assert "FAIL" in out
-    for words in (("--timestep", 0.003), ("--duration", -1), ("--muscles", "tensions 1 2")):
+    (tmp_path / "bad.csv").write_text("0,1,2\n")
+    for words in (
+        ("--timestep", 0.003), ("--duration", -1), ("--muscles", "tensions 1 2"), ("--sample-period", 0.0105),
+        ("--xi", 1.5), ("--ramp-down", 0), ("--forces", "none.csv"), ("--forces", "bad.csv"), ("--links", 3),
+    ):  # fmt: skip
         code, out, err = contarm("release", *words, "--out", "no")
         assert code == 2
         assert err.startswith("contarm: ")
         assert not (tmp_path / "no").exists()
+
+
+def test_release_records_places_and_follows_forces(contarm, tmp_path):
+    (tmp_path / "push.csv").write_text("t,fx,fy,fz\n0,0.2,0,0\n0.1,0,0.2,0\n0.2,0,0,0\n")
+    code, _, err = contarm(
+        "release", "--forces", "push.csv", "--forces-xi", 0.5, "--xi", 0.5, 1, "--sample-period", 0.005,
+        "--duration", 0.3, "--links", 12, "--section-radius", 0.003, "--out", "pushed",
+    )  # fmt: skip
+    assert code == 0, err
+    header, *rows = (tmp_path / "pushed" / "swing.csv").read_text().splitlines()
+    assert header.startswith("time_s,energy_j,xi_0.5_x_m,")
+    assert "tip_qw" in header
+    assert len(rows) == 61
+    assert len(rows[0].split(",")) == 2 + 2 * (7 + 3)
+    code, out, err = contarm("release", "--ramp-down", 0.1, "--duration", 0.3, "--links", 12, "--out", "faded")
+    assert code == 0, err
+    assert "both together" in out
 
 
 def test_build_writes_pneumatic_arms(contarm, tmp_path):
