@@ -87,8 +87,11 @@ def test_hanging_arms_whose_lengths_are_held_sag_as_the_rod_does(seed, count):
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(("seed", "count"), [(73, 8), pytest.param(2033, 40, marks=pytest.mark.slow)])
 def test_straight_spans_are_those_between_the_disks_of_a_rod(kind, seed, count):
-    """Guides h/sqrt(6) above the links' middles leave an eighth of the error of any other height tried."""
+    """Guides h/sqrt(6) above the links' middles: at 0.36 and 0.45 h errors are at least 2.5 times larger.
+
+    Not where the arm twists: guides that are not half way between joints see the twist askew, which is of first order.
+    """
     coarse, fine = span_errors(random_cases(seed, count, kind), (12, 24)).T
     assert np.median(fine) <= 0.1
-    assert fine.max() <= 0.3
+    assert fine.max() <= 0.45
     assert order(coarse, fine) > 1.9
