@@ -173,7 +173,11 @@ def pressure_needed(bend: Any, arm: Arm) -> tuple[Array, Array]:
     Each of shape (...); inf where no pressure does. Inflated muscles have at least the lowest pressure there is, so
     an antagonist that is vented, without any tension, leaves the others less to carry.
     """
-    held = balance(bend, arm)
+    return balance_pressure(balance(bend, arm), arm)
+
+
+def balance_pressure(held: Balance, arm: Arm) -> tuple[Array, Array]:
+    """Return the highest of the least pressures [Pa] that give a balance's tensions, see `pressure_needed`."""
     with np.errstate(divide="ignore", invalid="ignore"):
         low = level_range(held, arm)[0]
         inflated = (held.at(low) / held.per_pascal).max(axis=-1)
