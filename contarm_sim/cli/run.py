@@ -39,12 +39,16 @@ from contarm_sim.errors import InputError, UnreachableError
     "--timestep", type=float, metavar="S",
     help="Engine step [s], a whole fraction of 0.01; default found: 0.005, or less where its error matters.",
 )  # fmt: skip
+@click.option(
+    "--extrapolate", is_flag=True, help="Simulate half the links too, and extrapolate to infinitely many (order 4)."
+)
 @click.option("--no-video", is_flag=True, help="Numbers and figures only.")
 @out_option("runs/run-<time>")
 @json_option
 @arm_options
 def run(arm: Arm, path_name: str, duration: float | None, project: Any, controller: Any, fast: bool,
-        timestep: float | None, no_video: bool, out: str | None, as_json: bool, **shape: Any) -> int:  # fmt: skip
+        timestep: float | None, extrapolate: bool, no_video: bool, out: str | None, as_json: bool,
+        **shape: Any) -> int:  # fmt: skip
     """Follow a path with the simulated arm and compare it with the analytic one.
 
     Leaves report.html, summary.json, samples.csv, trajectory.npz, arm.xml, arm.toml, figures and video.mp4. Says
@@ -78,7 +82,8 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
             break_off()
 
         with progress("simulating") as show:
-            recorded = simulate(arm, targets, bend, controller, stepping=stepping, on_tick=on_tick, check_step=True)
+            given = {"stepping": stepping, "on_tick": on_tick, "check_step": True, "extrapolate": extrapolate}
+            recorded = simulate(arm, targets, bend, controller, **given)
         if len(recorded.samples) < 2:
             raise KeyboardInterrupt
         job, recorded = _report(arm, recorded, controller)
@@ -179,6 +184,9 @@ def _show(summary: dict[str, Any]) -> None:
 
     rows = [[name, *(f"{number:.4f}" for number in numbers)] for name, numbers in budget(summary)]
     title = f"{summary['path']}, {summary['duration']:g} s, controller {summary['controller']}"
+    if summary["extrapolated"]:
+        links = summary["arm"]["links"]
+        title += f", extrapolated from {links} and {links // 2} links"
     table(title, ["", "max [mm]", "rms [mm]", "max [% L0]", "rms [% L0]"], rows)
     for name, words in verdict_lines(summary):
         click.echo(f"{name}: {words}")

@@ -39,9 +39,9 @@ class RunReport:
 
     def __init__(self, arm: Arm, run: Run, controller: Controller, poses: int = 100) -> None:
         self._arm, self._samples, self._pressures = arm, run.samples, controller == "pressure"
-        self._comparison = compare(arm, run.samples)
+        self._comparison = compare(arm, run.samples, run.extrapolated)
         try:
-            self._motion = motion_part(arm, run.samples, controller, poses)
+            self._motion = motion_part(arm, run.samples, controller, poses, run.extrapolated)
         except ConvergenceError:  # a pose that the loaded arm cannot rest in
             self._motion = run.samples.time[[0, -1]], np.full(2, np.nan)
         summary = summarise(arm, run.samples, self._comparison)
@@ -53,6 +53,7 @@ class RunReport:
         if run.interrupted:
             summary["verdict"] = "interrupted"
         summary |= {"controller": controller, "real_time_factor": run.real_time_factor, "interrupted": run.interrupted}
+        summary["extrapolated"] = run.extrapolated
         self.summary: dict[str, Any] = summary | {"arm": arm_to_dict(arm), "versions": versions()}
 
     def write(self, folder: Path) -> None:

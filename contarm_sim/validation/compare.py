@@ -9,7 +9,7 @@ to the tip error.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -61,8 +61,11 @@ class Comparison:
     measured_bend: Array
 
 
-def compare(arm: Arm, samples: Samples) -> Comparison:
+def compare(arm: Arm, samples: Samples, extrapolated: bool = False) -> Comparison:
     """Return the comparison of simulated samples with the closed forms of the same arm.
+
+    Args:
+        extrapolated: whether the samples are, as `simulate(..., extrapolate=True)` makes them.
 
     Raises:
         InputError: samples of an arm with another number of links.
@@ -72,9 +75,9 @@ def compare(arm: Arm, samples: Samples) -> Comparison:
         raise InputError(
             "samples", f"of an arm with {samples.stations.shape[1] - 1} links", f"samples of {links} links"
         )
-    analytic, chained = arc.position(bend, length), routing.chain_tip(bend, arm)
-    measured, _ = routing.bend_from_lengths(samples.muscle_lengths, arm)
-    followed, simulated = routing.chain_tip(measured, arm), samples.stations[:, -1]
+    analytic, chained = arc.position(bend, length), routing.chain_tip(bend, arm, extrapolated)
+    measured, _ = routing.bend_from_lengths(samples.muscle_lengths, arm, extrapolated)
+    followed, simulated = routing.chain_tip(measured, arm, extrapolated), samples.stations[:, -1]
     xi = np.arange(links + 1) / links
     arcs = arc.position(bend[:, None, :], length, xi)
     return Comparison(
@@ -94,15 +97,22 @@ def compare(arm: Arm, samples: Samples) -> Comparison:
     )
 
 
-def motion_part(arm: Arm, samples: Samples, controller: Controller, poses: int = 100) -> tuple[Array, Array]:
+def motion_part(
+    arm: Arm, samples: Samples, controller: Controller, poses: int = 100, extrapolated: bool = False
+) -> tuple[Array, Array]:
     """Return what motion adds: (times [s], distances [m]), each of shape (K,), K about `poses`.
 
     Distances are from simulated tips, evenly picked, to where they would rest under the same commanded bend and
     controller: inertia, damping and lag.
     """
     chosen = slice(None, None, max(1, len(samples) // poses))
-    rest = poses_at_rest(arm, samples.bend[chosen], samples.target[chosen], controller)
-    return samples.time[chosen], _norm(samples.stations[chosen, -1] - rest.stations[:, -1])
+    given = samples.bend[chosen], samples.target[chosen], controller
+    rest = poses_at_rest(arm, *given).stations[:, -1]
+    if extrapolated:
+        half = arm.links // 2
+        coarse = poses_at_rest(replace(arm, links=half), *given).stations[:, -1]
+        rest = rest + (rest - coarse) / ((arm.links / half) ** 2 - 1)
+    return samples.time[chosen], _norm(samples.stations[chosen, -1] - rest)
 
 
 def _norm(vectors: Array) -> Array:
