@@ -42,7 +42,7 @@ def by_scipy(arm, load):
 
     def forces(qpos):
         plant.data.qpos[:] = qpos
-        solver.residual()
+        solver.evaluate()
         return solver.forces
 
     start = time.perf_counter()

@@ -15,10 +15,11 @@ from contarm_sim.load import Load, Muscles, Wrench, load_from_dict
 from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.pneumatics import force, force_slope, pressure_for
 from contarm_sim.mechanics.statics import holding_tensions
+from contarm_sim.simulation.continuation import Whole
 from contarm_sim.simulation.equilibrium import driven_plant, equilibrium, extrapolated, interpolate
 from contarm_sim.simulation.loads import AppliedLoad
 from contarm_sim.simulation.plant import Plant
-from contarm_sim.simulation.solver import RESIDUAL, Solver, _Whole
+from contarm_sim.simulation.solver import RESIDUAL, Solver
 from contarm_sim.simulation.stiffness import TangentStiffness
 
 REFERENCE = json.loads((Path(__file__).parent / "data" / "elastica.json").read_text())
@@ -131,7 +132,7 @@ def test_the_loaded_stiffness_is_the_derivative_of_the_forces():
     solver = Solver(plant, load)
     data = plant.data
     data.ctrl[:] = plant.arm.length - 0.0002
-    solver.residual()
+    solver.evaluate()
     K, at, step = TangentStiffness(plant, AppliedLoad(plant, load))(), data.qpos.copy(), 1e-6
     assert not np.allclose(K, K.T)  # dead couples and followers have no energy
     for j in range(plant.model.nv):
@@ -139,7 +140,7 @@ def test_the_loaded_stiffness_is_the_derivative_of_the_forces():
         for sign in (1, -1):
             data.qpos[:] = at
             data.qpos[j] += sign * step
-            solver.residual()
+            solver.evaluate()
             forces.append(solver.forces.copy())
         np.testing.assert_allclose(K[:, j], (forces[1] - forces[0]) / (2 * step), atol=1e-7 * np.abs(K).max())
 
@@ -264,9 +265,9 @@ def test_two_thousand_random_loads():
 def _softest_along_the_path(arm, load):
     """Raise the load by Newton in small steps; return the smallest eigenvalue met before Newton is lost [N m/rad]."""
     plant, softest = driven_plant(arm, load), np.inf
-    solver, whole = Solver(plant, load), _Whole(plant)
+    solver, whole = Solver(plant, load), Whole(plant)
     for fraction in np.linspace(0.02, 1, 99):
-        solver._set_fraction(whole, fraction)
+        whole.apply(solver, fraction)
         if solver.newton() > RESIDUAL:
             break
         softest = min(softest, solver.softest())

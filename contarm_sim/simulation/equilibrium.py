@@ -15,6 +15,7 @@ from contarm_sim.load import Load
 from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.pneumatics import pressure_for
 from contarm_sim.mechanics.statics import holding_tensions, servo_control
+from contarm_sim.simulation.continuation import solve
 from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.solver import Solution, Solver
 
@@ -62,7 +63,7 @@ def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess:
     Dry friction, which would hold the arm in a whole range of poses, is left out: this is that range's centre.
 
     Args:
-        method: `auto`, `newton` or `pseudo-transient` (see `simulation.solver`).
+        method: `auto`, `newton` or `pseudo-transient` (see `simulation.continuation`).
         guess: joint angles to start from [rad], shape (dofs,); default straight, or the uniform bend that
             the muscles ask for.
 
@@ -79,7 +80,7 @@ def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess:
     with engine_room():
         solver = Solver(plant, load)
         start = time.perf_counter()
-        found = solver.solve(method)
+        found = solve(solver, method)
         seconds = time.perf_counter() - start
     frames = np.tile(np.eye(4), (arm.links + 1, 1, 1))
     frames[:, :3, 3] = plant.stations

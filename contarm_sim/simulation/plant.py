@@ -209,6 +209,18 @@ class Plant:
         self.data.qpos[self._bending["x"]] = -share[1]
         self.data.qpos[self._bending["y"]] = share[0]
 
+    def pose(self) -> None:
+        """Derive what forces at rest need of the present joint angles: frames, muscle lengths, actuator forces."""
+        model, data = self.model, self.data
+        data.qvel[:] = 0
+        data.ten_velocity[:] = 0
+        data.actuator_velocity[:] = 0
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_tendon(model, data)
+        mujoco.mj_transmission(model, data)
+        mujoco.mj_fwdActuation(model, data)
+
     def check(self, settings: dict[str, Any]) -> None:
         """Raise if the engine met a bad state: it would reset the arm and carry on as if nothing had happened.
 
