@@ -55,10 +55,14 @@ def can_stand(arm, bend) -> bool:
     """Whether the ideal rod, its muscle lengths held at a bend [rad], shape (2,), is stable and muscles can hold it.
 
     Weight and lengths are raised together from none; no muscle needs more than a share of its blocked force while the
-    slackest pulls with the least tension. True is sure for many links; False only says that this path is barred.
+    slackest pulls with the least tension, and none is asked for a length that it cannot take. True is sure for many
+    links; False only says that this path is barred.
     """
     directions = np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1)
     lengths = arm.length - arm.muscle_radius * directions @ np.asarray(bend, dtype=float)
+    shortest, longest = arm.muscle_length_range
+    if lengths.min() < shortest or lengths.max() > longest:
+        return False
     try:
         rod = parallel_rod(replace(arm, muscle=replace(arm.muscle, path="parallel")), lengths=lengths)
     except NoEquilibriumError:

@@ -14,7 +14,7 @@ from contarm_sim.errors import ConvergenceError, InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.simulation.descent import descend
 from contarm_sim.simulation.plant import Plant
-from contarm_sim.simulation.reasons import unstable
+from contarm_sim.simulation.reasons import unsettled, unstable
 from contarm_sim.simulation.solver import Solution, Solver
 
 METHODS = ("auto", "newton", "pseudo-transient")
@@ -85,9 +85,9 @@ def _down(solver: Solver) -> float:
         data.qpos += mode
         residual, stable = descend(solver)
     if residual > solver.tolerance:
-        raise ConvergenceError("the way downhill", residual, solver.tolerance, solver.iterations, "N m")
+        raise unsettled(solver.plant.arm, residual, solver.tolerance, solver.iterations)
     if not stable:
-        raise unstable(solver.plant.arm, solver.softest(), residual, solver.tolerance, solver.iterations)
+        raise unstable(solver.plant.arm, solver.softest())
     return residual
 
 

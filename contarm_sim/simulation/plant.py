@@ -155,8 +155,11 @@ class Plant:
         at_limit = (model.actuator_forcelimited != 0) & ((data.actuator_force <= low) | (data.actuator_force >= high))
         return np.where(at_limit, 0.0, -model.actuator_biasprm[:, 1]) + silicone
 
-    def stiffen_twist(self) -> Array | float:
-        """Let twisted parallel muscles stiffen the arm by their present tensions, which fixed tendons do not do.
+    def stiffen_twist(self, tensions: Array | None = None) -> Array | float:
+        """Let twisted parallel muscles stiffen the arm by their tensions, which fixed tendons do not do.
+
+        Args:
+            tensions: [N], shape (3,); default the present.
 
         Returns:
             what that changes in the generalised forces last derived [N m], shape (dofs,), or 0.
@@ -164,11 +167,21 @@ class Plant:
         if not self._turning:
             return 0.0
         stiffness = self.model.jnt_stiffness
-        wanted = twist_stiffness(self.arm, float(np.maximum(self.muscle_tensions, 0.0).sum()))
+        pulled = self.muscle_tensions if tensions is None else tensions
+        wanted = twist_stiffness(self.arm, float(np.maximum(pulled, 0.0).sum()))
         change = np.zeros(self.model.nv)
         change[self._twisting] = (stiffness[self._twisting] - wanted) * self.data.qpos[self._twisting]
         stiffness[self._twisting] = wanted
         return change
+
+    @property
+    def twist_by_tension(self) -> Array | float:
+        """What a newton of any muscle adds to the moment against the present twist [m], shape (dofs,), or 0."""
+        if not self._turning:
+            return 0.0
+        moment = np.zeros(self.model.nv)
+        moment[self._twisting] = self.arm.muscle_radius**2 / self.arm.link_pitch * self.data.qpos[self._twisting]
+        return moment
 
     @property
     def stations(self) -> Array:

@@ -14,13 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contarm_sim.arm import Arm
-from contarm_sim.errors import ConvergenceError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.load import Load
 from contarm_sim.simulation.descent import descend
 from contarm_sim.simulation.loads import AppliedLoad
 from contarm_sim.simulation.plant import Plant
-from contarm_sim.simulation.reasons import unstable
+from contarm_sim.simulation.reasons import unsettled, unstable
 from contarm_sim.simulation.servos import Servos
 from contarm_sim.simulation.stability import growth
 from contarm_sim.simulation.stiffness import TangentStiffness
@@ -94,7 +93,7 @@ class Solver:
         """Settle under set-points [m] or pressures [Pa], shape (3,), going down; return the residual [N m].
 
         Raises:
-            ConvergenceError: no equilibrium near, or only an unstable one.
+            NoRestError: no equilibrium near, or only an unstable one; says why.
         """
         self.plant.control[:] = setpoint
         if len(self.plant.pressure):
@@ -102,9 +101,9 @@ class Solver:
         self.iterations = 0
         residual, stable = descend(self)
         if residual > self.tolerance:
-            raise ConvergenceError("settling", residual, self.tolerance, self.iterations, "N m")
+            raise unsettled(self.plant.arm, residual, self.tolerance, self.iterations)
         if not stable:
-            raise unstable(self.plant.arm, self.softest(), residual, self.tolerance, self.iterations)
+            raise unstable(self.plant.arm, self.softest())
         return residual
 
     def newton(self, iterations: int = 40) -> float:
@@ -154,9 +153,27 @@ class Solver:
         mujoco.mj_jacBody(model, data, J[:3], J[3:], model.body("tip").id)
         return J @ np.linalg.solve(self.stiffness.matrix(self.tensions, self.plant.muscle_slopes), J.T)
 
+    def share(self, step: NDArray[np.floating]) -> float:
+        """Return what share of a change of joint angles [rad] is not too much at once."""
+        return min(1.0, self._largest / max(float(np.abs(step).max()), 1e-300))
+
     def limited(self, step: NDArray[np.floating]) -> Array:
         """Return a step, shortened if it is longer than a step may be."""
-        return np.asarray(step, dtype=float) * min(1.0, self._largest / max(float(np.abs(step).max()), 1e-300))
+        return np.asarray(step, dtype=float) * self.share(step)
+
+    def positive(self) -> bool:
+        """Whether the stiffness matrix at the pose last evaluated is positive: with energy, whether the arm stays."""
+        K = self.stiffness.matrix(self.tensions, self.plant.muscle_slopes)
+        try:
+            np.linalg.cholesky(0.5 * (K + K.T))
+        except np.linalg.LinAlgError:
+            return False
+        return True
+
+    def lifting(self, matrix: Array) -> float:
+        """Return a damping that lifts a stiffness matrix's softest mode to as far above zero as it is below."""
+        half = np.sqrt(self.scale)
+        return max(-2.0 * float(np.linalg.eigvalsh(0.5 * (matrix + matrix.T) / half[:, None] / half)[0]), 1e-9)
 
     # What `descend` asks for.
 
@@ -177,10 +194,8 @@ class Solver:
         return self.limited(np.linalg.solve(K, self.forces))
 
     def lift(self) -> float:
-        """Return a damping that lifts the softest mode to as far above zero as it is below."""
-        half = np.sqrt(self.scale)
-        relative = 0.5 * (self._matrix + self._matrix.T) / half[:, None] / half
-        return max(-2.0 * float(np.linalg.eigvalsh(relative)[0]), 1e-9)
+        """Return a damping that makes the stiffness positive."""
+        return self.lifting(self._matrix)
 
     def state(self) -> tuple[Array, ...]:
         """Return joint angles [rad], forces [N m], tensions [N] and unlimited tensions [N]."""
