@@ -7,7 +7,7 @@ not stay where Newton alone takes it falls further instead.
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -41,16 +41,16 @@ class Descent(Protocol):
     def lift(self) -> float:
         """Return the damping [joint stiffnesses] that makes the stiffness positive with a margin."""
 
-    def state(self) -> tuple[Array, ...]:
+    def state(self) -> tuple[Any, ...]:
         """Return copies of what `restore` needs."""
 
-    def restore(self, state: tuple[Array, ...]) -> None:
+    def restore(self, state: tuple[Any, ...]) -> None:
         """Go back to a state; forces and stiffness are those of it again."""
 
     def move(self, step: Array) -> None:
         """Change the unknowns."""
 
-    def released(self, before: tuple[Array, ...], step: Array) -> tuple[float, float]:
+    def released(self, before: tuple[Any, ...], step: Array) -> tuple[float, float]:
         """Return the energy that a step taken since a state released, and what was expected of it [J]."""
 
 

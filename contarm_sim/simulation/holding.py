@@ -12,6 +12,8 @@ set-points follow from lengths and tensions.
 
 from __future__ import annotations
 
+from typing import Any
+
 import mujoco
 import numpy as np
 
@@ -129,6 +131,7 @@ class Holder:
         self._total = self.tensions + passive_tension(self._lengths, plant.arm)
         plant.stiffen_twist(self._total)
         self.forces = self._stiffness.forces(self._total) + self.extra
+        self._swing = self._stiffness.swing()
         self._error = self._meant @ (self.wanted - self._lengths)
         largest = max(float(np.abs(self.forces).max()), self._per_metre * float(np.abs(self._error).max()))
         return largest if np.isfinite(largest) else np.inf
@@ -170,13 +173,13 @@ class Holder:
         """Return a damping that lifts the softest mode to as far above zero as it is below."""
         return self._solver.lifting(self._matrix)
 
-    def state(self) -> tuple[Array, ...]:
-        """Return joint angles [rad], forces [N m], tensions [N] and errors of length [m]."""
-        return self.plant.data.qpos.copy(), self.forces, self.tensions, self._error
+    def state(self) -> tuple[Any, ...]:
+        """Return joint angles [rad], forces [N m], tensions [N], errors of length [m], and of the dead loads."""
+        return self.plant.data.qpos.copy(), self.forces, self.tensions, self._error, self._swing
 
-    def restore(self, state: tuple[Array, ...]) -> None:
+    def restore(self, state: tuple[Any, ...]) -> None:
         """Go back to a state."""
-        self.plant.data.qpos[:], self.forces, self.tensions, self._error = state
+        self.plant.data.qpos[:], self.forces, self.tensions, self._error, self._swing = state
 
     def move(self, step: Array) -> None:
         """Change joint angles [rad] and tensions [N]; the slackest muscle has the least."""
@@ -184,10 +187,11 @@ class Holder:
         tensions = self.tensions + step[-3:]
         self.tensions = tensions + (self.least - tensions).max()
 
-    def released(self, before: tuple[Array, ...], step: Array) -> tuple[float, float]:
+    def released(self, before: tuple[Any, ...], step: Array) -> tuple[float, float]:
         """Return the energy that a step released and what was expected [J]; lengths that are met do no work."""
-        weight = 0.5 * self.plant.arm.servo_stiffness
-        turn = step[:-3]
-        met = weight * float(before[3] @ before[3] - self._error @ self._error)
-        sought = weight * float(before[3] @ before[3])
-        return float(0.5 * (before[1] + self.forces) @ turn) + met, float(0.5 * before[1] @ turn) + sought
+        _, forces, tensions, error, swing = before
+        weight, turn = 0.5 * self.plant.arm.servo_stiffness, step[:-3]
+        sought = weight * float(error @ error)
+        work = 0.5 * float((forces + self.forces) @ turn) + sought - weight * float(self._error @ self._error)
+        work += self._stiffness.work(swing, self._swing, turn, 0.5 * (tensions + self.tensions))
+        return work, float(0.5 * forces @ turn) + sought

@@ -8,6 +8,7 @@ Newton with the closed-form stiffness converges in a handful of steps, but may l
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -22,7 +23,7 @@ from contarm_sim.simulation.plant import Plant
 from contarm_sim.simulation.reasons import unsettled, unstable
 from contarm_sim.simulation.servos import Servos
 from contarm_sim.simulation.stability import growth
-from contarm_sim.simulation.stiffness import TangentStiffness
+from contarm_sim.simulation.stiffness import Swing, TangentStiffness
 
 RESIDUAL = 1e-9
 """Largest generalised force left at rest [N m], for arms that resist bending with up to 1 N m/rad."""
@@ -88,6 +89,8 @@ class Solver:
         self.iterations = 0
         self.tensions: Array = np.zeros(3)
         self._matrix: Array = np.zeros((0, 0))
+        self._unlimited: Array = np.zeros(3)
+        self._swing: Swing = (self.forces, 0.0, self.tensions)
 
     def __call__(self, setpoint: Array) -> float:
         """Settle under set-points [m] or pressures [Pa], shape (3,), going down; return the residual [N m].
@@ -129,6 +132,7 @@ class Solver:
         self.tensions = plant.muscle_tensions
         plant.stiffen_twist()
         self.forces = self.stiffness.forces(self.tensions) + self.extra
+        self._unlimited, self._swing = self._servos.unlimited(), self.stiffness.swing()
         largest = float(np.abs(self.forces).max())
         return largest if np.isfinite(largest) else np.inf
 
@@ -197,19 +201,21 @@ class Solver:
         """Return a damping that makes the stiffness positive."""
         return self.lifting(self._matrix)
 
-    def state(self) -> tuple[Array, ...]:
-        """Return joint angles [rad], forces [N m], tensions [N] and unlimited tensions [N]."""
-        return self.plant.data.qpos.copy(), self.forces, self.tensions, self._servos.unlimited()
+    def state(self) -> tuple[Any, ...]:
+        """Return joint angles [rad], forces [N m], tensions [N], those without limits [N], and of the dead loads."""
+        return self.plant.data.qpos.copy(), self.forces, self.tensions, self._unlimited, self._swing
 
-    def restore(self, state: tuple[Array, ...]) -> None:
+    def restore(self, state: tuple[Any, ...]) -> None:
         """Go back to a state."""
-        self.plant.data.qpos[:], self.forces, self.tensions = state[0], state[1], state[2]
+        self.plant.data.qpos[:], self.forces, self.tensions, self._unlimited, self._swing = state
 
     def move(self, step: Array) -> None:
         """Change the joint angles [rad]."""
         self.plant.data.qpos += step
 
-    def released(self, before: tuple[Array, ...], step: Array) -> tuple[float, float]:
-        """Return the energy that a step released and what was expected [J]: the mean force's work, but for kinks."""
-        kinks = self._servos.kinks(before[3], self._servos.unlimited())
-        return float(0.5 * (before[1] + self.forces) @ step) - kinks, float(0.5 * before[1] @ step)
+    def released(self, before: tuple[Any, ...], step: Array) -> tuple[float, float]:
+        """Return the energy that a step released and what was expected [J]."""
+        _, forces, tensions, unlimited, swing = before
+        work = 0.5 * float((forces + self.forces) @ step) - self._servos.kinks(unlimited, self._unlimited)
+        work += self.stiffness.work(swing, self._swing, step, 0.5 * (tensions + self.tensions))
+        return work, float(0.5 * forces @ step)

@@ -16,11 +16,23 @@ from contarm_sim.mjcf.routing import MUSCLES
 from contarm_sim.simulation.loads import AppliedLoad, axial, beyond
 from contarm_sim.simulation.plant import Plant
 
+SMALL = 1e-3
+"""Change of a joint angle up to which the mean force tells the work well enough [rad]."""
+
+Swing = tuple[Array, float, Array]
+"""Of dead loads: their part of Q [N m] and their potential [J]; the lengths of straight spans [m]."""
+
+_NONE = np.zeros(0)
+
 
 class TangentStiffness:
     """Evaluates forces Q [N m], shape (dofs,), and K = -dQ/dq [N m/rad], shape (dofs, dofs), at the plant's positions.
 
     Call `forces` first, then `matrix` at the same pose and tensions; calling the object does both with the plant's own.
+
+    Attributes:
+        potential: of weight and dead forces at the last `forces` [J].
+        dead: their part of Q, straight spans' included [N m], shape (dofs,).
     """
 
     def __init__(self, plant: Plant, load: AppliedLoad) -> None:
@@ -35,8 +47,8 @@ class TangentStiffness:
         self._sum_of_dof = links + 1 - self._station_of_dof  # sums run from the payload inwards
         self._sums = np.zeros((links + 2, 12))
         self._upper = np.triu(np.ones((model.nv, model.nv), dtype=bool))
-        self._straight = plant.arm.muscle.path == "spans" and model.ntendon > 0
-        if self._straight:
+        self.straight = plant.arm.muscle.path == "spans" and model.ntendon > 0
+        if self.straight:
             names = [model.body(base + s).name for s in range(links + 1)]
             self._sites = np.array([[model.site(f"{name}_{muscle}").id for muscle in MUSCLES] for name in names])
         self.symmetric = not (load.any_moment or load.any_follower)
@@ -59,7 +71,8 @@ class TangentStiffness:
         np.multiply(self._centres[:, :, None], weight[:, None, :], out=dyads)
         if load.any_force:
             load.add_forces(sums[:, :3], dyads)
-        self._turning = self._straight and bool(tensions.any())
+        self.potential = -float(sums[:, 3::4].sum())  # traces of dyads
+        self._turning = self.straight and bool(tensions.any())
         if self._turning:
             pull, ends = self._pulls(tensions)
             sums[:-1, :3] += pull.sum(axis=1)
@@ -68,16 +81,15 @@ class TangentStiffness:
         D = beyond_dof[:, 3:].reshape(-1, 3, 3)
         D -= self._anchors[:, :, None] * beyond_dof[:, None, :3]
         self._about = D
-        moment = axial(D)
+        self.dead = (axes * axial(D)).sum(axis=1)
+        Q = self.dead - self._model.jnt_stiffness * self._data.qpos
         if load.any_moment:
-            moment += load.couples()
+            Q += (axes * load.couples()).sum(axis=1)
         if load.any_follower:
-            moment += load.follower()
-        Q = (axes * moment).sum(axis=1)
-        Q -= self._model.jnt_stiffness * self._data.qpos
+            Q += axes @ load.follower()
         if load.any_actuation:
             Q += load.along_joints()
-        if not self._straight and self._model.ntendon:
+        if not self.straight and self._model.ntendon:
             Q -= tensions @ self._plant.muscle_jacobian
         return np.asarray(Q)
 
@@ -101,6 +113,23 @@ class TangentStiffness:
             K += (J.T * slopes) @ J
         K.reshape(-1)[:: len(K) + 1] += self._model.jnt_stiffness
         return K
+
+    def swing(self) -> Swing:
+        """Return what `work` needs of the last `forces`."""
+        return self.dead, self.potential, self._plant.muscle_lengths if self.straight else _NONE
+
+    def work(self, before: Swing, after: Swing, step: Array, tensions: Array) -> float:
+        """Return what dead loads, and straight spans, do along a step [J] beyond their mean force times the step.
+
+        Args:
+            before, after: `swing` at its ends.
+            step: change of joint angles [rad], shape (dofs,).
+            tensions: mean tensions [N], shape (3,).
+        """
+        if np.abs(step).max() < SMALL:
+            return 0.0  # and the difference of potentials would be all rounding
+        drawn = float(tensions @ (before[2] - after[2])) if self.straight else 0.0
+        return before[1] - after[1] + drawn - 0.5 * float((before[0] + after[0]) @ step)
 
     def _pulls(self, tensions: Array) -> tuple[Array, Array]:
         """Return the muscles' forces on their sites [N] and the sites' positions [m], shape (stations, 3, 3)."""
