@@ -95,16 +95,18 @@ class NoRestError(ConvergenceError):
     Attributes:
         reason: why, and what would help.
         value, limit: the number that decided, and the most that it may be; NaN if there is none.
+        where: the pose or scenario that it is said of, or nothing.
     """
 
     def __init__(self, reason: str, value: float = math.nan, limit: float = math.nan, where: str = "") -> None:
-        self.reason, self.value, self.limit = reason, value, limit
-        self.what, self.residual, self.tolerance, self.iterations, self.unit = reason, value, limit, 0, ""
-        ContarmError.__init__(self, f"{where}no pose at rest: {reason}")
+        self.reason, self.value, self.limit, self.where = reason, value, limit, where
+        self.what, self.residual, self.tolerance = f"{where}no pose at rest: {reason}", value, limit
+        self.iterations, self.unit = 0, ""
+        ContarmError.__init__(self, self.what)
 
     def located(self, where: str) -> NoRestError:
         """Return the same error, said of a pose or scenario."""
-        return NoRestError(self.reason, self.value, self.limit, f"{where}: ")
+        return NoRestError(self.reason, self.value, self.limit, f"{where}: {self.where}")
 
 
 class RenderingError(ContarmError):

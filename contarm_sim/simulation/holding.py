@@ -67,23 +67,30 @@ class Holder:
         """
         self.wanted, self._meant, self.iterations = lengths, meant, 0
         residual, minimum = descend(self)
-        if residual > self.tolerance or not minimum:
+        if residual > self.tolerance:
             raise unsettled(self.plant.arm, residual, self.tolerance, self.iterations)
+        if not minimum:
+            raise unstable(self.plant.arm, float(np.linalg.eigvalsh(self._matrix)[0]))
 
     def by_lengths(self) -> Array:
         """Return the derivative of joint angles by what is meant of muscle lengths [rad/m], shape (dofs, 3)."""
         return np.asarray(self._bent @ np.linalg.solve(self._turned, self._meant))
 
-    def setpoints(self) -> Array:
+    def setpoints(self, checked: bool = True) -> Array:
         """Return the controls of length servos that hold the pose, length changes [m], shape (3,).
+
+        Args:
+            checked: refuse what servos cannot follow.
 
         Raises:
             NoRestError: they are out of the servos' range, or take more than the muscles' blocked force.
         """
         arm = self.plant.arm
+        control = servo_control(self.plant.muscle_lengths, self.tensions, arm)
+        if not checked:
+            return control
         if self.tensions.max() > arm.muscle.blocked_force:
             raise too_strong(arm, float(self.tensions.max()))
-        control = servo_control(self.plant.muscle_lengths, self.tensions, arm)
         low, high = arm.setpoint_range
         beyond = np.maximum(low - control, control - high)
         if beyond.max() > 0:

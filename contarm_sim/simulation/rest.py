@@ -16,7 +16,7 @@ from contarm_sim.mechanics.routing import length_jacobian
 from contarm_sim.mechanics.statics import servo_tensions
 from contarm_sim.simulation.control import Command, Controller, command
 from contarm_sim.simulation.holding import Holder
-from contarm_sim.simulation.plan import plan_rest
+from contarm_sim.simulation.plan import planned_rest
 from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.recorder import Recorder
 from contarm_sim.simulation.samples import Samples
@@ -36,8 +36,9 @@ def poses_at_rest(
         ConvergenceError: no equilibrium that the arm or its muscles can hold; says why.
         InputError: a bend that pulling muscles, or pressures, cannot hold.
     """
+    poses = None
     if controller == "tip":
-        orders, ticks = plan_rest(arm, bend, target, ticks), None
+        (orders, poses), ticks = planned_rest(arm, bend, target, ticks), None
     else:
         orders = command(arm, bend, controller)
     plant = Plant(arm, pull_only=orders.pull_only, actuation=orders.actuation)
@@ -46,6 +47,8 @@ def poses_at_rest(
     with engine_room():
         for i in ticks if ticks is not None else range(len(bend)):
             plant.reset(bend[i])
+            if poses is not None:
+                plant.data.qpos[:] = poses[i]
             try:
                 setpoint[i] = hold(i)
             except ConvergenceError as error:
