@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from typing import Any
 
 import mujoco
 import numpy as np
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import DivergenceError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.pneumatics import force_slope, passive_slope, passive_tension
 from contarm_sim.mechanics.routing import joint_angles
-from contarm_sim.mjcf import Actuation, arm_spec
+from contarm_sim.mjcf import Actuation
 from contarm_sim.mjcf.backbone import twist_stiffness
-from contarm_sim.mjcf.routing import angle, coefficient, counted_from
+from contarm_sim.mjcf.routing import angle, counted_from
+from contarm_sim.simulation.models import built
 
 FATAL = [
     int(warning)
@@ -37,8 +40,14 @@ def engine_room() -> Iterator[None]:
     `Plant.check` reads the engine's warning counters instead. The matrices here are small: a second BLAS thread gains
     nothing, and spins beside the stepping loop until that takes twice as long.
     """
-    with quiet_engine(), threadpool_limits(1, user_api="blas"):
+    with quiet_engine(), _libraries("scipy.linalg" in sys.modules).limit(limits=1, user_api="blas"):
         yield
+
+
+@lru_cache
+def _libraries(scipy: bool) -> ThreadpoolController:
+    """Return what limits the BLAS libraries that are loaded; to look for them takes a millisecond."""
+    return ThreadpoolController()
 
 
 @contextmanager
@@ -87,7 +96,8 @@ class Plant:
         actuation: Actuation = "lengths",
     ) -> None:
         self.arm, self.constant_tensions = arm, actuation == "tensions"
-        self.model = arm_spec(arm, actuation).compile()
+        own = built(arm, actuation)
+        self.model = own.model
         if not pull_only:
             self.model.actuator_forcelimited[:] = 0
             self.model.actuator_ctrllimited[:] = 0
@@ -102,12 +112,9 @@ class Plant:
         self.pressure = self.data.act.reshape(self.model.na // 3, 3)
         self.damping = self.model.tendon_damping.copy() if self.model.ntendon else np.zeros(3)
         self._warnings = self.data.warning.number
-        joints = [self.model.joint(i).name for i in range(self.model.njnt)]
-        self._bending = {axis: np.flatnonzero([name.endswith(axis) for name in joints]) for axis in "xy"}
-        self._twisting = np.flatnonzero([name.endswith("z") for name in joints])
+        self._bending, self._twisting, self._by_angle = own.bending, own.twisting, own.by_angle
         self._turning = len(self._twisting) > 0 and arm.muscle.path == "parallel" and self.model.nu > 0
         self._zero = counted_from(arm)
-        self._by_angle = np.array([[coefficient(arm, i, name) for name in joints] for i in range(3)])
 
     @property
     def muscle_lengths(self) -> Array:
