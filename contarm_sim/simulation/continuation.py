@@ -23,7 +23,7 @@ SMALLEST_INCREMENT = 1e-3
 """Continuation gives up below this fraction of the load."""
 
 EVALUATIONS = 1500
-"""Most stiffness matrices for one load."""
+"""Most stiffness matrices for one load on 100 links; with more, fewer: seconds in all."""
 
 SIDE = 0.5
 """How far a buckling arm is bent to the side that it falls to [rad]."""
@@ -75,20 +75,37 @@ def solve(solver: Solver, method: str = "auto") -> Solution:
 def _down(solver: Solver) -> float:
     """Go downhill; off a saddle, such as an upright arm that buckles, along its softest mode, on the side of +X."""
     data = solver.plant.data
-    residual, stable = descend(solver)
+    steps = solver.steps
+    residual, stable = descend(solver, steps)
     for _ in range(5):
         if stable or residual > solver.tolerance:
             break
-        mode = np.linalg.eigh(solver.tangent())[1][:, 0]
-        towards = [solver.plant.model.joint(i).name[-1] == "y" for i in range(len(mode))]
-        mode *= SIDE / max(np.abs(mode).sum(), 1e-300) * (-1.0 if mode @ towards < -1e-9 else 1.0)
-        data.qpos += mode
-        residual, stable = descend(solver)
+        data.qpos += _side(solver)
+        residual, stable = descend(solver, steps)
     if residual > solver.tolerance:
         raise unsettled(solver.plant.arm, residual, solver.tolerance, solver.iterations)
     if not stable:
         raise unstable(solver.plant.arm, solver.softest())
     return residual
+
+
+def _side(solver: Solver) -> Array:
+    """Return a bend along the softest mode, of two that are alike the one towards +X [rad], shape (dofs,)."""
+    values, modes = np.linalg.eigh(solver.tangent())
+    towards = _towards_x(solver)
+    alike = modes[:, values <= values[0] + 0.05 * abs(values[0])]
+    share = towards @ alike
+    mode = alike @ share if np.linalg.norm(share) > 1e-6 else modes[:, 0]
+    return np.asarray(SIDE * mode / np.abs(mode).sum())
+
+
+def _towards_x(solver: Solver) -> Array:
+    """Return 1 for hinges about y, which bend the arm towards +X, and 0 for others, shape (dofs,)."""
+    return np.asarray(solver.plant.model.jnt_axis[:, 1] > 0.5, dtype=float)
+
+
+def _most(solver: Solver) -> int:
+    return int(EVALUATIONS * min(1.0, 200 / solver.plant.model.nv) ** 2)
 
 
 def pseudo_transient(solver: Solver, iterations: int = 400) -> float:
@@ -97,7 +114,7 @@ def pseudo_transient(solver: Solver, iterations: int = 400) -> float:
     residual = first = solver.evaluate()
     damping = 1.0
     for _ in range(iterations):
-        if residual <= solver.tolerance:
+        if residual <= solver.tolerance or solver.iterations > _most(solver):
             break
         K = solver.tangent()
         K[np.diag_indices_from(K)] += damping * solver.scale
@@ -126,14 +143,14 @@ def _raised(solver: Solver) -> float:
         whole.apply(solver, fraction)
         data.qpos[:] = pose
         residual = solver.newton(12)
-        if residual > solver.tolerance or solver.softest() <= 0:
+        if residual > solver.tolerance or not _firm(solver):
             _nudge(solver, pose)
             residual = pseudo_transient(solver)
-        if residual <= solver.tolerance and solver.softest() > 0:
+        if residual <= solver.tolerance and _firm(solver):
             pose, reached, increment = data.qpos.copy(), fraction, 1.5 * increment
             continue
         increment *= 0.5
-        if increment < SMALLEST_INCREMENT or solver.iterations > EVALUATIONS:
+        if increment < SMALLEST_INCREMENT or solver.iterations > _most(solver):
             whole.apply(solver, 1.0)
             raise ConvergenceError(
                 f"no stable equilibrium near the path beyond {100 * reached:.1f} % of the load: the solver",
@@ -142,8 +159,11 @@ def _raised(solver: Solver) -> float:
     return residual
 
 
+def _firm(solver: Solver) -> bool:
+    """Whether no eigenvalue of the stiffness has a real part below zero; its symmetric part mostly tells, in no time."""
+    return solver.positive() or solver.softest() > 0
+
+
 def _nudge(solver: Solver, pose: Array) -> None:
     """Start a little bent towards +X beside a pose, so that a buckling arm has a side to fall to."""
-    model = solver.plant.model
-    towards = np.array([model.joint(i).name[-1] == "y" for i in range(model.njnt)])
-    solver.plant.data.qpos[:] = pose + 0.05 / solver.plant.arm.links * towards
+    solver.plant.data.qpos[:] = pose + 0.05 / solver.plant.arm.links * _towards_x(solver)

@@ -66,7 +66,7 @@ class Holder:
             NoRestError: no pose at rest was found.
         """
         self.wanted, self._meant, self.iterations = lengths, meant, 0
-        residual, minimum = descend(self)
+        residual, minimum = descend(self, self._solver.steps)
         if residual > self.tolerance:
             raise unsettled(self.plant.arm, residual, self.tolerance, self.iterations)
         if not minimum:

@@ -39,9 +39,8 @@ class AppliedLoad:
         self._forces = np.array([p[2] for p in points]).reshape(-1, 3)
         self._moments = np.array([p[3] for p in points]).reshape(-1, 3)
         self._follower = np.array(load.follower_moment)
-        names = [model.joint(i).name[-1] for i in range(model.njnt)]
-        by_axis = {"x": load.actuation_moment[0], "y": load.actuation_moment[1], "z": 0.0}
-        self._actuation = np.array([by_axis[name] for name in names])
+        about = np.array([load.actuation_moment[0], load.actuation_moment[1], 0.0])
+        self._actuation = model.jnt_axis @ about
         self.any_actuation = bool(self._actuation.any())
         self.any_moment = bool(self._moments.any())
         self.any_follower = bool(self._follower.any())

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from contarm_sim.arm import Arm
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.load import Load
-from contarm_sim.simulation.descent import descend
+from contarm_sim.simulation.descent import STEPS, descend
 from contarm_sim.simulation.loads import AppliedLoad
 from contarm_sim.simulation.plant import Plant
 from contarm_sim.simulation.reasons import unsettled, unstable
@@ -102,12 +102,17 @@ class Solver:
         if len(self.plant.pressure):
             self.plant.pressure[:] = setpoint  # the valves have settled too
         self.iterations = 0
-        residual, stable = descend(self)
+        residual, stable = descend(self, self.steps)
         if residual > self.tolerance:
             raise unsettled(self.plant.arm, residual, self.tolerance, self.iterations)
         if not stable:
             raise unstable(self.plant.arm, self.softest())
         return residual
+
+    @property
+    def steps(self) -> int:
+        """Most steps of a descent, fewer with very many links: seconds in all."""
+        return int(STEPS * min(1.0, 300 / self.plant.model.nv))
 
     def newton(self, iterations: int = 40) -> float:
         """Take Newton steps with backtracking; return the residual reached."""
