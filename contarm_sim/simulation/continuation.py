@@ -160,7 +160,7 @@ def _raised(solver: Solver) -> float:
 
 
 def _firm(solver: Solver) -> bool:
-    """Whether no eigenvalue of the stiffness has a real part below zero; its symmetric part mostly tells, in no time."""
+    """Whether no eigenvalue of the stiffness has a real part below zero: the symmetric part mostly tells."""
     return solver.positive() or solver.softest() > 0
 
 

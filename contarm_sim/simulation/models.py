@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 from collections import OrderedDict
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from threading import Lock
 from typing import Any
 
@@ -45,6 +45,23 @@ class Built:
     twisting: Any
     by_angle: Array
 
+    def write(self, arm: Arm, actuation: Actuation) -> None:
+        """Write an arm's parameters that are not in its `structure`, which must be this model's."""
+        model = self.model
+        model.opt.gravity[:] = arm.gravity
+        k = arm.bending_stiffness / arm.link_pitch
+        model.jnt_stiffness[:] = k
+        model.dof_damping[:] = arm.damping_time * k
+        if arm.torsional_stiffness is not None:
+            model.jnt_stiffness[self.twisting] = twist_stiffness(arm, 3 * arm.muscle.min_tension)
+            model.dof_damping[self.twisting] = arm.damping_time * arm.torsional_stiffness / arm.link_pitch
+        if actuation == "lengths":
+            kp, bias, control_range, damping = servo_parameters(arm)
+            model.actuator_gainprm[:, 0] = kp
+            model.actuator_biasprm[:, :3] = bias
+            model.actuator_ctrlrange[:] = control_range
+            model.tendon_damping[:] = damping
+
 
 _kept: OrderedDict[Any, Built] = OrderedDict()
 _lock = Lock()
@@ -56,15 +73,21 @@ def built(arm: Arm, actuation: Actuation) -> Built:
     Raises:
         InputError: an unknown actuation.
     """
-    key = (actuation, arm.torsional_stiffness is None, *[getattr(arm, name) for name in _KEY])
+    key = structure(arm, actuation)
     with _lock:
         found = _kept.pop(key, None) or _compiled(arm, actuation)
         _kept[key] = found
         if len(_kept) > KEPT:
             _kept.popitem(last=False)
         model = copy.copy(found.model)
-    _write(model, found, arm, actuation)
-    return Built(model, found.bending, found.twisting, found.by_angle)
+    own = replace(found, model=model)
+    own.write(arm, actuation)
+    return own
+
+
+def structure(arm: Arm, actuation: Actuation) -> tuple[Any, ...]:
+    """Return what a model is kept by."""
+    return (actuation, arm.torsional_stiffness is None, *[getattr(arm, name) for name in _KEY])
 
 
 def _compiled(arm: Arm, actuation: Actuation) -> Built:
@@ -75,20 +98,3 @@ def _compiled(arm: Arm, actuation: Actuation) -> Built:
     by_angle = np.array([[coefficient(arm, i, name) for name in joints] for i in range(3)])
     by_angle.setflags(write=False)
     return Built(model, bending, twisting, by_angle)
-
-
-def _write(model: mujoco.MjModel, found: Built, arm: Arm, actuation: Actuation) -> None:
-    """Write what is not in a model's key."""
-    model.opt.gravity[:] = arm.gravity
-    k = arm.bending_stiffness / arm.link_pitch
-    model.jnt_stiffness[:] = k
-    model.dof_damping[:] = arm.damping_time * k
-    if arm.torsional_stiffness is not None:
-        model.jnt_stiffness[found.twisting] = twist_stiffness(arm, 3 * arm.muscle.min_tension)
-        model.dof_damping[found.twisting] = arm.damping_time * arm.torsional_stiffness / arm.link_pitch
-    if actuation == "lengths":
-        kp, bias, control_range, damping = servo_parameters(arm)
-        model.actuator_gainprm[:, 0] = kp
-        model.actuator_biasprm[:, :3] = bias
-        model.actuator_ctrlrange[:] = control_range
-        model.tendon_damping[:] = damping

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from functools import lru_cache
 from typing import Any
 
 import mujoco
 import numpy as np
-from threadpoolctl import ThreadpoolController
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import DivergenceError
@@ -21,6 +16,8 @@ from contarm_sim.mjcf import Actuation
 from contarm_sim.mjcf.backbone import twist_stiffness
 from contarm_sim.mjcf.routing import angle, counted_from
 from contarm_sim.simulation.models import built
+from contarm_sim.simulation.room import engine_room as engine_room
+from contarm_sim.simulation.room import quiet_engine as quiet_engine
 
 FATAL = [
     int(warning)
@@ -31,38 +28,6 @@ FATAL = [
     )
 ]
 """Warnings after which the engine has reset the arm."""
-
-
-@contextmanager
-def engine_room() -> Iterator[None]:
-    """Run simulations inside: no warnings written to MUJOCO_LOG.TXT, no BLAS threads.
-
-    `Plant.check` reads the engine's warning counters instead. The matrices here are small: a second BLAS thread gains
-    nothing, and spins beside the stepping loop until that takes twice as long.
-    """
-    with quiet_engine(), _libraries("scipy.linalg" in sys.modules).limit(limits=1, user_api="blas"):
-        yield
-
-
-@lru_cache
-def _libraries(scipy: bool) -> ThreadpoolController:
-    """Return what limits the BLAS libraries that are loaded; to look for them takes a millisecond."""
-    return ThreadpoolController()
-
-
-@contextmanager
-def quiet_engine() -> Iterator[None]:
-    """Keep the engine from writing warnings to MUJOCO_LOG.TXT; its counters still tell."""
-    previous = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(_ignore)
-    try:
-        yield
-    finally:
-        mujoco.set_mju_user_warning(previous)
-
-
-def _ignore(message: str) -> None:
-    pass
 
 
 class Plant:
@@ -96,8 +61,8 @@ class Plant:
         actuation: Actuation = "lengths",
     ) -> None:
         self.arm, self.constant_tensions = arm, actuation == "tensions"
-        own = built(arm, actuation)
-        self.model = own.model
+        self._own, self._actuation = built(arm, actuation), actuation
+        own, self.model = self._own, self._own.model
         if not pull_only:
             self.model.actuator_forcelimited[:] = 0
             self.model.actuator_ctrllimited[:] = 0
@@ -221,6 +186,12 @@ class Plant:
         if spans:
             points[:, :-1] += arm.guide_height * self.rotations[:-1, :, 2]
         return points
+
+    def become(self, arm: Arm) -> None:
+        """Take an arm's parameters, which must be of the same structure, see `models`; reset afterwards."""
+        self.arm = arm
+        self._own.write(arm, self._actuation)
+        self.damping = self.model.tendon_damping.copy() if self.model.ntendon else np.zeros(3)
 
     def reset(self, bend: Array) -> None:
         """Put the arm at rest with every joint bent alike, the first guess of a pose at this bend [rad]."""

@@ -48,7 +48,8 @@ class Solution:
     Attributes:
         residual: largest generalised force left [N m].
         smallest_eigenvalue: of the stiffness matrix (its real part, where loads have no energy) [N m/rad].
-        growth: fastest growth of a small disturbance [1/s], negative if all die out; under loads that no energy belongs
+        growth: fastest growth of a small disturbance [1/s], negative if all die out (minus infinity where a bound
+            proves that, see `stability`); under loads that no energy belongs
             to (dead couples, followers) the arm may flutter though its stiffness matrix has no negative eigenvalue. NaN
             for loads with energy, where that cannot be.
         iterations: evaluations of the stiffness matrix.

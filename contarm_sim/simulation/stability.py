@@ -14,9 +14,10 @@ if TYPE_CHECKING:
 
 
 def growth(solver: Solver) -> float:
-    """Return the largest real part [1/s] of the eigenvalues of the linearised motion; NaN for loads with energy.
+    """Return the largest real part [1/s] of the eigenvalues of the linearised motion.
 
-    The solver's pose must be evaluated.
+    NaN for loads with energy; minus infinity where `damped_out` spares the eigenvalues. The solver's pose must be
+    evaluated.
     """
     if solver.stiffness.symmetric:
         return float("nan")
@@ -28,7 +29,23 @@ def growth(solver: Solver) -> float:
     mujoco.mj_fullM(model, data, M)
     J = plant.muscle_jacobian
     C = np.diag(model.dof_damping) + (J.T * plant.damping) @ J
-    return fastest(M, C, K)
+    return -np.inf if damped_out(M, C, K) else fastest(M, C, K)
+
+
+def damped_out(M: Array, C: Array, K: Array) -> bool:
+    """Whether a bound proves that all motions of M q'' + C q' + K q = 0 die out; False proves nothing.
+
+    A mode x has m s^2 + c s + k + i n = 0, with m, c and k the quotients of M, C and the symmetric part of K, n that of
+    its skew part: it dies out if k > 0 and c^2 k > m n^2. All are taken by k, and each at its worst.
+    """
+    try:
+        inverse = np.linalg.inv(np.linalg.cholesky(0.5 * (K + K.T)))
+    except np.linalg.LinAlgError:
+        return False
+    skew = np.linalg.norm(inverse @ (0.5 * (K - K.T)) @ inverse.T)
+    inertia = np.trace(inverse @ M @ inverse.T)
+    damping = np.linalg.eigvalsh(inverse @ C @ inverse.T)[0]
+    return bool(damping > 0 and damping**2 > inertia * skew**2)
 
 
 def fastest(M: Array, C: Array, K: Array) -> float:
