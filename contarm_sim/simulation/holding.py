@@ -97,6 +97,13 @@ class Holder:
             raise too_short(arm, float(control[beyond.argmax()]))
         return control
 
+    def excess(self) -> float:
+        """Return how far the pose is beyond what length servos can hold [N]; 0 if they can."""
+        arm = self.plant.arm
+        control, (low, high) = servo_control(self.plant.muscle_lengths, self.tensions, arm), arm.setpoint_range
+        beyond = np.maximum(low - control, control - high) * arm.servo_stiffness
+        return max(0.0, float(beyond.max()), float(self.tensions.max()) - arm.muscle.blocked_force)
+
     def pressures(self) -> Array:
         """Return the pressures that hold the pose [Pa], shape (3,).
 

@@ -80,6 +80,7 @@ class TipPlan:
         bend, damping = bend.copy(), 0.0
         holder(lengths_from_bend(bend, self.plant.arm))
         slope, off, curved = self._slope(bend), target - self.plant.tip, np.zeros((2, 2))
+        excess = holder.excess()
         for _ in range(ITERATIONS):
             gram = slope.T @ slope + curved
             change = np.linalg.solve(gram + (damping + 1e-12) * np.trace(gram) * np.eye(2), slope.T @ off)
@@ -88,9 +89,9 @@ class TipPlan:
                 break
             change *= min(1.0, LONGEST / size)
             before = data.qpos.copy(), holder.tensions, slope
-            if self._nearer(bend + change, target, float(off @ off), float(before[1].max())):
+            if self._nearer(bend + change, target, float(off @ off), excess):
                 bend, damping = bend + change, 0.2 * damping if damping > 1e-3 else 0.0
-                slope, off = self._slope(bend), target - self.plant.tip
+                slope, off, excess = self._slope(bend), target - self.plant.tip, holder.excess()
                 curved = _curved(curved, change, (before[2] - slope).T @ off, slope)
             else:
                 data.qpos[:], holder.tensions = before[:2]
@@ -98,17 +99,17 @@ class TipPlan:
         holder(lengths_from_bend(bend, self.plant.arm))
         return holder.setpoints(checked), slope
 
-    def _nearer(self, bend: Array, target: Array, square: float, strongest: float) -> bool:
-        """Whether the tip, at rest at a bend, is no farther from its target than before, and muscles can hold it."""
+    def _nearer(self, bend: Array, target: Array, square: float, excess: float) -> bool:
+        """Whether the tip, at rest at a bend, is no farther from its target than before, and as well held."""
         if np.hypot(*bend) > LARGEST:
             return False
         try:
             self._holder(lengths_from_bend(bend, self.plant.arm))
         except NoRestError:
             return False
-        off, limit = target - self.plant.tip, self.plant.arm.muscle.blocked_force
-        fits = self._holder.tensions.max() <= max(limit, strongest)
-        return bool(fits and off @ off <= square + (1e-9 * self.plant.arm.length) ** 2)
+        off = target - self.plant.tip
+        near = off @ off <= square + (1e-9 * self.plant.arm.length) ** 2
+        return bool(near and self._holder.excess() <= excess)
 
     def _slope(self, bend: Array) -> Array:
         """Return the derivative of the resting tip by the bend whose lengths it has [m/rad], shape (3, 2)."""
