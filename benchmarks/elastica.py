@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from contarm_sim.simulation.equilibrium import equilibrium, extrapolated
+from contarm_sim.simulation.equilibrium import equilibrium
+from contarm_sim.simulation.extrapolation import extrapolated
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 

@@ -1,4 +1,7 @@
-"""Time to a static pose under random loads, over letting the arm settle by stepping and over SciPy's root finder."""
+"""Time to a static pose under random loads, beside a bare step of the engine, stepping to rest and SciPy's root finder.
+
+Times are of this process's own processor, so that others on the machine do not count; quantiles are 5, 50 and 95 %.
+"""
 
 import time
 
@@ -8,8 +11,10 @@ from scipy.optimize import root
 
 from contarm_sim import Arm
 from contarm_sim.load import Load, Muscles, Wrench
+from contarm_sim.mjcf import arm_spec
 from contarm_sim.simulation.equilibrium import driven_plant, equilibrium
-from contarm_sim.simulation.plant import engine_room
+from contarm_sim.simulation.extrapolation import extrapolated
+from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.solver import Solver
 
 
@@ -20,6 +25,25 @@ def case(rng, links):
     return arm, Load(wrenches=(Wrench(xi=rng.random(), force=tuple(force)),), muscles=muscles)
 
 
+def timed(function, *given):
+    start = time.process_time()
+    function(*given)
+    return 1e3 * (time.process_time() - start)
+
+
+def compiled(links):
+    arm_spec(Arm(links=links)).compile()
+
+
+def solve(arm, load):
+    """Solve on a model that is there."""
+    plant, solver = prepared(arm, load)
+    start = time.process_time()
+    solver.newton()
+    solver.positive()
+    return 1e3 * (time.process_time() - start), plant.tip
+
+
 def prepared(arm, load):
     plant = driven_plant(arm, load)
     return plant, Solver(plant, load)
@@ -27,14 +51,12 @@ def prepared(arm, load):
 
 def by_stepping(arm, load, tip):
     plant, solver = prepared(arm, load)
-    start = time.perf_counter()
     while plant.data.time < 30:
         for _ in range(20):
             plant.data.qfrc_applied[:] = solver.load.generalised_forces()
             mujoco.mj_step(plant.model, plant.data)
         if np.linalg.norm(plant.tip - tip) < 1e-7:
             break
-    return time.perf_counter() - start
 
 
 def by_scipy(arm, load):
@@ -42,30 +64,38 @@ def by_scipy(arm, load):
 
     def forces(qpos):
         plant.data.qpos[:] = qpos
-        solver.residual()
+        solver.evaluate()
         return solver.forces
 
-    start = time.perf_counter()
     root(forces, plant.data.qpos.copy(), method="hybr", tol=1e-10)
-    return time.perf_counter() - start
+
+
+def said(times):
+    low, middle, high = np.quantile(times, [0.05, 0.5, 0.95])
+    return f"{middle:.2f} ms ({low:.2f} to {high:.2f})"
 
 
 def main():
-    for links in (24, 50):
+    for links in (12, 24, 50):
         rng = np.random.default_rng(1)
-        ours, steps, scipy = [], [], []
+        cases = [case(rng, links) for _ in range(60)]
+        plant = Plant(Arm(links=links))
         with engine_room():
-            for i in range(60):
-                arm, load = case(rng, links)
-                found = equilibrium(arm, load)
-                ours.append(found.seconds)
-                if i < 12:
-                    steps.append(by_stepping(arm, load, found.tip) / found.seconds)
-                    scipy.append(by_scipy(arm, load) / found.seconds)
-        low, middle, high = 1e3 * np.quantile(ours, [0.05, 0.5, 0.95])
+            for arm, load in cases[:4]:
+                extrapolated(arm, load)
+            step = np.median([timed(mujoco.mj_step, plant.model, plant.data, 50) / 50 for _ in range(20)])
+            compiling = np.median([timed(compiled, links) for _ in range(10)])
+            kept = [solve(*each) for each in cases]
+            whole = [timed(equilibrium, *each) for each in cases]
+            twice = [timed(extrapolated, *each) for each in cases]
+            slow = [timed(by_stepping, *each, tip) for each, (_, tip) in zip(cases[:8], kept, strict=False)]
+            scipy = [timed(by_scipy, *each) for each in cases[:8]]
+        solving = [one for one, _ in kept]
         print(
-            f"{links} links: {middle:.2f} ms a pose (5 to 95 %: {low:.2f} to {high:.2f}); stepping to 0.1 um takes "
-            f"{np.median(steps):.0f} times as long, scipy.optimize.root {np.median(scipy):.0f} times"
+            f"{links} links: solving {said(solving)}, {np.median(solving) / step:.0f} steps of the engine; a call "
+            f"{said(whole)}, extrapolated {said(twice)}; building the model alone takes {compiling:.2f} ms, "
+            f"scipy.optimize.root {np.median(scipy) / np.median(whole):.0f} times as long as a call, stepping to rest "
+            f"{np.median(slow) / np.median(whole):.0f} times"
         )
 
 

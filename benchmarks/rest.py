@@ -29,7 +29,7 @@ def main():
                 mujoco.mj_step(plant.model, plant.data, 10)
             swings.append(time.perf_counter() - start)
         print(
-            f"{name:12} Newton {1e3 * newton:.2f} ms a pose, all corrections included; swinging out to 1 nm "
+            f"{name:12} Newton {1e3 * newton:.2f} ms a pose, set-points found with it; swinging out to 1 nm "
             f"{1e3 * np.median(swings):.0f} ms: {np.median(swings) / newton:.0f} times as long"
         )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 
@@ -86,6 +87,26 @@ class ConvergenceError(ContarmError):
     def located(self, where: str) -> ConvergenceError:
         """Return the same error, said of a pose or scenario."""
         return ConvergenceError(f"{where}: {self.what}", self.residual, self.tolerance, self.iterations, self.unit)
+
+
+class NoRestError(ConvergenceError):
+    """An arm has no pose at rest, or none that it would stay in.
+
+    Attributes:
+        reason: why, and what would help.
+        value, limit: the number that decided, and the most that it may be; NaN if there is none.
+        where: the pose or scenario that it is said of, or nothing.
+    """
+
+    def __init__(self, reason: str, value: float = math.nan, limit: float = math.nan, where: str = "") -> None:
+        self.reason, self.value, self.limit, self.where = reason, value, limit, where
+        self.what, self.residual, self.tolerance = f"{where}no pose at rest: {reason}", value, limit
+        self.iterations, self.unit = 0, ""
+        ContarmError.__init__(self, self.what)
+
+    def located(self, where: str) -> NoRestError:
+        """Return the same error, said of a pose or scenario."""
+        return NoRestError(self.reason, self.value, self.limit, f"{where}: {self.where}")
 
 
 class RenderingError(ContarmError):

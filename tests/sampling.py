@@ -5,6 +5,7 @@ import numpy as np
 
 from contarm_sim.arm import Arm, Muscle
 from contarm_sim.kinematics import arc
+from contarm_sim.mechanics.pneumatics import passive_tension
 
 HEAVY = Arm(
     links=9, payload=0.2, torsional_stiffness=0.03, gravity=(1.0, 2.0, 9.0), length=1 / 3, joint_friction=1 / 700,
@@ -31,6 +32,17 @@ def bends(count: int, seed: int = 0, largest: float = np.pi) -> np.ndarray:
     return arc.from_polar(angle, plane)
 
 
+def _by_twist(plant) -> np.ndarray | float:
+    """Return what the engine's forces lack of twisted muscles [N m]: T dL/dq of helices, not stiffer springs."""
+    if plant.twisted is None:
+        return 0.0
+    arm = plant.arm
+    engine = plant.muscle_forces + passive_tension(plant.data.ten_length + arm.length, arm)
+    straight = plant.twisted.__dict__["_by_angle"]
+    springs = (plant.model.jnt_stiffness - plant.springs) * plant.data.qpos
+    return springs + engine @ straight - plant.muscle_tensions @ plant.muscle_jacobian
+
+
 def differenced_stiffness(plant) -> np.ndarray:
     """Return -dQ/dq [N m/rad] at a plant's pose by central differences of the engine's forces, twisted muscles' too."""
     model, data = plant.model, plant.data
@@ -41,6 +53,6 @@ def differenced_stiffness(plant) -> np.ndarray:
             data.qpos[:] = at
             data.qpos[j] += sign * step
             mujoco.mj_forward(model, data)
-            forces.append(data.qfrc_smooth + plant.stiffen_twist())
+            forces.append(data.qfrc_smooth + _by_twist(plant))
         columns.append((forces[1] - forces[0]) / (2 * step))
     return np.stack(columns, axis=1)

@@ -7,6 +7,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from random_drives import random_cases
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import ConvergenceError, InputError
@@ -15,10 +16,12 @@ from contarm_sim.load import Load, Muscles, Wrench, load_from_dict
 from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.pneumatics import force, force_slope, pressure_for
 from contarm_sim.mechanics.statics import holding_tensions
-from contarm_sim.simulation.equilibrium import driven_plant, equilibrium, extrapolated, interpolate
+from contarm_sim.simulation.continuation import Whole
+from contarm_sim.simulation.equilibrium import driven_plant, equilibrium
+from contarm_sim.simulation.extrapolation import extrapolated, interpolate
 from contarm_sim.simulation.loads import AppliedLoad
 from contarm_sim.simulation.plant import Plant
-from contarm_sim.simulation.solver import RESIDUAL, Solver, _Whole
+from contarm_sim.simulation.solver import RESIDUAL, Solver
 from contarm_sim.simulation.stiffness import TangentStiffness
 
 REFERENCE = json.loads((Path(__file__).parent / "data" / "elastica.json").read_text())
@@ -83,6 +86,55 @@ def test_extrapolation_from_half_the_links():
     assert np.median(errors) < 0.01
 
 
+@pytest.mark.parametrize("links", [12, 24])
+def test_what_extrapolation_is_trusted_with_gets_better_by_what_it_says(links):
+    trusted = 0
+    for name in ORDINARY:
+        better, fine = extrapolated(*_posed(name, links))
+        off, before = (np.linalg.norm(found.tip - CASES[name]["tip"]) for found in (better, fine))
+        if better.trusted:
+            trusted += 1
+            assert off <= before + 1e-9
+            assert off <= better.error + 1e-9
+        else:
+            assert off == before  # the fine pose itself
+    assert trusted >= 10
+
+
+@pytest.mark.parametrize("path", ["parallel", "spans"])
+@pytest.mark.parametrize("kind", ["tensions", "pressures"])
+def test_extrapolation_of_driven_arms_with_few_links_is_better_or_refused(kind, path):
+    for case in random_cases(1, 6, kind):
+        arm = replace(case.arm, links=12, muscle=replace(case.arm.muscle, path=path))
+        wrench = Wrench(xi=1, force=tuple(case.force), moment=tuple(case.moment))
+        better, fine = extrapolated(
+            arm, Load(wrenches=(wrench,), muscles=Muscles(kind=kind, values=tuple(case.values)))
+        )
+        off, before = (np.linalg.norm(found.tip - case.rod.tip) for found in (better, fine))
+        assert off <= before
+        assert off <= 3 * better.error
+
+
+def test_too_few_links_to_judge_an_extrapolation_by_give_the_fine_pose():
+    better, fine = extrapolated(Arm(links=6, gravity=(-9.81, 0.0, 0.0)))
+    assert not better.trusted
+    assert np.isnan(better.error)
+    np.testing.assert_array_equal(better.frames, fine.frames)
+
+
+def test_calls_leave_nothing_behind_for_the_next():
+    """Plants are reused: continuation, other gravity, other stiffness, other drives between two equal calls."""
+    arm, load = Arm(gravity=(1.0, 2.0, 3.0)), Load(muscles=Muscles(kind="bend", values=(1.0, 0.4)))
+    one = equilibrium(arm, load)
+    equilibrium(replace(arm, gravity=(0.0, 0.0, -9.81), bending_stiffness=0.03), load)
+    with pytest.raises(ConvergenceError):
+        equilibrium(replace(arm, torsional_stiffness=0.01), Load(follower_moment=(50.0, 0.0, 0.0)))
+    equilibrium(arm, Load(muscles=Muscles(kind="tensions", values=(9.0, 5.0, 5.0))))
+    two = equilibrium(arm, load)
+    np.testing.assert_array_equal(one.qpos, two.qpos)
+    np.testing.assert_array_equal(one.tip_compliance, two.tip_compliance)
+
+
 def test_the_buckled_arm_falls_to_plus_x_and_the_straight_one_is_unstable():
     found = equilibrium(*_posed(BUCKLED, 24))
     assert found.stable
@@ -131,7 +183,7 @@ def test_the_loaded_stiffness_is_the_derivative_of_the_forces():
     solver = Solver(plant, load)
     data = plant.data
     data.ctrl[:] = plant.arm.length - 0.0002
-    solver.residual()
+    solver.evaluate()
     K, at, step = TangentStiffness(plant, AppliedLoad(plant, load))(), data.qpos.copy(), 1e-6
     assert not np.allclose(K, K.T)  # dead couples and followers have no energy
     for j in range(plant.model.nv):
@@ -139,7 +191,7 @@ def test_the_loaded_stiffness_is_the_derivative_of_the_forces():
         for sign in (1, -1):
             data.qpos[:] = at
             data.qpos[j] += sign * step
-            solver.residual()
+            solver.evaluate()
             forces.append(solver.forces.copy())
         np.testing.assert_allclose(K[:, j], (forces[1] - forces[0]) / (2 * step), atol=1e-7 * np.abs(K).max())
 
@@ -264,9 +316,9 @@ def test_two_thousand_random_loads():
 def _softest_along_the_path(arm, load):
     """Raise the load by Newton in small steps; return the smallest eigenvalue met before Newton is lost [N m/rad]."""
     plant, softest = driven_plant(arm, load), np.inf
-    solver, whole = Solver(plant, load), _Whole(plant)
+    solver, whole = Solver(plant, load), Whole(plant)
     for fraction in np.linspace(0.02, 1, 99):
-        solver._set_fraction(whole, fraction)
+        whole.apply(solver, fraction)
         if solver.newton() > RESIDUAL:
             break
         softest = min(softest, solver.softest())

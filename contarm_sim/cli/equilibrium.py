@@ -116,11 +116,12 @@ def _solve(
 ) -> dict[str, Any]:
     import numpy as np
 
-    from contarm_sim.simulation.equilibrium import equilibrium, extrapolated, interpolate
+    from contarm_sim.simulation.equilibrium import equilibrium
+    from contarm_sim.simulation.extrapolation import extrapolated, interpolate
 
     arm, load = case
     try:
-        found = extrapolated(arm, load)[0] if extrapolate else equilibrium(arm, load, method)
+        found: Any = extrapolated(arm, load)[0] if extrapolate else equilibrium(arm, load, method)
     except ConvergenceError as error:
         return {"error": str(error), "stable": False}
     except InputError as error:
@@ -141,6 +142,9 @@ def _solve(
         "iterations": found.iterations,
         "seconds": found.seconds,
     }
+    if extrapolate:
+        result["trusted"] = found.trusted
+        result["error_estimate"] = found.error if np.isfinite(found.error) else None
     if xi:
         result["xi"], result["poses"] = list(xi), interpolate(found.frames, arm.length, np.array(xi)).tolist()
     return result
@@ -164,6 +168,11 @@ def _show(results: list[dict[str, Any]]) -> None:
             else "no muscle pulls"
         )
         click.echo(f"{head}tip {tip} mm; {muscles}")
+        if "trusted" in result:
+            off = result["error_estimate"]
+            may = "an unknown amount" if off is None else f"perhaps {1e3 * off:.2g} mm"
+            kind = "extrapolated" if result["trusted"] else "NOT EXTRAPOLATED: too few links for the order to show"
+            click.echo(f"{kind}; the tip is off by {may}")
         if result["held"] is False:
             click.echo("NOT HELD: a length servo is at its limit, the muscles' blocked force")
         softest, residual = f"{result['smallest_eigenvalue']:.3g} N m/rad", f"{result['residual']:.1g} N m"

@@ -85,7 +85,7 @@ class Resting:
     def _bend(self, bend: Array, target: Array) -> Array:
         try:
             self._plan.plant.reset(bend)
-            setpoint, _ = self._plan.solve(bend, target, self._actions.setpoints(bend[None])[0])
+            setpoint, _ = self._plan.solve(bend, target)
         except (ConvergenceError, InputError):
             return bend
         for _ in range(CORRECTIONS):  # the bend whose own set-points have the same differences

@@ -155,6 +155,11 @@ def servo_control(lengths: Array, tensions: Array, arm: Arm) -> Array:
     return lengths - arm.length - (tensions - arm.muscle.min_tension) / arm.servo_stiffness
 
 
+def servo_tensions(control: Array, lengths: Array, arm: Arm) -> Array:
+    """Return the tensions [N] of muscles of these lengths [m] under controls of length servos, see `servo_control`."""
+    return arm.muscle.min_tension + arm.servo_stiffness * (lengths - arm.length - control)
+
+
 def level_range(held: Balance, arm: Arm) -> tuple[Array, Array]:
     """Return the lowest and highest level [N], each of shape (...), that pressures within the limits give.
 

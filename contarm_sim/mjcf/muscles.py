@@ -30,7 +30,7 @@ def add_muscles(spec: mujoco.MjSpec, arm: Arm, bodies: list[mujoco.MjsBody], act
         raise InputError("actuation", repr(actuation), ", ".join(ACTUATIONS))
     if actuation == "none":
         return
-    damping = arm.servo_stiffness * arm.servo_time if actuation == "lengths" else 0.0
+    damping = servo_parameters(arm)[3] if actuation == "lengths" else 0.0
     muscle = add_tendons(spec, arm, bodies, damping)
     if actuation != "pressures":
         {"lengths": _servo, "tensions": _pull}[actuation](muscle.actuator, arm)
@@ -55,16 +55,22 @@ def _servo(actuator: mujoco.MjsActuator, arm: Arm) -> None:
     belongs to the tendon: as a part of a force that is limited it would vanish at the limit, and the servo would hunt
     between nothing and full force for ever.
     """
-    kp, blocked = arm.servo_stiffness, arm.muscle.blocked_force
+    kp, bias, control_range, _ = servo_parameters(arm)
     actuator.gaintype = mujoco.mjtGain.mjGAIN_FIXED
     actuator.gainprm[0] = kp
     actuator.biastype = mujoco.mjtBias.mjBIAS_AFFINE
-    straight = kp * (arm.length - counted_from(arm))
-    actuator.biasprm[:3] = [straight - arm.muscle.min_tension, -kp, 0.0]
-    actuator.forcerange = [-blocked, 0.0]
+    actuator.biasprm[:3] = bias
+    actuator.forcerange = [-arm.muscle.blocked_force, 0.0]
     actuator.forcelimited = True
-    actuator.ctrlrange = arm.setpoint_range
+    actuator.ctrlrange = control_range
     actuator.ctrllimited = True
+
+
+def servo_parameters(arm: Arm) -> tuple[float, list[float], tuple[float, float], float]:
+    """Return a length servo's gain [N/m], biases, range of controls [m] and the damping along its muscle [N s/m]."""
+    kp = arm.servo_stiffness
+    straight = kp * (arm.length - counted_from(arm))
+    return kp, [straight - arm.muscle.min_tension, -kp, 0.0], arm.setpoint_range, kp * arm.servo_time
 
 
 def _pull(actuator: mujoco.MjsActuator, arm: Arm) -> None:

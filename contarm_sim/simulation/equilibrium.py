@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import threading
 import time
-from dataclasses import dataclass, replace
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,8 +18,16 @@ from contarm_sim.load import Load
 from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.pneumatics import pressure_for
 from contarm_sim.mechanics.statics import holding_tensions, servo_control
+from contarm_sim.mjcf import Actuation
+from contarm_sim.simulation.continuation import solve
+from contarm_sim.simulation.models import structure
 from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.solver import Solution, Solver
+
+REUSED = 8
+"""Most plants that a thread keeps for the next load."""
+
+_own = threading.local()
 
 COMMON_MODE = 0.01
 """Common length change that is put down to rounding [lengths]."""
@@ -62,7 +73,7 @@ def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess:
     Dry friction, which would hold the arm in a whole range of poses, is left out: this is that range's centre.
 
     Args:
-        method: `auto`, `newton` or `pseudo-transient` (see `simulation.solver`).
+        method: `auto`, `newton` or `pseudo-transient` (see `simulation.continuation`).
         guess: joint angles to start from [rad], shape (dofs,); default straight, or the uniform bend that
             the muscles ask for.
 
@@ -71,7 +82,7 @@ def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess:
         InputError: a bend that pulling muscles cannot hold, or pressures out of range.
     """
     load = load or Load()
-    plant = driven_plant(arm, load)
+    plant = driven_plant(arm, load, _reused)
     if guess is not None:
         if np.shape(guess) != plant.data.qpos.shape:
             raise InputError("guess", f"of shape {np.shape(guess)}", f"shape {plant.data.qpos.shape}")
@@ -79,7 +90,7 @@ def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess:
     with engine_room():
         solver = Solver(plant, load)
         start = time.perf_counter()
-        found = solver.solve(method)
+        found = solve(solver, method)
         seconds = time.perf_counter() - start
     frames = np.tile(np.eye(4), (arm.links + 1, 1, 1))
     frames[:, :3, 3] = plant.stations
@@ -96,21 +107,36 @@ def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess:
     )
 
 
-def driven_plant(arm: Arm, load: Load) -> Plant:
+def _reused(arm: Arm, pull_only: bool = True, actuation: Actuation = "lengths") -> Plant:
+    """Return a plant of this thread's own, used before if there is one of this structure."""
+    plants = _own.__dict__.setdefault("plants", OrderedDict())
+    key = (pull_only, structure(arm, actuation))
+    plant = plants.pop(key, None)
+    if plant is None:
+        plant = Plant(arm, pull_only, actuation=actuation)
+    else:
+        plant.become(arm)
+    plants[key] = plant
+    if len(plants) > REUSED:
+        plants.popitem(last=False)
+    return plant
+
+
+def driven_plant(arm: Arm, load: Load, make: Callable[..., Plant] = Plant) -> Plant:
     """Return a plant with muscles driven as a load says, posed for a first guess, its controls set."""
     kind, values = load.muscles.kind, np.array(load.muscles.values)
     if kind == "pressures":
-        plant = Plant(arm, actuation="pressures")
+        plant = make(arm, actuation="pressures")
         plant.reset(np.zeros(2))
         plant.control[:] = plant.pressure[:] = _checked_pressures(arm, values)
         return plant
     if kind in ("off", "tensions"):
-        plant = Plant(arm, pull_only=False, actuation="none" if kind == "off" else "tensions")
+        plant = make(arm, pull_only=False, actuation="none" if kind == "off" else "tensions")
         plant.reset(np.zeros(2))
         if kind == "tensions":
             plant.control[:] = values
         return plant
-    plant = Plant(arm)
+    plant = make(arm)
     bend = arc.from_polar(values[0], values[1]) if kind == "bend" else _bend_of(arm, values)
     lengths = routing.lengths_from_bend(bend, arm)
     plant.reset(bend)
@@ -146,49 +172,3 @@ def _checked_pressures(arm: Arm, pressures: Array) -> Array:
     if np.any((pressures > high + rounding) | ((pressures > 0) & (pressures < low - rounding))):
         raise InputError("muscles pressures", pressures.tolist(), f"0, or {low:g} to {high:g} Pa")
     return pressures
-
-
-def extrapolated(arm: Arm, load: Load | None = None) -> tuple[Equilibrium, Equilibrium]:
-    """Return (the pose at N links improved by Richardson's extrapolation from N/2, the pose at N itself).
-
-    The error of the chain is of second order in 1/N, so x_N + (x_N - x_N/2)/(r^2 - 1), r the ratio of link counts,
-    is of fourth. Orientations extrapolate along the rotation from one to the other.
-
-    Raises:
-        ConvergenceError: as `equilibrium`.
-        InputError: as `equilibrium`, or fewer than 4 links.
-    """
-    if arm.links < 4:
-        raise InputError("links", arm.links, "at least 4, half of which make the coarse solution")
-    fine = equilibrium(arm, load)
-    coarse = equilibrium(replace(arm, links=arm.links // 2), load)
-    gain = 1 / ((arm.links / (len(coarse.frames) - 1)) ** 2 - 1)
-    xi = np.arange(arm.links + 1) / arm.links
-    other = interpolate(coarse.frames, arm.length, xi)
-    frames = fine.frames.copy()
-    frames[:, :3, 3] += gain * (fine.frames[:, :3, 3] - other[:, :3, 3])
-    from scipy.spatial.transform import Rotation
-
-    here, there = Rotation.from_matrix(fine.frames[:, :3, :3]), Rotation.from_matrix(other[:, :3, :3])
-    frames[:, :3, :3] = (here * Rotation.from_rotvec(gain * (there.inv() * here).as_rotvec())).as_matrix()
-    better = {
-        name: getattr(fine, name) + gain * (getattr(fine, name) - getattr(coarse, name))
-        for name in ("muscle_lengths", "muscle_tensions", "tip_compliance")
-    }
-    return replace(fine, frames=frames, seconds=fine.seconds + coarse.seconds, **better), fine
-
-
-def interpolate(frames: Array, length: float, xi: Array) -> Array:
-    """Return frames at normalised arc lengths, shape (K, 4, 4), of frames at s = i length/N, shape (N + 1, 4, 4).
-
-    Cubic Hermite between stations, whose tangents are the frames' z axes; orientations turn evenly.
-    """
-    from scipy.interpolate import CubicHermiteSpline
-    from scipy.spatial.transform import Rotation, Slerp
-
-    s = length * np.linspace(0, 1, len(frames))
-    at = length * np.asarray(xi, dtype=float)
-    out = np.tile(np.eye(4), (len(at), 1, 1))
-    out[:, :3, 3] = CubicHermiteSpline(s, frames[:, :3, 3], frames[:, :3, 2])(at)
-    out[:, :3, :3] = Slerp(s, Rotation.from_matrix(frames[:, :3, :3]))(at).as_matrix()
-    return out

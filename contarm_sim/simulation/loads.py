@@ -39,40 +39,59 @@ class AppliedLoad:
         self._forces = np.array([p[2] for p in points]).reshape(-1, 3)
         self._moments = np.array([p[3] for p in points]).reshape(-1, 3)
         self._follower = np.array(load.follower_moment)
-        names = [model.joint(i).name[-1] for i in range(model.njnt)]
-        by_axis = {"x": load.actuation_moment[0], "y": load.actuation_moment[1], "z": 0.0}
-        self._actuation = np.array([by_axis[name] for name in names])
+        about = np.array([load.actuation_moment[0], load.actuation_moment[1], 0.0])
+        self._actuation = model.jnt_axis @ about
+        self.any_actuation = bool(self._actuation.any())
         self.any_moment = bool(self._moments.any())
         self.any_follower = bool(self._follower.any())
 
-    def distal(self) -> tuple[Array, Array, Array]:
-        """Return per station: dead forces (S, 3), their dyads p (x) f (S, 3, 3), dead moments (S, 3)."""
-        count = int(self._station_of_dof[-1]) + 1
-        force, dyad, moment = np.zeros((count, 3)), np.zeros((count, 3, 3)), np.zeros((count, 3))
-        if len(self._stations):
-            bodies = self._base + self._stations
-            along = self._data.xmat[bodies].reshape(-1, 3, 3)[:, :, 2]
-            points = self._data.xpos[bodies] + self._z[:, None] * along
-            scaled = self.fraction * self._forces
-            np.add.at(force, self._stations, scaled)
-            np.add.at(dyad, self._stations, points[:, :, None] * scaled[:, None, :])
-            np.add.at(moment, self._stations, self.fraction * self._moments)
-        return force, dyad, moment
+    @property
+    def any_force(self) -> bool:
+        """Whether there are dead forces."""
+        return len(self._stations) > 0
+
+    def add_forces(self, force: Array, dyad: Array) -> None:
+        """Add dead forces f at points p to those of their stations, (S, 3), and to their dyads p (x) f, (S, 3, 3)."""
+        bodies = self._base + self._stations
+        along = self._data.xmat[bodies].reshape(-1, 3, 3)[:, :, 2]
+        points = self._data.xpos[bodies] + self._z[:, None] * along
+        scaled = self.fraction * self._forces
+        np.add.at(force, self._stations, scaled)
+        np.add.at(dyad, self._stations, points[:, :, None] * scaled[:, None, :])
+
+    def couples(self) -> Array:
+        """Return the sum of dead couples beyond each dof [N m], shape (dofs, 3)."""
+        moment = np.zeros((int(self._station_of_dof[-1]) + 1, 3))
+        np.add.at(moment, self._stations, self.fraction * self._moments)
+        return beyond(moment)[self._station_of_dof]
 
     def follower(self) -> Array:
         """Return the follower moment [N m] in the base frame, shape (3,)."""
         return self.fraction * self._data.xmat[self._base + self._station_of_dof[-1]].reshape(3, 3) @ self._follower
 
+    def along_joints(self) -> Array:
+        """Return the actuation moment on each joint [N m], shape (dofs,)."""
+        return self.fraction * self._actuation
+
     def generalised_forces(self) -> Array:
         """Return the loads' generalised forces [N m], shape (dofs,); kinematics must be up to date."""
-        force, dyad, moment = (beyond(part)[self._station_of_dof] for part in self.distal())
-        axes, anchors = self._data.xaxis, self._data.xanchor
-        about = dyad - anchors[:, :, None] * force[:, None, :]
-        couple = np.stack(
-            [about[:, 1, 2] - about[:, 2, 1], about[:, 2, 0] - about[:, 0, 2], about[:, 0, 1] - about[:, 1, 0]], -1
-        )
-        total = couple + moment + self.follower()
-        return np.einsum("ja,ja->j", axes, total) + self.fraction * self._actuation
+        count, station = int(self._station_of_dof[-1]) + 1, self._station_of_dof
+        force, dyad = np.zeros((count, 3)), np.zeros((count, 3, 3))
+        self.add_forces(force, dyad)
+        about = beyond(dyad)[station] - self._data.xanchor[:, :, None] * beyond(force)[station, None, :]
+        total = axial(about) + self.couples() + self.follower()
+        return np.asarray((self._data.xaxis * total).sum(axis=1) + self.along_joints())
+
+
+def axial(dyad: Array) -> Array:
+    """Return the sum of p x f, shape (..., 3), of sums of p (x) f, shape (..., 3, 3)."""
+    flat = dyad.reshape(*dyad.shape[:-2], 9)
+    return np.asarray(flat @ _AXIAL)
+
+
+_AXIAL = np.zeros((9, 3))
+for _axis, _plus, _minus in ((0, 5, 7), (1, 6, 2), (2, 1, 3)):
+    _AXIAL[_plus, _axis], _AXIAL[_minus, _axis] = 1.0, -1.0
 
 
 def beyond(values: Array) -> Array:

@@ -1,9 +1,10 @@
 """Set-points that bring the model's own tip to its targets: statics and dynamics of the whole chain, inverted.
 
-Three lengths steer two of the tip's three coordinates, so each sample is a small least-squares problem: the bend at
-which the tip, at rest under gravity and load, is nearest to its target. Gauss-Newton solves it with the exact
-derivative of the resting tip by set-points, J_tip K^-1 (kp J_muscles^T). In motion the same problem is solved again
-with what the planned joint angles take to move, inertia and damping, as forces on the resting arm (d'Alembert).
+Three lengths steer two of the tip's three coordinates, so each sample is a small least-squares problem: the bend whose
+muscle lengths let the tip, at rest under gravity and load, come nearest to its target. Gauss-Newton solves it, damped
+where that leads away, with the derivative of the resting tip by lengths that the last step of `holding` has found. In
+motion the same problem is solved again with what the planned joint angles take to move, inertia and damping, as forces
+on the resting arm (d'Alembert).
 """
 
 from __future__ import annotations
@@ -15,23 +16,27 @@ import mujoco
 import numpy as np
 
 from contarm_sim.arm import Arm
-from contarm_sim.errors import ConvergenceError
+from contarm_sim.errors import ConvergenceError, NoRestError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics.routing import length_jacobian
+from contarm_sim.mechanics.routing import length_jacobian, lengths_from_bend
 from contarm_sim.mechanics.statics import least_tensions
 from contarm_sim.simulation.control import Command, command
+from contarm_sim.simulation.holding import Holder
 from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.solver import Solver
 
 STEP = 1e-7
 """Change of the bend at which a sample has converged [rad]."""
 
-SLACK = 1e-3
-"""Deviation left of the slackest muscle's tension [N]."""
+LONGEST = 0.2
+"""Largest change of the bend at once [rad]."""
 
-ITERATIONS = 100
-"""Most steps for one sample; a handful do."""
+LARGEST = 0.98 * np.pi
+"""Largest bend that is tried [rad]."""
+
+ITERATIONS = 60
+"""Most steps for one sample, those taken back included; a handful do."""
 
 RATE = 25.0
 """Samples solved per second of motion [Hz]; splines between."""
@@ -49,49 +54,69 @@ class TipPlan:
 
     def __init__(self, arm: Arm) -> None:
         self.plant = Plant(arm)
-        self._solver = Solver(self.plant)
-        self._kp = arm.servo_stiffness
+        self._holder = Holder(Solver(self.plant))
 
     def solve(
-        self, bend: Array, target: Array, setpoint: Array, forces: Array | float = 0.0, least: Array | None = None
+        self, bend: Array, target: Array, forces: Array | float = 0.0, least: Array | None = None, checked: bool = True
     ) -> tuple[Array, Array]:
         """Bring the tip from its current pose as near to a target [m], shape (3,), as it gets.
 
         Args:
-            bend: about where that is [rad], shape (2,).
-            setpoint: a guess [m], shape (3,).
+            bend: about where that is [rad], shape (2,): what the plan falls back to.
             forces: generalised forces on the joints [N m], shape (dofs,).
             least: tensions that the muscles keep at least [N], shape (3,); default the arm's least.
+            checked: refuse set-points that servos at rest cannot follow.
 
         Returns:
             the set-points [m], shape (3,), and the derivative of the tip by the bend asked for [m/rad], shape (3, 2).
 
         Raises:
-            ConvergenceError: no pose was found.
+            NoRestError: there is no pose at rest at this bend; says why.
         """
-        plant, setpoint = self.plant, setpoint.copy()
-        least = np.full(3, plant.arm.muscle.min_tension) if least is None else least
-        self._solver.extra = forces
-        spread = length_jacobian(bend, plant.arm)
-        size = np.inf
+        holder, data = self._holder, self.plant.data
+        holder.extra = forces
+        holder.least = np.full(3, self.plant.arm.muscle.min_tension) if least is None else least
+        holder.tensions = holder.least.copy()
+        bend, damping = bend.copy(), 0.0
+        holder(lengths_from_bend(bend, self.plant.arm))
+        slope, off, curved = self._slope(bend), target - self.plant.tip, np.zeros((2, 2))
+        excess = holder.excess()
         for _ in range(ITERATIONS):
-            self._solver(setpoint)
-            slope = self._tip_by_setpoint() @ spread
-            change = np.linalg.pinv(slope) @ (target - plant.tip)
-            size = float(np.hypot(change[0], change[1]))
-            slack = float((least - plant.muscle_forces).max())
-            if size <= STEP and abs(slack) <= SLACK:
-                return setpoint, slope
-            change *= min(1.0, 0.2 / max(size, 1e-300))
-            setpoint += spread @ change - slack / self._kp
-        raise ConvergenceError("the plan of the tip", size, STEP, ITERATIONS, "rad")
+            gram = slope.T @ slope + curved
+            change = np.linalg.solve(gram + (damping + 1e-12) * np.trace(gram) * np.eye(2), slope.T @ off)
+            size = float(np.hypot(*change))
+            if size <= STEP:
+                break
+            change *= min(1.0, LONGEST / size)
+            before = data.qpos.copy(), holder.tensions, slope
+            if self._nearer(bend + change, target, float(off @ off), excess):
+                bend, damping = bend + change, 0.2 * damping if damping > 1e-3 else 0.0
+                slope, off, excess = self._slope(bend), target - self.plant.tip, holder.excess()
+                curved = _curved(curved, change, (before[2] - slope).T @ off, slope)
+            else:
+                data.qpos[:], holder.tensions = before[:2]
+                damping, curved = max(4 * damping, 1e-2), np.zeros((2, 2))
+        holder(lengths_from_bend(bend, self.plant.arm))
+        return holder.setpoints(checked), slope
 
-    def _tip_by_setpoint(self) -> Array:
-        """Return the derivative of the resting tip by set-points, shape (3, 3)."""
+    def _nearer(self, bend: Array, target: Array, square: float, excess: float) -> bool:
+        """Whether the tip, at rest at a bend, is no farther from its target than before, and as well held."""
+        if np.hypot(*bend) > LARGEST:
+            return False
+        try:
+            self._holder(lengths_from_bend(bend, self.plant.arm))
+        except NoRestError:
+            return False
+        off = target - self.plant.tip
+        near = off @ off <= square + (1e-9 * self.plant.arm.length) ** 2
+        return bool(near and self._holder.excess() <= excess)
+
+    def _slope(self, bend: Array) -> Array:
+        """Return the derivative of the resting tip by the bend whose lengths it has [m/rad], shape (3, 2)."""
         model, data = self.plant.model, self.plant.data
         J = np.zeros((3, model.nv))
         mujoco.mj_jacBody(model, data, J, None, model.body("tip").id)
-        return J @ np.linalg.solve(self._solver.tangent(), self._kp * self.plant.muscle_jacobian.T)
+        return J @ self._holder.by_lengths() @ length_jacobian(bend, self.plant.arm)
 
     def moving_forces(self, q: Array, v: Array, a: Array) -> Array:
         """Return what a motion takes beside statics [N m]: minus inertia, minus joint damping; shape (dofs,)."""
@@ -104,6 +129,21 @@ class TipPlan:
         data.qvel[:] = 0
         mujoco.mj_fwdVelocity(model, data)
         return -(inertia + coriolis - data.qfrc_bias + model.dof_damping * v)
+
+
+def _curved(curved: Array, change: Array, turned: Array, slope: Array) -> Array:
+    """Return what the tip's second derivative adds to slope^T slope, shape (2, 2), from what one step has shown.
+
+    Targets off the surface of resting tips make Gauss-Newton slow without it. Symmetric rank one; nothing where the sum
+    would not be positive.
+    """
+    miss = turned - curved @ change
+    along = float(miss @ change)
+    if abs(along) > 1e-8 * float(np.linalg.norm(miss) * np.linalg.norm(change)):
+        curved = curved + np.outer(miss, miss) / along
+    total = slope.T @ slope + curved
+    positive = total[0, 0] > 0 and total[0, 0] * total[1, 1] > 1.01 * total[0, 1] * total[1, 0]
+    return curved if positive else np.zeros((2, 2))
 
 
 @dataclass(frozen=True)
@@ -126,7 +166,17 @@ def plan_rest(arm: Arm, bend: Array, target: Array, ticks: Iterable[int] | None 
     Raises:
         ConvergenceError: names the pose that there is no such rest for.
     """
-    return _solved(arm, bend, target, _guess(arm, bend), 0.0, ticks).command()
+    return planned_rest(arm, bend, target, ticks)[0]
+
+
+def planned_rest(arm: Arm, bend: Array, target: Array, ticks: Iterable[int] | None = None) -> tuple[Command, Array]:
+    """Return the command of `plan_rest` and the joint angles that it comes to rest in [rad], shape (T, dofs).
+
+    Raises:
+        ConvergenceError: as `plan_rest`.
+    """
+    found = _solved(arm, bend, target, _guess(arm, bend), 0.0, ticks)
+    return found.command(), found.q
 
 
 def plan_motion(arm: Arm, bend: Array, target: Array, period: float) -> Command:
@@ -143,7 +193,7 @@ def plan_motion(arm: Arm, bend: Array, target: Array, period: float) -> Command:
     if len(knots) < 4:
         return plan_rest(arm, bend, target)
     at, plan = time[knots], TipPlan(arm)
-    found = _solved(arm, bend[knots], target[knots], _guess(arm, bend[knots]), 0.0)
+    found = _solved(arm, bend[knots], target[knots], _guess(arm, bend[knots]), 0.0, moving=True)
     for _ in range(PASSES):
         path = CubicSpline(at, found.q)
         forces = [plan.moving_forces(*state) for state in zip(found.q, path(at, 1), path(at, 2), strict=True)]
@@ -151,7 +201,7 @@ def plan_motion(arm: Arm, bend: Array, target: Array, period: float) -> Command:
         speeds = CubicSpline(at, found.lengths)(at, 1)
         speeds[0] = 0.0
         least = least_tensions(speeds, arm.muscle.min_tension, arm)
-        found = _solved(arm, bend[knots], target[knots], found, np.array(forces), least=least)
+        found = _solved(arm, bend[knots], target[knots], found, np.array(forces), least=least, moving=True)
     parts = (found.setpoint, found.lengths, found.slopes, found.q)
     fine = _Planned(*(CubicSpline(at, part)(time) for part in parts))
     follow = fine.setpoint + arm.servo_time * np.gradient(fine.lengths, period, axis=0)
@@ -176,6 +226,7 @@ def _solved(
     forces: Array | float,
     ticks: Iterable[int] | None = None,
     least: Array | float | None = None,
+    moving: bool = False,
 ) -> _Planned:
     """Solve every sample from a guess, under generalised forces [N m], shape (T, dofs), and least tensions, (T, 3)."""
     plan = TipPlan(arm)
@@ -187,7 +238,7 @@ def _solved(
         for i in ticks if ticks is not None else range(len(bend)):
             data.qpos[:] = guess.q[i]
             try:
-                setpoint[i], slopes[i] = plan.solve(bend[i], target[i], guess.setpoint[i], forces[i], least[i])
+                setpoint[i], slopes[i] = plan.solve(bend[i], target[i], forces[i], least[i], checked=not moving)
             except ConvergenceError as error:
                 angle, plane = (float(np.degrees(x)) for x in arc.to_polar(bend[i]))
                 raise error.located(f"at a bend of {angle:.0f} deg towards {plane:.0f} deg") from None

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import mujoco
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import DivergenceError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.pneumatics import force_slope, passive_slope, passive_tension
 from contarm_sim.mechanics.routing import joint_angles
-from contarm_sim.mjcf import TIMESTEP, Actuation, arm_spec
-from contarm_sim.mjcf.routing import angle, coefficient, counted_from
+from contarm_sim.mjcf import TIMESTEP, Actuation
+from contarm_sim.mjcf.routing import angle, counted_from
+from contarm_sim.simulation.models import built
+from contarm_sim.simulation.room import engine_room as engine_room
+from contarm_sim.simulation.room import quiet_engine as quiet_engine
 from contarm_sim.simulation.twist import TwistedMuscles
 
 FATAL = [
@@ -28,32 +28,6 @@ FATAL = [
     )
 ]
 """Warnings after which the engine has reset the arm."""
-
-
-@contextmanager
-def engine_room() -> Iterator[None]:
-    """Run simulations inside: no warnings written to MUJOCO_LOG.TXT, no BLAS threads.
-
-    `Plant.check` reads the engine's warning counters instead. The matrices here are small: a second BLAS thread gains
-    nothing, and spins beside the stepping loop until that takes twice as long.
-    """
-    with quiet_engine(), threadpool_limits(1, user_api="blas"):
-        yield
-
-
-@contextmanager
-def quiet_engine() -> Iterator[None]:
-    """Keep the engine from writing warnings to MUJOCO_LOG.TXT; its counters still tell."""
-    previous = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(_ignore)
-    try:
-        yield
-    finally:
-        mujoco.set_mju_user_warning(previous)
-
-
-def _ignore(message: str) -> None:
-    pass
 
 
 class Plant:
@@ -77,6 +51,7 @@ class Plant:
         actuation: what drives the muscles.
         constant_tensions: whether controls are tensions.
         damping: of each muscle along itself [N s/m], shape (3,).
+        springs: stiffness of the joints without what twisted muscles add [N m/rad], shape (dofs,).
         twisted: what twist does to parallel muscles; None where nothing twists them.
     """
 
@@ -88,8 +63,10 @@ class Plant:
         integrator: mujoco.mjtIntegrator | None = None,
         actuation: Actuation = "lengths",
     ) -> None:
-        self.arm, self.actuation, self.constant_tensions = arm, actuation, actuation == "tensions"
-        self.model = arm_spec(arm, actuation, timestep or TIMESTEP).compile()
+        self.actuation, self.constant_tensions = actuation, actuation == "tensions"
+        self._own = own = built(arm, actuation)
+        self.model = own.model
+        self.model.opt.timestep = timestep or TIMESTEP
         if not pull_only:
             self.model.actuator_forcelimited[:] = 0
             self.model.actuator_ctrllimited[:] = 0
@@ -100,17 +77,20 @@ class Plant:
         self.centres = self.data.xpos[self.model.body("base").id : self.model.body("tip").id + 1]
         self.control = self.data.ctrl.reshape(self.model.nu // 3, 3)
         self.pressure = self.data.act.reshape(self.model.na // 3, 3)
-        self.damping = self.model.tendon_damping.copy() if self.model.ntendon else np.zeros(3)
         self._warnings = self.data.warning.number
         self.warned = memoryview(self._warnings)
-        joints = [self.model.joint(i).name for i in range(self.model.njnt)]
-        self._bending = {axis: np.flatnonzero([name.endswith(axis) for name in joints]) for axis in "xy"}
-        self._twisting = np.flatnonzero([name.endswith("z") for name in joints])
+        self._bending, self._twisting, self._by_angle = own.bending, own.twisting, own.by_angle
         self._zero = counted_from(arm)
-        self._by_angle = np.array([[coefficient(arm, i, name) for name in joints] for i in range(3)])
-        turning = len(self._twisting) > 0 and arm.muscle.path == "parallel" and self.model.nu > 0
-        twisted = TwistedMuscles(arm, self._by_angle, self._twisting, self.data.qpos)
-        self.twisted = twisted if turning else None
+        self._follow(arm)
+
+    def _follow(self, arm: Arm) -> None:
+        self.arm = arm
+        self.damping = self.model.tendon_damping.copy() if self.model.ntendon else np.zeros(3)
+        self.springs, self.twisted = self.model.jnt_stiffness.copy(), None
+        if arm.torsional_stiffness is not None:
+            self.springs[self._twisting] = arm.torsional_stiffness / arm.link_pitch
+            if arm.muscle.path == "parallel" and self.model.nu:
+                self.twisted = TwistedMuscles(arm, self._by_angle, self._twisting, self.data.qpos)
 
     @property
     def muscle_lengths(self) -> Array:
@@ -165,23 +145,15 @@ class Plant:
         at_limit = (model.actuator_forcelimited != 0) & ((data.actuator_force <= low) | (data.actuator_force >= high))
         return np.where(at_limit, 0.0, -model.actuator_biasprm[:, 1]) + silicone
 
-    def stiffen_twist(self) -> Array | float:
-        """Let twisted parallel muscles stiffen the arm by their present tensions, which fixed tendons do not do.
+    def stiffen_twist(self) -> None:
+        """Let twisted parallel muscles stiffen the engine's joints by their present tensions, as fixed tendons do not.
 
-        In motion, stiffness against twist is all. The forces returned also have what a muscle's longer way does to its
-        tension and to bending: 0.1 to 0.3 % of length at the tip of an arm twisted by 30 deg.
-
-        Returns:
-            what that changes in the generalised forces last derived [N m], shape (dofs,), or 0.
+        In motion that is all that twist does to them. What their longer way does to tension and to bending, which
+        statics have, is left out: 0.1 to 0.3 % of length at the tip of an arm twisted by 30 deg.
         """
-        if self.twisted is None:
-            return 0.0
-        stiffness, twisting, tensions = self.model.jnt_stiffness, self._twisting, self.muscle_tensions
-        wanted = self.twisted.joint_stiffness(tensions)
-        change = self.twisted.bending_forces(tensions, self.muscle_slopes)
-        change[twisting] = (stiffness[twisting] - wanted) * self.data.qpos[twisting]
-        stiffness[twisting] = wanted
-        return change
+        if self.twisted is not None:
+            added = self.twisted.joint_stiffness(self.muscle_tensions)
+            self.model.jnt_stiffness[self._twisting] = self.springs[self._twisting] + added
 
     @property
     def stations(self) -> Array:
@@ -215,6 +187,11 @@ class Plant:
             points[:, :-1] += arm.guide_height * self.rotations[:-1, :, 2]
         return points
 
+    def become(self, arm: Arm) -> None:
+        """Take an arm's parameters, which must be of the same structure, see `models`; reset afterwards."""
+        self._own.write(arm, self.actuation)
+        self._follow(arm)
+
     def reset(self, bend: Array) -> None:
         """Put the arm at rest with every joint bent alike, the first guess of a pose at this bend [rad]."""
         mujoco.mj_resetDataKeyframe(self.model, self.data, 0)
@@ -230,6 +207,18 @@ class Plant:
         if len(self.pressure):
             self.pressure[:] = control
         mujoco.mj_forward(self.model, self.data)
+
+    def pose(self) -> None:
+        """Derive what forces at rest need of the present joint angles: frames, muscle lengths, actuator forces."""
+        model, data = self.model, self.data
+        data.qvel[:] = 0
+        data.ten_velocity[:] = 0
+        data.actuator_velocity[:] = 0
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_tendon(model, data)
+        mujoco.mj_transmission(model, data)
+        mujoco.mj_fwdActuation(model, data)
 
     def check(self, settings: dict[str, Any]) -> None:
         """Raise if the engine met a bad state: it would reset the arm and carry on as if nothing had happened.

@@ -11,16 +11,16 @@ from contarm_sim.arm import Arm
 from contarm_sim.errors import ConvergenceError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.simulation.control import Controller, command
-from contarm_sim.simulation.feedback import Feedback, Seen, feedback_for
-from contarm_sim.simulation.plan import plan_rest
+from contarm_sim.mechanics.pneumatics import force
+from contarm_sim.mechanics.routing import length_jacobian
+from contarm_sim.mechanics.statics import servo_tensions
+from contarm_sim.simulation.control import Command, Controller, command
+from contarm_sim.simulation.holding import Holder
+from contarm_sim.simulation.plan import planned_rest
 from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.recorder import Recorder
 from contarm_sim.simulation.samples import Samples
 from contarm_sim.simulation.solver import Solver
-
-CORRECTIONS = 300
-"""Most corrections of a set-point; a handful do at 24 links, but with few links each gains little."""
 
 
 def poses_at_rest(
@@ -33,53 +33,60 @@ def poses_at_rest(
         ticks: an iterable over range(T), for progress.
 
     Raises:
-        ConvergenceError, DivergenceError: no equilibrium near the uniformly bent pose.
+        ConvergenceError: no equilibrium that the arm or its muscles can hold; says why.
         InputError: a bend that pulling muscles, or pressures, cannot hold.
     """
+    poses = None
     if controller == "tip":
-        orders, ticks = plan_rest(arm, bend, target, ticks), None
+        (orders, poses), ticks = planned_rest(arm, bend, target, ticks), None
     else:
         orders = command(arm, bend, controller)
     plant = Plant(arm, pull_only=orders.pull_only, actuation=orders.actuation)
-    settle = Solver(plant)
-    feedback = None if controller == "tip" else feedback_for(arm, orders, bend, target)
+    hold = _Hold(plant, orders, bend)
     recorder, setpoint = Recorder(plant, len(bend)), np.empty((len(bend), 3))
     with engine_room():
         for i in ticks if ticks is not None else range(len(bend)):
             plant.reset(bend[i])
-            if feedback is not None:
-                feedback.restart()
+            if poses is not None:
+                plant.data.qpos[:] = poses[i]
             try:
-                setpoint[i] = _hold(plant, settle, orders.setpoint[i], feedback, i)
+                setpoint[i] = hold(i)
             except ConvergenceError as error:
-                raise error.located(f"at {_described(plant, bend[i])}") from None
+                raise error.located(f"at {_described(bend[i])} with {arm.links} links") from None
             mujoco.mj_forward(plant.model, plant.data)  # the sensors
             recorder.take(i)
     return recorder.samples(len(bend), np.zeros(len(bend)), target, bend, setpoint)
 
 
-def _described(plant: Plant, bend: Array) -> str:
-    """Say which pose failed, and what may be why."""
+def _described(bend: Array) -> str:
     angle, plane = (float(np.degrees(x)) for x in arc.to_polar(bend))
-    said = f"a bend of {angle:.0f} deg towards {plane:.0f} deg"
-    limit = plant.arm.muscle.blocked_force
-    if not len(plant.pressure) and plant.muscle_forces.max() > 0.999 * limit and plant.model.actuator_forcelimited[0]:
-        return f"{said}, where a muscle is at its limit of {limit:.0f} N"
-    return f"{said} with {plant.arm.links} links"
+    return f"a bend of {angle:.0f} deg towards {plane:.0f} deg"
 
 
-def _hold(plant: Plant, settle: Solver, setpoint: Array, feedback: Feedback | None, index: int) -> Array:
-    """Settle, and let the feedback correct the set-point until it is content; return the corrected set-point."""
-    if feedback is None:
-        settle(setpoint)
+class _Hold:
+    """Settles a plant under its commands: as they are, or corrected as their controller would in motion."""
+
+    def __init__(self, plant: Plant, orders: Command, bend: Array) -> None:
+        self._plant, self._orders, self._bend = plant, orders, bend
+        self._settle = Solver(plant)
+        self._holder = Holder(self._settle) if orders.controller in ("servo", "pressure") else None
+
+    def __call__(self, index: int) -> Array:
+        """Settle in sample `index` from the plant's pose; return the set-points that hold it."""
+        plant, holder, setpoint = self._plant, self._holder, self._orders.setpoint[index]
+        if holder is None:
+            self._settle(setpoint)
+            return setpoint
+        lengths, arm = self._orders.lengths[index], plant.arm
+        if len(plant.pressure):
+            per_pascal = force(1.0, lengths, arm)
+            holder.least_pressures = np.maximum(arm.muscle.min_pressure, arm.muscle.min_tension / per_pascal)
+            holder.tensions = setpoint * per_pascal
+            holder(lengths, np.linalg.qr(length_jacobian(self._bend[index], arm))[0].T)
+            plant.pressure[:] = plant.control[:] = setpoint = holder.pressures()
+        else:
+            holder.tensions = servo_tensions(setpoint, lengths, arm)
+            holder(lengths)
+            plant.control[:] = setpoint = holder.setpoints()
+        holder.check()
         return setpoint
-    error = np.inf
-    for _ in range(CORRECTIONS):
-        settle(setpoint + feedback.value)
-        used = setpoint + feedback.value
-        seen = Seen(plant.muscle_lengths, plant.muscle_forces, plant.muscle_forces, plant.tip)
-        feedback.update(index, seen, gain=1.0)
-        error = feedback.error
-        if error <= 1:
-            return used
-    raise ConvergenceError("the controller at rest", error, 1.0, CORRECTIONS, "of its tolerance")

@@ -1,10 +1,10 @@
-"""The tangent stiffness of the simulated arm: minus the derivative of its generalised forces, in closed form.
+"""The arm's generalised forces at rest and their tangent stiffness, in closed form on the engine's kinematics.
 
 For a chain of hinges with axes a_j through anchors o_j, a dead force f at p on a body distal to j has the
 generalised force a_j . ((p - o_j) x f); its derivative by q_i, i proximal or equal to j, is a_i . c_j with
 c_j = D_j a_j - tr(D_j) a_j, D_j the sum of (p - o_j) (x) f over the bodies distal to j. Gravity is such a
 load. Parallel muscles add only what their stretching does, for their lengths are linear in the joint angles; straight
-spans add what their turning does too.
+spans add what their turning does too. One cumulative sum serves forces and stiffness.
 """
 
 from __future__ import annotations
@@ -13,22 +13,43 @@ import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf.routing import MUSCLES
-from contarm_sim.simulation.loads import AppliedLoad, beyond
+from contarm_sim.simulation.loads import AppliedLoad, axial, beyond
 from contarm_sim.simulation.plant import Plant
+
+SMALL = 1e-3
+"""Change of a joint angle up to which the mean force tells the work well enough [rad]."""
+
+Swing = tuple[Array, float, Array]
+"""Of dead loads: their part of Q [N m] and their potential [J]; the lengths of straight spans [m]."""
+
+_NONE = np.zeros(0)
 
 
 class TangentStiffness:
-    """Evaluates K = -dQ/dq [N m/rad], shape (dofs, dofs), at the plant's current positions and forces."""
+    """Evaluates forces Q [N m], shape (dofs,), and K = -dQ/dq [N m/rad], shape (dofs, dofs), at the plant's positions.
+
+    Call `forces` first, then `matrix` at the same pose and tensions; calling the object does both with the plant's own.
+
+    Attributes:
+        potential: of weight and dead forces at the last `forces` [J].
+        dead: their part of Q, straight spans' included [N m], shape (dofs,).
+    """
 
     def __init__(self, plant: Plant, load: AppliedLoad) -> None:
         self._plant, self._load = plant, load
         self._model, self._data = plant.model, plant.data
-        model = self._model
-        self._base, self._payload = model.body("base").id, model.body("payload").id
-        self._station_of_dof = model.dof_bodyid - self._base
-        self._straight = plant.arm.muscle.path == "spans" and model.ntendon > 0
-        if self._straight:
-            names = [model.body(self._base + s).name for s in range(plant.arm.links + 1)]
+        model, data, links = plant.model, plant.data, plant.arm.links
+        base = model.body("base").id
+        self._bodies = slice(base, base + links + 2)  # of stations 0 .. N and the payload
+        self._axes, self._anchors, self._centres = data.xaxis, data.xanchor, data.xipos[self._bodies]
+        self._mass, self._gravity = model.body_mass[self._bodies, None], model.opt.gravity
+        self._station_of_dof = model.dof_bodyid - base
+        self._sum_of_dof = links + 1 - self._station_of_dof  # sums run from the payload inwards
+        self._sums = np.zeros((links + 2, 12))
+        self._upper = np.triu(np.ones((model.nv, model.nv), dtype=bool))
+        self.straight = plant.arm.muscle.path == "spans" and model.ntendon > 0
+        if self.straight:
+            names = [model.body(base + s).name for s in range(links + 1)]
             self._sites = np.array([[model.site(f"{name}_{muscle}").id for muscle in MUSCLES] for name in names])
         self.symmetric = not (load.any_moment or load.any_follower)
 
@@ -37,46 +58,80 @@ class TangentStiffness:
 
         It is symmetric but for dead couples and follower moments, which no energy belongs to.
         """
-        tensions, slopes = self._plant.muscle_tensions, self._plant.muscle_slopes
-        K = self._dead_loads(tensions)
-        if self._straight and tensions.any():
-            K += self._spans(tensions)
+        tensions = self._plant.muscle_tensions
+        self.forces(tensions)
+        return self.matrix(tensions, self._plant.muscle_slopes)
+
+    def forces(self, tensions: Array) -> Array:
+        """Return Q at the plant's positions [N m], shape (dofs,), of springs, weight, loads and tensions [N], (3,)."""
+        sums, load, axes = self._sums, self._load, self._axes
+        weight = self._mass * self._gravity
+        sums[:, :3] = weight
+        dyads = sums[:, 3:].reshape(-1, 3, 3)
+        np.multiply(self._centres[:, :, None], weight[:, None, :], out=dyads)
+        if load.any_force:
+            load.add_forces(sums[:, :3], dyads)
+        self.potential = -float(sums[:, 3::4].sum())  # traces of dyads
+        self._turning = self.straight and bool(tensions.any())
+        if self._turning:
+            pull, ends = self._pulls(tensions)
+            sums[:-1, :3] += pull.sum(axis=1)
+            dyads[:-1] += ends.swapaxes(1, 2) @ pull
+        beyond_dof = sums[::-1].cumsum(axis=0)[self._sum_of_dof]
+        D = beyond_dof[:, 3:].reshape(-1, 3, 3)
+        D -= self._anchors[:, :, None] * beyond_dof[:, None, :3]
+        self._about = D
+        self.dead = (axes * axial(D)).sum(axis=1)
+        Q = self.dead - self._plant.springs * self._data.qpos
+        if load.any_moment:
+            Q += (axes * load.couples()).sum(axis=1)
+        if load.any_follower:
+            Q += axes @ load.follower()
+        if load.any_actuation:
+            Q += load.along_joints()
+        if not self.straight and self._model.ntendon:
+            Q -= tensions @ self._plant.muscle_jacobian
+        return np.asarray(Q)
+
+    def matrix(self, tensions: Array, slopes: Array) -> Array:
+        """Return K at the pose of the last `forces`, for tensions [N] and their slopes [N/m], each of shape (3,)."""
+        axes, D = self._axes, self._about
+        c = (D @ axes[:, :, None])[:, :, 0]
+        c -= (D[:, 0, 0] + D[:, 1, 1] + D[:, 2, 2])[:, None] * axes
+        K = axes @ c.T
+        K = np.where(self._upper, K, K.T)
+        if self._load.any_moment:  # dQ_i/dq_j = a_j . (a_i x M_i), j proximal to i
+            K += np.tril(np.cross(axes, self._load.couples()) @ axes.T, -1)
+        if self._load.any_follower:  # dQ_i/dq_j = a_i . (a_j x M), j distal to i
+            K += np.triu(axes @ np.cross(axes, self._load.follower()).T, 1)
+        np.negative(K, out=K)
+        if self._turning:
+            spans = self._spans(tensions)
+            K += 0.5 * (spans + spans.T)
         if slopes.any():
             J = self._plant.muscle_jacobian
             K += (J.T * slopes) @ J
+        K.reshape(-1)[:: len(K) + 1] += self._plant.springs
         if self._plant.twisted is not None:
-            K += self._plant.twisted.coupling(tensions)
-        K[np.diag_indices_from(K)] += self._model.jnt_stiffness
-        return 0.5 * (K + K.T) if self.symmetric else K
+            K += self._plant.twisted.stiffness(tensions)
+        return K
 
-    def _dead_loads(self, tensions: Array) -> Array:
-        """Return what forces and couples that keep their direction add, muscle tensions as they are among them."""
-        data, model = self._data, self._model
-        axes, anchors = data.xaxis, data.xanchor
-        force, dyad, moment = self._load.distal()
-        links = slice(self._base, self._base + len(force))
-        weight = model.body_mass[links, None] * model.opt.gravity
-        force += weight
-        dyad += data.xipos[links, :, None] * weight[:, None, :]
-        hung = model.body_mass[self._payload] * model.opt.gravity
-        force[-1] += hung
-        dyad[-1] += data.xipos[self._payload, :, None] * hung
-        if self._straight and tensions.any():
-            pull, ends = self._pulls(tensions)
-            force += pull.sum(axis=1)
-            dyad += np.einsum("smi,smj->sij", ends, pull)
-        force = beyond(force)[self._station_of_dof]
-        dyad = beyond(dyad)[self._station_of_dof]
-        D = dyad - anchors[:, :, None] * force[:, None, :]
-        c = np.einsum("jab,jb->ja", D, axes) - np.trace(D, axis1=1, axis2=2)[:, None] * axes
-        dead = np.triu(axes @ c.T)
-        dead = dead + np.triu(dead, 1).T
-        if self._load.any_moment:  # dQ_i/dq_j = a_j . (a_i x M_i), j proximal to i
-            couple = beyond(moment)[self._station_of_dof]
-            dead += np.tril(np.cross(axes, couple) @ axes.T, -1)
-        if self._load.any_follower:  # dQ_i/dq_j = a_i . (a_j x M), j distal to i
-            dead += np.triu(axes @ np.cross(axes, self._load.follower()).T, 1)
-        return -dead
+    def swing(self) -> Swing:
+        """Return what `work` needs of the last `forces`."""
+        return self.dead, self.potential, self._plant.muscle_lengths if self.straight else _NONE
+
+    def work(self, before: Swing, after: Swing, step: Array, tensions: Array) -> float:
+        """Return what dead loads, and straight spans, do along a step [J] beyond their mean force times the step.
+
+        Args:
+            before, after: `swing` at its ends.
+            step: change of joint angles [rad], shape (dofs,).
+            tensions: mean tensions [N], shape (3,).
+        """
+        if np.abs(step).max() < SMALL:
+            return 0.0  # and the difference of potentials would be all rounding
+        drawn = float(tensions @ (before[2] - after[2])) if self.straight else 0.0
+        return before[1] - after[1] + drawn - 0.5 * float((before[0] + after[0]) @ step)
 
     def _pulls(self, tensions: Array) -> tuple[Array, Array]:
         """Return the muscles' forces on their sites [N] and the sites' positions [m], shape (stations, 3, 3)."""

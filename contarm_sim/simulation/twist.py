@@ -42,24 +42,11 @@ class TwistedMuscles:
         return J
 
     def joint_stiffness(self, tensions: Array) -> Array:
-        """Return the stiffness of joints against twist under tensions [N], shape (3,): [N m/rad], shape (links,)."""
-        assert self._arm.torsional_stiffness is not None
-        pulled = (tensions[:, None] / self.left()).sum(axis=0)
-        return self._arm.torsional_stiffness / self._arm.link_pitch + self._arm.muscle_radius**2 * pulled
+        """Return what tensions [N], shape (3,), add to the stiffness of joints against twist [N m/rad], (links,)."""
+        return np.asarray(self._arm.muscle_radius**2 * (tensions[:, None] / self.left()).sum(axis=0))
 
-    def bending_forces(self, tensions: Array, slopes: Array) -> Array:
-        """Return what twist adds to the generalised forces on bending hinges [N m], shape (dofs,).
-
-        Args:
-            tensions: of the muscles, as long as they are [N], shape (3,).
-            slopes: what tensions gain by length [N/m], shape (3,): the engine's are those of shorter muscles.
-        """
-        stretch = self.stretch()
-        change = tensions[:, None] * stretch / self.left() - (slopes * stretch.sum(axis=1))[:, None]
-        return np.asarray((self._by_angle * np.repeat(change, 3, axis=1)).sum(axis=0))
-
-    def coupling(self, tensions: Array) -> Array:
-        """Return what tensions [N] add to the stiffness matrix beside `joint_stiffness`, shape (dofs, dofs)."""
+    def stiffness(self, tensions: Array) -> Array:
+        """Return what tensions [N], shape (3,), add to the stiffness matrix [N m/rad], shape (dofs, dofs)."""
         left, angle = self.left(), self._qpos[self._twisting]
         by_angle = self._by_angle.reshape(3, -1, 3)
         pull = tensions[:, None] * self._arm.muscle_radius**2
@@ -71,4 +58,5 @@ class TwistedMuscles:
             K[own, own] = bend[joint]
             K[own, z] += mixed[joint]
             K[z, own] += mixed[joint]
+        K[self._twisting, self._twisting] += self.joint_stiffness(tensions)
         return K

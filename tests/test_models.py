@@ -1,0 +1,58 @@
+"""Kept models: what is written into a copy is, bit for bit, what compiling gives."""
+
+import mujoco
+import numpy as np
+import pytest
+from random_arms import random_arm
+
+from contarm_sim.arm import Arm
+from contarm_sim.mjcf import TIMESTEP, arm_spec
+from contarm_sim.simulation import models
+from contarm_sim.simulation.plant import Plant
+
+
+def _arrays(model):
+    parts = {"": model, "opt.": model.opt, "stat.": model.stat}
+    for prefix, part in parts.items():
+        for name in dir(part):
+            value = getattr(part, name) if not name.startswith("_") else None
+            if isinstance(value, (np.ndarray, float, int)) and not callable(value):
+                yield prefix + name, np.asarray(value)
+
+
+@pytest.mark.parametrize("actuation", ["lengths", "pressures", "tensions", "none"])
+def test_a_written_model_is_the_compiled_one(actuation):
+    rng, compared = np.random.default_rng(0), 0
+    for _ in range(6):
+        arm = random_arm(rng, twist=0.5, spans=0.4)
+        other = random_arm(rng, twist=0.0 if arm.torsional_stiffness is None else 1.0)
+        if (other.torsional_stiffness is None) != (arm.torsional_stiffness is None):
+            continue
+        compared += 1
+        changes = {name: getattr(other, name) for name in models._WRITTEN}
+        arm_with = Arm(**{name: getattr(arm, name) for name in models._KEY} | changes)
+        models.built(arm, actuation)  # compiled with the one's parameters
+        written = models.built(arm_with, actuation).model
+        compiled = dict(_arrays(arm_spec(arm_with, actuation, TIMESTEP).compile()))
+        names = [name for name, _ in _arrays(written)]
+        assert "jnt_stiffness" in names
+        assert len(names) > 200
+        for name, value in _arrays(written):
+            np.testing.assert_array_equal(value, compiled[name], err_msg=name)
+    assert compared > 2
+
+
+def test_a_plant_may_change_its_model():
+    one = Plant(Arm())
+    one.model.body_mass[:] = 7.0
+    one.model.opt.timestep = 1.0
+    assert Plant(Arm()).model.body_mass.max() < 1
+    assert Plant(Arm()).model.opt.timestep < 0.1
+
+
+def test_only_the_latest_models_are_kept():
+    for links in range(2, 2 + models.KEPT + 4):
+        Plant(Arm(links=links), actuation="none")
+    assert len(models._kept) == models.KEPT
+    model = models.built(Arm(links=2 + models.KEPT), "none").model
+    assert isinstance(model, mujoco.MjModel)
