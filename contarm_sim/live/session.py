@@ -26,6 +26,7 @@ LARGEST = np.radians(170.0)
 
 _LAG = 0.2  # s, of each of two stages: a hand's jump becomes a motion that muscles can follow
 _FASTEST = 2.0  # rad/s
+_ON_ITS_WAY = 0.05  # rad, nearer to the goal, or farther, than where it was refused: it is followed again
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,7 @@ class Session:
         """Stand straight and still, at time 0, and stay so."""
         self.goal, self.problem = np.zeros(2), ""
         self._ahead, self._speed, self._feedback = np.zeros((3, 2)), np.zeros(2), None
+        self._stuck = np.inf  # what was left to the goal where it was last refused [rad]
         self.plant.reset(np.zeros(2))
         mujoco.mj_forward(self.plant.model, self.plant.data)
         self._sent = self.plant.control[0].copy()
@@ -143,10 +145,11 @@ class Session:
         self._move_on()
         try:
             orders = self._orders()
-            self.problem = ""
+            if abs(self._way - self._stuck) > _ON_ITS_WAY:
+                self.problem = ""
         except InputError as error:  # wait where the muscles still hold
-            self.problem = str(error)
             self._ahead[:], self._speed[:] = self._ahead[0], 0.0
+            self.problem, self._stuck = str(error), self._way
             orders = None
         end = self._sent if orders is None else self._with_feedback(orders)
         model, data, control = self.plant.model, self.plant.data, self.plant.control
@@ -155,7 +158,8 @@ class Session:
             mujoco.mj_step(model, data)
             if i == 0:
                 self.reading = self._read()
-                self._correct()
+                if orders is not None:
+                    self._correct()
         self._sent = end
         try:
             self.plant.check({"controller": self.controller})
@@ -169,6 +173,11 @@ class Session:
         speed = self._speed + PERIOD * ((self.goal - self._ahead[2]) / _LAG**2 - 2 * self._speed / _LAG)
         self._speed = speed * min(1.0, _FASTEST / max(float(np.hypot(*speed)), 1e-12))
         self._ahead = np.vstack([self._ahead[1:], self._ahead[2] + PERIOD * self._speed])
+
+    @property
+    def _way(self) -> float:
+        """What is left to the goal [rad]."""
+        return float(np.hypot(*(self.goal - self._ahead[2])))
 
     def _orders(self) -> Command:
         orders = command(self.arm, self._ahead, self.controller, PERIOD)
@@ -192,9 +201,8 @@ class Session:
 
     def _correct(self) -> None:
         """Let the feedback see the beginning of this tick."""
-        if self._feedback is not None and not self.problem:
-            data = self.plant.data
-            plant = self.plant
+        if self._feedback is not None:
+            plant, data = self.plant, self.plant.data
             seen = Seen(
                 plant.muscle_lengths,
                 plant.muscle_forces,
