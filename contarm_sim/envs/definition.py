@@ -110,7 +110,9 @@ class Definition:
 def plain_spec(arm: Arm, actuation: Actuation) -> mujoco.MjSpec:
     """Return the arm as the environments simulate it: `arm_spec` with the payload not drawn.
 
-    Whatever varies, models must be laid out alike.
+    Whatever varies, models must be laid out alike. What tension in twisted muscles adds to `torsional_stiffness`, r^2
+    times the sum of tensions, is in the model as a constant, that of the least tension in all three; `simulate` and
+    `equilibrium` follow the tensions.
     """
     spec = arm_spec(arm, actuation)
     if arm.payload:

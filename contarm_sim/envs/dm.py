@@ -152,7 +152,7 @@ class ArmTask(composer.Task):
         force = self.definition.task.force(self._episodes.goals)
         if force is not None:
             parts = [self._arena.vector_to_world(part) for part in (force[0, :3], force[0, 3:])]
-            physics.bind(self.arm.tip).xfrc_applied = np.concatenate(parts)
+            physics.bind(self.arm.payload).xfrc_applied = np.concatenate(parts)
         self._show(physics)
 
     def before_step(self, physics: Any, action: Any, random_state: np.random.RandomState) -> None:

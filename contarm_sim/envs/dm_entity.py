@@ -84,8 +84,13 @@ class ContinuumArm(composer.Robot):
 
     @property
     def tip(self) -> Any:
-        """The body at the tip."""
+        """The body that ends in the tip plate, half a link; its centre of mass is a quarter of a pitch below the tip."""
         return self._mjcf.find("body", "tip")
+
+    @property
+    def payload(self) -> Any:
+        """The body of the payload, there without one too: `xfrc_applied` on it acts at the tip."""
+        return self._mjcf.find("body", "payload")
 
     @property
     def attachment_site(self) -> Any:
