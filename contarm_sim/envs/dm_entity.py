@@ -84,7 +84,7 @@ class ContinuumArm(composer.Robot):
 
     @property
     def tip(self) -> Any:
-        """The body that ends in the tip plate, half a link; its centre of mass is a quarter of a pitch below the tip."""
+        """The half link that ends in the tip plate; its centre of mass is a quarter of a pitch below the tip."""
         return self._mjcf.find("body", "tip")
 
     @property
