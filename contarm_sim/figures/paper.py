@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.statics import pressure_needed
 from contarm_sim.report.map import draw_possibility
-from contarm_sim.report.style import BLACK, BLUE, GREEN, ORANGE, RED, figure
+from contarm_sim.report.style import BLACK, BLUE, GREEN, ORANGE, RED, Files, figure
 from contarm_sim.simulation.rest import poses_at_rest
 from contarm_sim.validation.scenarios import under_load
 
@@ -25,7 +24,7 @@ ANALYTIC = {"color": BLACK, "linestyle": "--", "linewidth": 0.9}
 """A broad bright line with a thin dark one on it: both stay visible where they agree."""
 
 
-def fan(path: Path, arm: Arm) -> None:
+def fan(path: Files, arm: Arm) -> None:
     """Draw arcs of growing bend in six planes, and simulated chains at rest at two of the bends."""
     angles, planes = np.radians([30, 60, 90, 120, 150]), np.radians(np.arange(0, 360, 60))
     xi = np.linspace(0, 1, 60)
@@ -43,13 +42,13 @@ def fan(path: Path, arm: Arm) -> None:
         ax.legend(loc="upper left")
 
 
-def possibility(path: Path, arm: Arm) -> None:
+def possibility(path: Files, arm: Arm) -> None:
     """Draw the pressure-limited possibility map inside the paper's ellipse, free and loaded."""
     pulled, loaded = under_load(arm)
     draw_possibility(path, {"free": arm.unloaded, "gravity": pulled, "payload": loaded})
 
 
-def spiral(path: Path, arm: Arm) -> None:
+def spiral(path: Files, arm: Arm) -> None:
     """Draw the paper's spiral on its spherical shell, the nearest reachable tips, and the simulated ones."""
     samples = followed(arm, "sphere-spiral", "nearest")
     angles, planes = np.linspace(0, np.pi - 1e-9, 13), np.linspace(0, 2 * np.pi, 37)
@@ -64,7 +63,7 @@ def spiral(path: Path, arm: Arm) -> None:
         ax.legend(loc="upper left")
 
 
-def angles(path: Path, arm: Arm) -> None:
+def angles(path: Files, arm: Arm) -> None:
     """Draw bend and plane angle along the spiral: commanded, and as simulated lengths show them."""
     samples = followed(arm)
     measured, _ = routing.bend_from_lengths(samples.muscle_lengths, arm)
@@ -81,7 +80,7 @@ def angles(path: Path, arm: Arm) -> None:
         axes[0].legend()
 
 
-def lengths(path: Path, arm: Arm) -> None:
+def lengths(path: Files, arm: Arm) -> None:
     """Draw length changes of muscles 2 and 3 along the spiral: arc (paper), chain, simulated."""
     samples = followed(arm)
     forms = (
@@ -102,7 +101,7 @@ def lengths(path: Path, arm: Arm) -> None:
         axes[0].legend(loc="upper left", ncols=3)
 
 
-def lengths_on_map(path: Path, arm: Arm) -> None:
+def lengths_on_map(path: Files, arm: Arm) -> None:
     """Draw the spiral's lengths over the ellipse, the bends that pressure holds shaded."""
     samples = followed(arm)
     bends = arc.from_polar(np.radians(np.linspace(0, 179.9, 240))[:, None], np.linspace(0, 2 * np.pi, 541))
