@@ -10,8 +10,8 @@ import click
 from contarm_sim.arm import Arm
 from contarm_sim.cli.options import Command, arm_options, json_option, out_option
 
-PLANES = 12
-"""Bending planes in the table."""
+EVERY = 30
+"""Bending planes in the table [deg]; of the least of the largest bends every degree."""
 
 
 @click.command(cls=Command)
@@ -39,14 +39,14 @@ def possibility(arm: Arm, out: str | None, as_json: bool) -> None:
     check_output(target)
     pulled, loaded = under_load(arm)
     arms = {"free": arm.unloaded, "gravity": pulled, "payload": loaded}
-    planes = 2 * np.pi * np.arange(PLANES) / PLANES
+    planes = np.radians(np.arange(360))
     rows: list[dict[str, Any]] = []
     least: dict[str, float] = {}
     for name, one in arms.items():
         inflated, vented = (np.degrees(bends) for bends in largest_bends(one, planes))
-        least[name] = float(np.degrees(largest_bends(one, np.radians(np.arange(360)))[0].min()))
-        for i in track(range(PLANES), name):
-            row = {"load": name, "plane_deg": float(np.degrees(planes[i])), "inflated_deg": float(inflated[i])}
+        least[name] = float(inflated.min())
+        for i in track(range(0, 360, EVERY), name):
+            row = {"load": name, "plane_deg": float(i), "inflated_deg": float(inflated[i])}
             row["vented_deg"] = float(vented[i])
             off = held_off(one, np.radians(0.999 * inflated[i]), planes[i]) if inflated[i] > 0 else None
             rows.append(row | {"simulated_off_deg": None if off is None else float(np.degrees(off))})

@@ -13,7 +13,11 @@ from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.statics import holding_pressures, pressure_needed
 from contarm_sim.simulation.equilibrium import equilibrium
 
-_ANGLES = np.radians(np.arange(0, 180, 0.25))
+COARSE, FINE = np.radians(1.0), np.radians(0.25)
+"""Steps in which bend angles are tried [rad]: all of them coarsely, those after the largest that is held finely."""
+
+_ANGLES = np.arange(0, np.pi - 0.5 * COARSE, COARSE)
+_LAST = np.pi - FINE
 
 
 def largest_bends(arm: Arm, planes: Array) -> tuple[Array, Array]:
@@ -21,19 +25,24 @@ def largest_bends(arm: Arm, planes: Array) -> tuple[Array, Array]:
 
     0 where pressures hold not even a small bend; to a quarter of a degree, interpolated between.
     """
-    needs = pressure_needed(arc.from_polar(_ANGLES[:, None], planes), arm)
-    return _largest(needs[0], arm), _largest(needs[1], arm)
+    inflated, vented = pressure_needed(arc.from_polar(_ANGLES[:, None], planes), arm)
+    return _largest(inflated, 0, arm, planes), _largest(vented, 1, arm, planes)
 
 
-def _largest(need: Array, arm: Arm) -> Array:
+def _largest(needed: Array, which: int, arm: Arm, planes: Array) -> Array:
+    """Return the largest angles [rad], shape (P,), of pressures needed [Pa], shape (angles, P), of one of two kinds."""
     limit = arm.muscle.max_pressure
-    held = need <= limit
+    held = needed <= limit
     last = len(_ANGLES) - 1 - held[::-1].argmax(axis=0)  # of those that are held
-    found = _ANGLES[last]
-    for j in np.flatnonzero(held.any(axis=0) & (last < len(_ANGLES) - 1)):
+    angles = np.minimum(_ANGLES[last] + FINE * np.arange(round(COARSE / FINE) + 1)[:, None], _LAST)
+    need = pressure_needed(arc.from_polar(angles, planes), arm)[which]
+    end = len(angles) - 1
+    last = end - (need <= limit)[::-1].argmax(axis=0)
+    found = np.take_along_axis(angles, last[None], 0)[0]
+    for j in np.flatnonzero(held.any(axis=0) & (last < end)):
         below, above = need[last[j], j], need[last[j] + 1, j]
         if np.isfinite(above) and above > below:
-            found[j] += (_ANGLES[1] - _ANGLES[0]) * (limit - below) / (above - below)
+            found[j] += FINE * (limit - below) / (above - below)
     return np.where(held.any(axis=0), found, 0.0)
 
 
