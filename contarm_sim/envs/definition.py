@@ -88,8 +88,11 @@ class Definition:
         return sum(self.sizes.values())
 
     def model(self, arm: Arm) -> mujoco.MjModel:
-        """Compile the model of an arm."""
-        return plain_spec(arm, self.actions.actuation).compile()
+        """Compile the model of an arm, without what is drawn: nothing touches it."""
+        spec = plain_spec(arm, self.actions.actuation)
+        for geom in spec.geoms:
+            spec.delete(geom)
+        return spec.compile()
 
     def quantities(self, goals: Goals, state: State, tick: Array) -> dict[str, Array]:
         """Return all that is seen, in SI units, by the names of `sizes`, each of shape (B, size)."""
