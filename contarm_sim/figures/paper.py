@@ -81,24 +81,27 @@ def angles(path: Files, arm: Arm) -> None:
 
 
 def lengths(path: Files, arm: Arm) -> None:
-    """Draw length changes of muscles 2 and 3 along the spiral: arc (paper), chain, simulated."""
+    """Draw length changes of muscles 2 and 3 along the spiral, arc (paper) and simulated, and what they differ by.
+
+    Beside it what the chain of links has otherwise than the arc: next to nothing, unless muscles run in spans.
+    """
     samples = followed(arm)
-    forms = (
-        (samples.muscle_lengths - arm.length, SIMULATED),
-        (
-            _chain_deltas(samples.bend, arm),
-            {"color": GREEN, "linestyle": "-", "linewidth": 1.0, "label": "chain of links"},
-        ),
-        (muscles.deltas_from_bend(samples.bend, arm.muscle_radius), ANALYTIC | {"label": "arc (paper)"}),
-    )
-    with figure(path, figsize=(5.6, 4.2)) as fig:
-        axes = fig.subplots(2, 1, sharex=True)
-        for ax, i in zip(axes, (1, 2), strict=True):
-            for deltas, look in forms:
-                ax.plot(samples.time, MM * deltas[:, i], **look)
+    analytic = muscles.deltas_from_bend(samples.bend, arm.muscle_radius)
+    simulated, chained = samples.muscle_lengths - arm.length, _chain_deltas(samples.bend, arm)
+    with figure(path, figsize=(5.6, 5.4)) as fig:
+        *axes, off = fig.subplots(3, 1, sharex=True)
+        for ax, i, colour in zip(axes, (1, 2), (BLUE, GREEN), strict=True):
+            ax.plot(samples.time, MM * simulated[:, i], **SIMULATED)
+            ax.plot(samples.time, MM * analytic[:, i], **ANALYTIC, label="arc (paper)")
             ax.set_ylabel(f"length change\nof muscle {i + 1} [mm]")
-        axes[1].set_xlabel("time [s]")
-        axes[0].legend(loc="upper left", ncols=3)
+            name = f"muscle {i + 1}, simulated" if i == 1 else "muscle 3"
+            off.plot(samples.time, MM * (simulated - analytic)[:, i], color=colour, label=name)
+            chain = {"color": colour, "linestyle": "--", "linewidth": 0.9}
+            off.plot(samples.time, MM * (chained - analytic)[:, i], **chain, label="chain of links" if i == 1 else None)
+        off.set_ylabel("difference from\nthe arc's [mm]")
+        off.set_xlabel("time [s]")
+        axes[0].legend(loc="upper left", ncols=2)
+        off.legend(loc="upper left")
 
 
 def lengths_on_map(path: Files, arm: Arm) -> None:
@@ -136,8 +139,8 @@ def _unwrapped(angle: Array) -> Array:
 def _space(fig: Any) -> Any:
     """Return equal three-dimensional axes in mm, nothing cut off."""
     ax = fig.add_subplot(projection="3d", computed_zorder=False)
-    ax.set_xlabel("x [mm]")
-    ax.set_ylabel("y [mm]")
+    ax.set_xlabel("x [mm]", labelpad=7)
+    ax.set_ylabel("y [mm]", labelpad=9)
     ax.set_zlabel("z [mm]")
     ax.view_init(24, -55)
     ax.set_box_aspect((1, 1, 0.75), zoom=0.86)

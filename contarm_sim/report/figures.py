@@ -20,6 +20,9 @@ from contarm_sim.validation.scenarios import Failure, Outcome
 
 _BUDGET = (("discretisation", BLUE, "--"), ("servo", GREEN, ":"), ("shape", ORANGE, "-."))
 
+ROUNDING = 1e-6
+"""Distance that is put down to rounding [mm]."""
+
 
 def draw_path(path: Path, arm: Arm, samples: Samples, comparison: Comparison) -> None:
     """Draw target and simulated tips in three dimensions, with the dome behind and the backbone at the end."""
@@ -148,7 +151,11 @@ def draw_convergence(path: Files, arm: Arm, study: dict[str, Any]) -> None:
             ("max_error_vs_arc_m", BLACK, "o", "simulated vs arc"),
             ("max_error_vs_chain_m", BLUE, "s", "simulated vs chain form"),
         ):
-            ax.loglog(links, 1e3 * np.array(study[key]), color=colour, marker=marker, label=label)
+            error = 1e3 * np.array(study[key])
+            if error.max() < ROUNDING:  # it would squeeze the others
+                ax.plot([], [], color=colour, label=f"{label}: below {ROUNDING:g} mm")
+                continue
+            ax.loglog(links, error, color=colour, marker=marker, label=label)
         first = 1e3 * study["max_error_vs_arc_m"][0]
         ax.loglog(links, 1.5 * first * (links[0] / links) ** 2.0, color="#888888", linestyle="--", label="slope -2")
         ax.set_xticks(links, [str(n) for n in links])
