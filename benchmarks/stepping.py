@@ -1,4 +1,8 @@
-"""Cost of the stepping loop with controller and recording over a bare `mj_step` loop: same model, motion and steps."""
+"""Cost of stepping, in one run: the loop with controller and recording over bare `mj_step`, and a step over link counts.
+
+Processor time of one thread, so that other work on the machine disturbs it less; medians of interleaved repeats. Between
+machines and hours the loop's ratio still varies by a few percent, that of single repeats by a fifth.
+"""
 
 import time
 
@@ -6,42 +10,82 @@ import mujoco
 import numpy as np
 
 from contarm_sim import Arm, paths
+from contarm_sim.arm import Muscle
 from contarm_sim.kinematics import dome
-from contarm_sim.simulation.plant import Plant
-from contarm_sim.simulation.run import ACCURATE, FAST, simulate
+from contarm_sim.simulation.control import command
+from contarm_sim.simulation.feedback import feedback_for
+from contarm_sim.simulation.loop import Pass
+from contarm_sim.simulation.plant import Plant, engine_room
+from contarm_sim.simulation.recorder import Recorder
+from contarm_sim.simulation.run import CONTROL_RATE, simulate
 
-DURATION, RATE, REPEATS = 5.0, 100.0, 9
+DURATION, REPEATS = 2.0, 25
+LINKS = (6, 12, 24, 48, 96)
 
 
-def bare(arm, samples, stepping):
-    """Replay the recorded set-points, one step a call, with nothing else in the loop."""
-    plant = Plant(arm, timestep=stepping.timestep)
-    plant.data.qpos[:] = samples.qpos[0]
+def bare(plant, controls, substeps):
+    """Replay recorded controls, one step a call, with nothing else in the loop."""
     model, data = plant.model, plant.data
-    substeps = stepping.substeps(RATE)
-    start = time.perf_counter()
-    for setpoint in samples.setpoint:
-        data.ctrl[:] = setpoint
+    start = time.process_time()
+    for control in controls:
+        data.ctrl[:] = control
         for _ in range(substeps):
             mujoco.mj_step(model, data)
-    return time.perf_counter() - start
+    return time.process_time() - start
+
+
+def loop(arm, substeps):
+    """Return the ratios of the loop to the bare steps of the same motion."""
+    _, targets = paths.named("spiral", arm.length, duration=DURATION, turns=0.4).targets(CONTROL_RATE)
+    bend = dome.bend_from_tip(targets, arm.length).bend
+    orders = command(arm, bend, "servo", 1 / CONTROL_RATE)
+    controls = simulate(arm, targets, bend).samples.setpoint
+    plant, ratios = Plant(arm, timestep=1 / (CONTROL_RATE * substeps)), []
+    recorder = Recorder(plant, len(bend))
+    with engine_room():
+        for _ in range(REPEATS):
+            plant.restart(np.zeros(plant.model.nq), orders.start)
+            one = Pass(plant, orders, feedback_for(arm, orders, bend, targets), CONTROL_RATE, substeps)
+            start = time.process_time()
+            one.run(recorder, 0, len(bend))
+            spent = time.process_time() - start
+            plant.restart(np.zeros(plant.model.nq), orders.start)
+            ratios.append(spent / bare(plant, controls, substeps))
+    return np.array(ratios)
+
+
+def steps(arms, count=1500):
+    """Return microseconds a step of each of several arms, and a way to drive them, taken in turn."""
+    plants, spent = [Plant(arm, actuation=actuation) for arm, actuation in arms], []
+    for plant in plants:
+        plant.reset(np.array([1.0, 0.5]))
+    with engine_room():
+        for _ in range(9):
+            row = []
+            for plant in plants:
+                start = time.process_time()
+                mujoco.mj_step(plant.model, plant.data, count)
+                row.append(1e6 * (time.process_time() - start) / count)
+            spent.append(row)
+    return np.median(spent, axis=0)
 
 
 def main():
-    arm = Arm()
-    _, targets = paths.named("spiral", arm.length, duration=DURATION).targets(RATE)
-    bend = dome.bend_from_tip(targets, arm.length).bend
-    for name, stepping in (("default", ACCURATE), ("--fast", FAST)):
-        ratios, factors = [], []
-        for _ in range(REPEATS):
-            run = simulate(arm, targets, bend, stepping=stepping)
-            alone = bare(arm, run.samples, stepping)
-            ratios.append(DURATION / run.real_time_factor / alone)
-            factors.append(run.real_time_factor)
-        print(
-            f"{name:8} step {1e3 * stepping.timestep:4.1f} ms: loop over bare mj_step {np.median(ratios):.3f} "
-            f"({min(ratios):.3f} to {max(ratios):.3f}); {np.median(factors):.0f} x real time"
-        )
+    for name, substeps in (("default, 5 ms", 2), ("--fast, 10 ms", 1)):
+        ratios = loop(Arm(), substeps)
+        low, middle, high = np.percentile(ratios, [25, 50, 75])
+        print(f"{name}: loop over bare mj_step {middle:.3f} (quartiles {low:.3f} to {high:.3f})")
+    spans = Muscle(path="spans")
+    parallel, straight, free = steps([(Arm(), "lengths"), (Arm(muscle=spans), "lengths"), (Arm(), "none")])
+    print(
+        f"a step at 24 links: parallel muscles {parallel / straight:.2f} of straight spans, no muscles {free / straight:.2f}"
+    )
+    cost = steps([(Arm(links=links), "lengths") for links in LINKS], 400)
+    exponent = np.polyfit(np.log(LINKS), np.log(cost), 1)[0]
+    shown = ", ".join(f"{links}: {c:.1f}" for links, c in zip(LINKS, cost, strict=True))
+    print(
+        f"microseconds a step by links: {shown}; exponent {exponent:.2f}, {np.log2(cost[-1] / cost[-2]):.2f} at the end"
+    )
 
 
 if __name__ == "__main__":

@@ -262,10 +262,19 @@ class Arm:
         return float(f"{gain:.1e}")  # two digits say enough
 
     @property
+    def bend_inertia(self) -> float:
+        """Inertia of the straight arm's uniform bend [kg m^2], whose tip moves by half a length a radian."""
+        return (self.mass / 20 + self.payload / 4) * self.length**2
+
+    @property
+    def bend_frequency(self) -> float:
+        """Angular frequency [rad/s] at which the arm's uniform bend swings by itself, muscles off, without gravity."""
+        return math.sqrt(self.bending_stiffness / self.length / self.bend_inertia)
+
+    @property
     def servo_frequency(self) -> float:
         """Angular frequency [rad/s] at which the arm's uniform bend swings on its length servos."""
-        inertia = (self.mass / 20 + self.payload / 4) * self.length**2  # of a tip that moves by half a length a radian
-        return math.sqrt(1.5 * self.muscle_radius**2 * self.servo_stiffness / inertia)
+        return math.sqrt(1.5 * self.muscle_radius**2 * self.servo_stiffness / self.bend_inertia)
 
     @property
     def servo_time(self) -> float:

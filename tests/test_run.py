@@ -14,7 +14,7 @@ from contarm_sim.mechanics import routing
 from contarm_sim.simulation.plan import plan_rest
 from contarm_sim.simulation.plant import Plant
 from contarm_sim.simulation.rest import poses_at_rest
-from contarm_sim.simulation.run import ACCURATE, FAST, Stepping, simulate
+from contarm_sim.simulation.run import ACCURATE, FAST, STEP_LIMIT, Stepping, simulate
 from contarm_sim.simulation.samples import Samples
 
 
@@ -88,7 +88,7 @@ def test_divergence_raises_with_time_dof_and_settings_and_leaves_no_log(tmp_path
     monkeypatch.chdir(tmp_path)
     wild = Arm(damping_time=0.0, mass=0.01, muscle=Muscle(servo_stiffness=1e7, servo_time=0.0))
     with pytest.raises(DivergenceError) as caught:
-        simulate(wild, *_spiral(wild), controller="paper")
+        simulate(wild, *_spiral(wild), controller="paper", stepping=ACCURATE)
     error = caught.value
     assert 0 < error.time < 1
     assert error.joint.startswith("joint_")
@@ -104,10 +104,26 @@ def test_ctrl_c_keeps_what_was_recorded():
             raise KeyboardInterrupt
 
     targets, bend = _spiral(arm)
-    run = simulate(arm, targets, bend, on_tick=press)
+    run = simulate(arm, targets, bend, stepping=ACCURATE, on_tick=press)
     assert run.interrupted
     assert len(run.samples) == 40
-    assert _same(run.samples, _first(simulate(arm, targets, bend).samples, 40))
+    assert _same(run.samples, _first(simulate(arm, targets, bend, stepping=ACCURATE).samples, 40))
+
+
+def test_ctrl_c_while_a_finer_step_is_tried_keeps_the_coarser_run():
+    arm, seen = Arm(), []
+
+    def press(count):
+        seen.append(count)
+        if len(seen) > 150:
+            raise KeyboardInterrupt
+
+    targets, bend = _spiral(arm)
+    run = simulate(arm, targets, bend, on_tick=press)
+    assert run.interrupted
+    assert len(run.samples) == len(bend)
+    assert _same(run.samples, simulate(arm, targets, bend, stepping=Stepping(run.timestep)).samples)
+    assert np.nanmax(run.step_error) > STEP_LIMIT * arm.length
 
 
 def test_a_step_that_does_not_divide_the_tick_is_refused():

@@ -194,7 +194,7 @@ class Session:
         if self._feedback is None:
             return orders.setpoint[1]
         if before is not None:
-            self._feedback.carry_on(before)  # type: ignore[arg-type]
+            self._feedback.memory = before.memory
         end = orders.setpoint[1] + self._feedback.value
         limits = orders.limits(self.arm)
         return end if limits is None else end.clip(*limits)

@@ -8,9 +8,10 @@ from contarm_sim.arm import Arm
 from contarm_sim.mjcf.backbone import add_backbone, add_defaults
 from contarm_sim.mjcf.muscles import Actuation, add_muscles, add_sensors, straight_control
 from contarm_sim.mjcf.scene import add_scene, base_quaternion, world_gravity
+from contarm_sim.mjcf.stability import longest_step
 
 TIMESTEP = 0.005
-"""Default time step [s]: the largest that errs by at most 0.02 % of length along the spiral, hanging with 100 g too."""
+"""Longest time step [s]: errs by at most 0.02 % of length along the default arm's spiral, hanging with 100 g too."""
 
 _MATERIALS = {
     "spine": ([0.82, 0.83, 0.85, 1.0], 0.6, 0.5),
@@ -35,8 +36,9 @@ def spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
 
     All is in SI units, whatever angles the host is written in. What the host brings:
 
-    * the integrator: `implicitfast` or `implicit`, with time steps to 5 ms. Under `Euler`, MuJoCo's default, and `RK4`
-      the damping along muscles driven by lengths makes the arm diverge.
+    * the integrator: `implicitfast` or `implicit`, with time steps to 5 ms, or to what `arm_spec` says for arms that
+      need less. Under `Euler`, MuJoCo's default, and `RK4` the damping along muscles driven by lengths makes the arm
+      diverge.
     * gravity: `arm.gravity` and `arm.base_orientation` are left out.
     * controls, which do no harm at zero: length servos then hold the arm straight, without pressure or tension it is
       limp.
@@ -65,7 +67,7 @@ def spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
     return part
 
 
-def arm_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
+def arm_spec(arm: Arm, actuation: Actuation = "lengths", timestep: float | None = None) -> mujoco.MjSpec:
     """Return the arm alone, ready to compile: `spec` with base at the world's origin, options and a keyframe.
 
     Gravity is the arm's own, in the base frame, which is the world frame here. The keyframe `straight` is an
@@ -73,12 +75,13 @@ def arm_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
 
     Args:
         actuation: as in `spec`.
+        timestep: [s]; default `TIMESTEP`, or less for arms that would blow up at that.
 
     Raises:
-        InputError: an unknown actuation.
+        InputError: an unknown actuation, or an arm that no time step suits.
     """
     alone = spec(arm, actuation)
-    alone.option.timestep = TIMESTEP
+    alone.option.timestep = timestep or longest_step(alone.compile(), arm, actuation, TIMESTEP)
     alone.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     alone.option.gravity = arm.gravity
     alone.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT  # nothing is there to touch

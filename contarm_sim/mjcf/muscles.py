@@ -125,6 +125,17 @@ def _pull_per_pascal(arm: Arm) -> float:
     return math.pi * arm.muscle.diameter**2 / 4 * 3 / math.tan(arm.muscle.braid_angle) ** 2
 
 
+def stiffest(arm: Arm, actuation: Actuation) -> float:
+    """Return the most that a muscle's tension gains by its length [N/m]."""
+    silicone = arm.muscle.passive_stiffness or 0.0
+    if actuation == "lengths":
+        return silicone + arm.servo_stiffness
+    if actuation != "pressures":
+        return silicone
+    longest = 1 + arm.muscle.max_stretch
+    return silicone + arm.muscle.max_pressure * 2 * _pull_per_pascal(arm) * longest / arm.muscle_rest_length
+
+
 def add_sensors(spec: mujoco.MjSpec) -> None:
     """Add sensors: tip pose in the base frame, muscle lengths, velocities and forces, joint angles."""
     kind, site, tendon = mujoco.mjtSensor, mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtObj.mjOBJ_TENDON

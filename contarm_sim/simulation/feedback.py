@@ -1,8 +1,8 @@
 """Slow corrections of set-points: what a controller does about what it sees.
 
 A feedback's `value` is added to the command's set-points. In motion it is updated once a control tick with the gain
-tick / `time`; at rest with gain 1 until the error that `update` returns, in units of its tolerance, is at most 1.
-`carry_on` takes over the corrections of another of its kind, made for other samples or another arm.
+tick / `time`, a time constant [s]; at rest with gain 1 until its `error`, in units of its tolerance, is at most 1.
+`memory` is what it has summed up; another of its kind, made for other samples or another arm, may take it over.
 """
 
 from __future__ import annotations
@@ -18,17 +18,22 @@ from contarm_sim.mechanics.routing import length_jacobian
 from contarm_sim.mechanics.statics import SERVO_SHARE, balance
 from contarm_sim.simulation.control import Command
 
+Vector3 = Array | tuple[float, float, float]
 
-@dataclass(frozen=True)
+Memory = tuple[Array, ...] | None
+"""What a feedback has summed up so far; assigned to another of its kind, that goes on from there."""
+
+
+@dataclass(slots=True)
 class Seen:
     """What a feedback sees, each of shape (3,): muscle lengths [m], tensions [N], what servos pull with [N], tip [m].
 
     Tensions are those of servos and damping along the muscles; pulling > 0.
     """
 
-    lengths: Array
-    tensions: Array
-    pulls: Array
+    lengths: Vector3
+    tensions: Vector3
+    pulls: Vector3
     tip: Array
 
 
@@ -41,37 +46,50 @@ class LengthFeedback:
     are not integrated.
     """
 
-    time = 0.1
-    """Time constant [s]: slow beside the servo (0.02 s), fast beside a path."""
-
     def __init__(self, arm: Arm, wanted: Array) -> None:
-        self._wanted = wanted
+        # Slow beside the servo: ten times what its integral would swing up at; fast beside a path.
+        self.time = max(0.1, 10 / (max(arm.servo_time, 1e-3) * arm.servo_frequency**2))
+        self._wanted = wanted.tolist()
         self._least, self._blocked = arm.muscle.min_tension, arm.muscle.blocked_force
         self._per_newton = 1 / arm.servo_stiffness
-        self.restart()
+        self.shift, self.value = np.zeros(3), np.zeros(3)
+        self._shift, self._value = memoryview(self.shift), memoryview(self.value)  # type: ignore[arg-type]
+        self._off, self._slack = (np.inf, np.inf, np.inf), np.inf
 
     def restart(self) -> None:
         """Forget all corrections."""
-        self.shift = np.zeros(3)
-        self.value = np.zeros(3)
+        self.shift[:] = self.value[:] = 0.0
 
-    def carry_on(self, before: LengthFeedback) -> None:
-        """Start from the corrections of another."""
-        self.shift, self.value = before.shift.copy(), before.value.copy()
+    @property
+    def memory(self) -> Memory:
+        """What has been summed up."""
+        return self.shift.copy(), self.value.copy()
 
-    def update(self, index: int, seen: Seen, gain: float) -> float:
-        """Integrate one interval of sample `index`; return the error: 1 is 1 nm of length difference, 1 mN of slack."""
-        # Plain floats: this runs every tick, where three numbers are not worth an array operation.
-        w, m, s = self._wanted[index].tolist(), seen.lengths.tolist(), self.shift.tolist()
-        errors = [w[0] + s[0] - m[0], w[1] + s[1] - m[1], w[2] + s[2] - m[2]]
-        pulls = seen.pulls.tolist()
-        mean, weakest = sum(errors) / 3, min(pulls)
-        slack = max(self._least - min(seen.tensions.tolist()), SERVO_SHARE * self._least - weakest)
-        common = slack * self._per_newton
-        free = gain if weakest > 0 and max(pulls) < self._blocked else 0.0
-        for i in (0, 1, 2):
-            self.value[i] += free * (errors[i] - mean) - gain * common
-        return max(abs(errors[0] - mean), abs(errors[1] - mean), abs(errors[2] - mean), 1e-6 * abs(slack)) / 1e-9
+    @memory.setter
+    def memory(self, memory: Memory) -> None:
+        self.shift[:], self.value[:] = memory or (0.0, 0.0)
+
+    @property
+    def error(self) -> float:
+        """What was off when last updated: 1 is 1 nm of length difference, 1 mN of slack."""
+        return max(*(abs(e) for e in self._off), 1e-6 * abs(self._slack)) / 1e-9
+
+    def update(self, index: int, seen: Seen, gain: float) -> None:
+        """Integrate one interval of sample `index`."""
+        # Plain floats: this runs every tick, where an array operation on three numbers costs as much as ten on floats.
+        w1, w2, w3 = self._wanted[index]
+        m1, m2, m3 = seen.lengths
+        s1, s2, s3 = self._shift
+        e1, e2, e3 = w1 + s1 - m1, w2 + s2 - m2, w3 + s3 - m3
+        mean, weakest = (e1 + e2 + e3) / 3, min(seen.pulls)
+        self._slack = slack = max(self._least - min(seen.tensions), SERVO_SHARE * self._least - weakest)
+        common = gain * slack * self._per_newton
+        free = gain if weakest > 0 and max(seen.pulls) < self._blocked else 0.0
+        self._off = e1, e2, e3 = e1 - mean, e2 - mean, e3 - mean
+        value = self._value
+        value[0] += free * e1 - common
+        value[1] += free * e2 - common
+        value[2] += free * e3 - common
 
 
 class TipFeedback:
@@ -81,37 +99,41 @@ class TipFeedback:
     one across it is not in any controller's power (a sagging arm's tips form another surface than the dome).
     """
 
-    time = 0.2
-    """Time constant [s]; twice what still holds an upright arm with 100 g, which 0.1 s does not."""
-
     def __init__(self, arm: Arm, command: Command, bend: Array, target: Array) -> None:
         assert command.tip_to_bend is not None
         self._target, self._to_bend = target, command.tip_to_bend
         self._spread = length_jacobian(bend, arm)
         self._lengths = LengthFeedback(arm, command.lengths)
-        self.restart()
+        self.time = max(0.2, 2 * self._lengths.time)  # half of it shakes an upright arm with 100 g
+        self._offset, self.value = np.zeros(2), np.zeros(3)
 
     def restart(self) -> None:
         """Forget all corrections."""
-        self._offset = np.zeros(2)
+        self._offset[:] = self.value[:] = 0.0
         self._lengths.restart()
 
-    def carry_on(self, before: TipFeedback) -> None:
-        """Start from the corrections of another."""
-        self._offset = before._offset.copy()
-        self._lengths.carry_on(before._lengths)
+    @property
+    def memory(self) -> Memory:
+        """What has been summed up."""
+        return self._offset.copy(), *(self._lengths.memory or ())
+
+    @memory.setter
+    def memory(self, memory: Memory) -> None:
+        self._offset[:], *lengths = memory or (0.0,)
+        self._lengths.memory = tuple(lengths)
+        np.add(self._lengths.value, self._lengths.shift, out=self.value)
 
     @property
-    def value(self) -> Array:
-        """What to add to the set-points [m], shape (3,)."""
-        return self._lengths.value + self._lengths.shift
+    def error(self) -> float:
+        """What lengths were off by when last updated, as `LengthFeedback` has it."""
+        return self._lengths.error
 
-    def update(self, index: int, seen: Seen, gain: float) -> float:
-        """Integrate one interval of sample `index`; return the error of lengths as `LengthFeedback` does."""
-        error = self._lengths.update(index, seen, gain * self.time / self._lengths.time)
+    def update(self, index: int, seen: Seen, gain: float) -> None:
+        """Integrate one interval of sample `index`."""
+        self._lengths.update(index, seen, gain * self.time / self._lengths.time)
         self._offset += gain * (self._to_bend[index] @ (self._target[index] - seen.tip))
-        self._lengths.shift = self._spread[index] @ self._offset
-        return error
+        self._lengths.shift[:] = self._spread[index] @ self._offset
+        np.add(self._lengths.value, self._lengths.shift, out=self.value)
 
 
 class PressureFeedback:
@@ -119,12 +141,13 @@ class PressureFeedback:
 
     The moment that a bend is short of takes tensions, and these pressures, all through the closed forms of the
     commanded bend. Co-contraction stays the least that keeps every muscle at its lowest pressure and tension.
+
+    Attributes:
+        error: what was off when last updated: 1 is 0.1 microradian of bend.
     """
 
-    time = 0.4
-    """Time constant [s]; twice what lets an arm that hangs with 100 g swing up by itself."""
-
     def __init__(self, arm: Arm, command: Command, bend: Array) -> None:
+        self.time = max(0.4, 3 / arm.bend_frequency)  # half of it lets a hanging arm with 100 g swing up by itself
         held = balance(bend, arm)
         J = length_jacobian(bend, arm)
         gram = J.swapaxes(-1, -2) @ J
@@ -138,26 +161,30 @@ class PressureFeedback:
         self._by_level = held.cocontraction / held.per_pascal
         self._least = np.maximum(arm.muscle.min_pressure, arm.muscle.min_tension / held.per_pascal)
         self._highest = arm.muscle.max_pressure
-        self.restart()
+        self._offset, self.value, self.error = np.zeros(2), np.zeros(3), np.inf
 
     def restart(self) -> None:
         """Forget all corrections."""
-        self._offset = np.zeros(2)
-        self.value = np.zeros(3)
+        self._offset[:] = self.value[:] = 0.0
 
-    def carry_on(self, before: PressureFeedback) -> None:
-        """Start from the corrections of another."""
-        self._offset, self.value = before._offset.copy(), before.value.copy()
+    @property
+    def memory(self) -> Memory:
+        """What has been summed up."""
+        return self._offset.copy(), self.value.copy()
 
-    def update(self, index: int, seen: Seen, gain: float) -> float:
-        """Integrate one interval of sample `index`; return the error: 1 is 0.1 microradian of bend."""
+    @memory.setter
+    def memory(self, memory: Memory) -> None:
+        self._offset[:], self.value[:] = memory or (0.0, 0.0)
+
+    def update(self, index: int, seen: Seen, gain: float) -> None:
+        """Integrate one interval of sample `index`."""
         error = self._to_bend[index] @ (self._wanted[index] - seen.lengths)
         self._offset += gain * error
         base, by_level = self._base[index], self._by_level[index]
         asked = base + self._by_bend[index] @ self._offset
         level = max(((self._least[index] - asked) / by_level).tolist())
-        self.value = np.minimum(asked + level * by_level, self._highest) - base
-        return float(np.hypot(error[0], error[1])) / 1e-7
+        self.value[:] = np.minimum(asked + level * by_level, self._highest) - base
+        self.error = float(np.hypot(error[0], error[1])) / 1e-7
 
 
 Feedback = LengthFeedback | TipFeedback | PressureFeedback

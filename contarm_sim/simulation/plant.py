@@ -15,7 +15,7 @@ from contarm_sim.errors import DivergenceError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.pneumatics import force_slope, passive_slope, passive_tension
 from contarm_sim.mechanics.routing import joint_angles
-from contarm_sim.mjcf import Actuation, arm_spec
+from contarm_sim.mjcf import TIMESTEP, Actuation, arm_spec
 from contarm_sim.mjcf.backbone import twist_stiffness
 from contarm_sim.mjcf.routing import angle, coefficient, counted_from
 
@@ -63,7 +63,7 @@ class Plant:
         arm: its parameters.
         pull_only: limit muscle forces to pulling, at most the blocked force. False gives plain
             position servos, which also push: what the paper's lengths meet when read naively.
-        timestep: engine step [s]; default the model's.
+        timestep: engine step [s]; default 5 ms, which suits most arms.
         integrator: engine integrator; default the model's.
         actuation: `lengths` (servos), `pressures` (McKibben muscles behind valves), `tensions` (plain forces) or `none`
             (a bare backbone).
@@ -74,6 +74,7 @@ class Plant:
         control: the engine's controls as a view, one column a muscle: assign length changes [m], pressures [Pa] or
             tensions [N], shape (3,), to all of it.
         pressure: pressures behind the valves [Pa], a view like `control`; empty for servos.
+        actuation: what drives the muscles.
         constant_tensions: whether controls are tensions.
         damping: of each muscle along itself [N s/m], shape (3,).
     """
@@ -86,13 +87,11 @@ class Plant:
         integrator: mujoco.mjtIntegrator | None = None,
         actuation: Actuation = "lengths",
     ) -> None:
-        self.arm, self.constant_tensions = arm, actuation == "tensions"
-        self.model = arm_spec(arm, actuation).compile()
+        self.arm, self.actuation, self.constant_tensions = arm, actuation, actuation == "tensions"
+        self.model = arm_spec(arm, actuation, timestep or TIMESTEP).compile()
         if not pull_only:
             self.model.actuator_forcelimited[:] = 0
             self.model.actuator_ctrllimited[:] = 0
-        if timestep is not None:
-            self.model.opt.timestep = timestep
         if integrator is not None:
             self.model.opt.integrator = integrator
         self.data = mujoco.MjData(self.model)
@@ -102,10 +101,11 @@ class Plant:
         self.pressure = self.data.act.reshape(self.model.na // 3, 3)
         self.damping = self.model.tendon_damping.copy() if self.model.ntendon else np.zeros(3)
         self._warnings = self.data.warning.number
+        self.warned = memoryview(self._warnings)
         joints = [self.model.joint(i).name for i in range(self.model.njnt)]
         self._bending = {axis: np.flatnonzero([name.endswith(axis) for name in joints]) for axis in "xy"}
         self._twisting = np.flatnonzero([name.endswith("z") for name in joints])
-        self._turning = len(self._twisting) > 0 and arm.muscle.path == "parallel" and self.model.nu > 0
+        self.turning = len(self._twisting) > 0 and arm.muscle.path == "parallel" and self.model.nu > 0
         self._zero = counted_from(arm)
         self._by_angle = np.array([[coefficient(arm, i, name) for name in joints] for i in range(3)])
 
@@ -161,7 +161,7 @@ class Plant:
         Returns:
             what that changes in the generalised forces last derived [N m], shape (dofs,), or 0.
         """
-        if not self._turning:
+        if not self.turning:
             return 0.0
         stiffness = self.model.jnt_stiffness
         wanted = twist_stiffness(self.arm, float(np.maximum(self.muscle_tensions, 0.0).sum()))
@@ -208,6 +208,15 @@ class Plant:
         share = joint_angles(bend, self.arm)[0] / self.arm.links
         self.data.qpos[self._bending["x"]] = -share[1]
         self.data.qpos[self._bending["y"]] = share[0]
+
+    def restart(self, qpos: Array, control: Array) -> None:
+        """Put the arm at rest with joint angles [rad], shape (dofs,), controls, shape (3,), sent and reached."""
+        mujoco.mj_resetData(self.model, self.data)
+        self.data.qpos[:] = qpos
+        self.control[:] = control
+        if len(self.pressure):
+            self.pressure[:] = control
+        mujoco.mj_forward(self.model, self.data)
 
     def check(self, settings: dict[str, Any]) -> None:
         """Raise if the engine met a bad state: it would reset the arm and carry on as if nothing had happened.

@@ -18,26 +18,20 @@ class Recorder:
     already gather is copied in one piece.
 
     Attributes:
-        lengths: muscle lengths when last taken [m], shape (3,).
-        tip: tip position as the engine last derived it [m], shape (3,); a view that stays current.
-        tensions: by actuators and damping when last taken [N], pulling > 0, shape (3,).
-        pulls: by actuators alone when last taken [N], shape (3,).
+        sensed: sensors of the samples, shape (count, sensors).
+        stations: of the samples [m], shape (count, links + 1, 3).
+        muscles: where lengths [m], velocities [m/s] and forces [N] of the muscles are among the sensors, nine numbers.
+        zero: what the engine's muscle lengths are counted from [m].
     """
 
     def __init__(self, plant: Plant, count: int) -> None:
         model, data = plant.model, plant.data
-        self._arm = plant.arm
-        self._sensordata = data.sensordata
-        self._centres = plant.centres
-        self.tip = self._centres[-1]
-        self._sensed = np.empty((count, model.nsensordata))
-        self._stations = np.empty((count, plant.arm.links + 1, 3))
+        self._arm, self._damping = plant.arm, plant.damping
+        self._sensordata, self._centres = data.sensordata, plant.centres
+        self.sensed = np.empty((count, model.nsensordata))
+        self.stations = np.empty((count, plant.arm.links + 1, 3))
         self._column = {model.sensor(i).name: int(model.sensor_adr[i]) for i in range(model.nsensor)}
-        self._damping, self._zero = plant.damping, counted_from(plant.arm)
-        self._length, self._velocity, self._force = (
-            self._sensordata[self._slice(f"muscle_1_{name}", 3)] for name in ("length", "velocity", "force")
-        )
-        self.lengths, self.tensions, self.pulls = np.empty(3), np.empty(3), np.empty(3)
+        self.muscles, self.zero = self._slice("muscle_1_length", 9), counted_from(plant.arm)
         self._angles = slice(int(model.sensor_adr[model.nsensor - model.njnt]), model.nsensordata)
 
     def _slice(self, first: str, size: int) -> slice:
@@ -45,18 +39,14 @@ class Recorder:
 
     def take(self, index: int) -> None:
         """Keep what the engine last derived from a state: the one that `mj_step` started from, or `mj_forward` saw."""
-        self._sensed[index] = self._sensordata
-        self._stations[index] = self._centres
-        np.add(self._length, self._zero, out=self.lengths)
-        np.negative(self._force, out=self.pulls)
-        np.multiply(self._velocity, self._damping, out=self.tensions)
-        np.add(self.tensions, self.pulls, out=self.tensions)
+        self.sensed[index] = self._sensordata
+        self.stations[index] = self._centres
 
     def samples(self, count: int, time: Array, target: Array, bend: Array, setpoint: Array) -> Samples:
         """Return the first `count` samples; the other arrays, of at least that length, are passed through."""
-        sensed = self._sensed[:count]
+        sensed = self.sensed[:count]
         length, velocity, force = (self._slice(f"muscle_1_{name}", 3) for name in ("length", "velocity", "force"))
-        lengths = sensed[:, length] + self._zero
+        lengths = sensed[:, length] + self.zero
         pulled = passive_tension(lengths, self._arm) + sensed[:, velocity] * self._damping - sensed[:, force]
         return Samples(
             time=time[:count],
@@ -66,7 +56,7 @@ class Recorder:
             muscle_lengths=lengths,
             muscle_tensions=pulled,
             pressure=pressure_for(pulled, lengths, self._arm),
-            stations=self._stations[:count],
+            stations=self.stations[:count],
             tip_rotation=_rotations(sensed[:, self._slice("tip_orientation", 4)]),
             qpos=sensed[:, self._angles].copy(),
         )

@@ -77,9 +77,9 @@ def _hold(plant: Plant, settle: Solver, setpoint: Array, feedback: Feedback | No
     for _ in range(CORRECTIONS):
         settle(setpoint + feedback.value)
         used = setpoint + feedback.value
-        error = feedback.update(
-            index, Seen(plant.muscle_lengths, plant.muscle_forces, plant.muscle_forces, plant.tip), gain=1.0
-        )
+        seen = Seen(plant.muscle_lengths, plant.muscle_forces, plant.muscle_forces, plant.tip)
+        feedback.update(index, seen, gain=1.0)
+        error = feedback.error
         if error <= 1:
             return used
     raise ConvergenceError("the controller at rest", error, 1.0, CORRECTIONS, "of its tolerance")

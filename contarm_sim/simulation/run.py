@@ -1,54 +1,47 @@
-"""Motion: drive the simulated arm along bends at a fixed control rate and record it."""
+"""Motion: drive the simulated arm along bends at a fixed control rate and record it, in steps that are short enough.
+
+Unless a step is given, it is found: the longest that cannot blow up, halved until the recorded tips would hardly move
+if it were halved once more. On slow paths that is checked where the tip accelerates most, for a few percent of the
+time; where the step matters, the whole motion is simulated again.
+"""
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-import mujoco
 import numpy as np
 
 from contarm_sim.arm import Arm
-from contarm_sim.errors import InputError
+from contarm_sim.errors import DivergenceError, InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array, as_vectors
-from contarm_sim.mjcf import TIMESTEP
 from contarm_sim.simulation.control import Command, Controller, command
-from contarm_sim.simulation.feedback import Feedback, Seen, feedback_for
+from contarm_sim.simulation.extrapolate import coarser, extrapolated
+from contarm_sim.simulation.feedback import feedback_for
+from contarm_sim.simulation.loop import EVERY, Pass, Snapshot
 from contarm_sim.simulation.plan import plan_motion
 from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.recorder import Recorder
 from contarm_sim.simulation.samples import Samples
 from contarm_sim.simulation.solver import Solver
+from contarm_sim.simulation.stepping import ACCURATE, FAST, Stepping, stable_substeps
+
+__all__ = ["ACCURATE", "CONTROL_RATE", "FAST", "STEP_LIMIT", "Run", "Stepping", "simulate"]
 
 CONTROL_RATE = 100.0
 """Control ticks, and samples, per second [Hz]."""
 
+STEP_LIMIT = 1e-3
+"""Largest error [lengths] of the tip that the time step may make."""
 
-@dataclass(frozen=True)
-class Stepping:
-    """How the engine steps: time step [s] and integrator."""
+_WANTED, _QUIET = 0.4 * STEP_LIMIT, 0.2 * STEP_LIMIT
+"""Error of the step [lengths] that is aimed at; seen in one window, that is taken to be small everywhere."""
 
-    timestep: float = TIMESTEP
-    integrator: mujoco.mjtIntegrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-
-    def substeps(self, rate: float) -> int:
-        """Return engine steps per control tick.
-
-        Raises:
-            InputError: the tick is no whole number of steps.
-        """
-        steps = 1 / (rate * self.timestep)
-        if round(steps) < 1 or abs(steps - round(steps)) > 1e-6:
-            raise InputError(
-                "timestep", f"{self.timestep:g} s", f"a whole fraction of the control period, {1 / rate:g} s"
-            )
-        return round(steps)
-
-
-ACCURATE = Stepping()
-FAST = Stepping(0.01, mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
+_MOST_STEPS = 1_000_000
+"""Engine steps that one motion is given at most to reach the limit."""
 
 
 @dataclass(frozen=True)
@@ -59,11 +52,16 @@ class Run:
         samples: the recorded states, one a control tick.
         real_time_factor: simulated over wall-clock time of the stepping loop.
         interrupted: whether Ctrl-C ended it early; what was recorded until then is kept.
+        timestep: engine step [s].
+        step_error: how far the step puts the tip off [m], estimated from another step; shape (T,), NaN where it was not
+            compared. None: nowhere.
     """
 
     samples: Samples
     real_time_factor: float
     interrupted: bool
+    timestep: float
+    step_error: Array | None = None
 
 
 def simulate(
@@ -72,91 +70,160 @@ def simulate(
     bend: Array,
     controller: Controller = "servo",
     rate: float = CONTROL_RATE,
-    stepping: Stepping = ACCURATE,
+    stepping: Stepping | None = None,
     on_tick: Callable[[int], object] | None = None,
+    check_step: bool | None = None,
+    extrapolate: bool = False,
 ) -> Run:
     """Follow bends [rad], shape (T, 2), one a control tick, starting at rest in the first.
 
     Args:
         target: the tip positions they stand for [m], shape (T, 3); passed through.
         rate: control ticks per second [Hz].
-        on_tick: called with the number of samples recorded so far, for progress.
+        stepping: how the engine steps; default found for this arm and motion, so that the step's own error stays below
+            `STEP_LIMIT` if a million steps are enough for that.
+        on_tick: called with the number of samples recorded so far, for progress; starts again with each simulation.
+        check_step: estimate the step's error; default only where the step is found.
+        extrapolate: simulate a chain of half the links too, and return what both say of infinitely many.
 
     The same input gives bit-identical samples.
 
     Raises:
         DivergenceError: the engine met a bad state; nothing is returned.
         ConvergenceError: no rest pose to start from.
-        InputError: arrays of other shapes, bends of pi or more, a bend that pulling muscles cannot hold, or a time
-            step that does not divide the tick.
+        InputError: arrays of other shapes, bends of pi or more, a bend that pulling muscles cannot hold, a time
+            step that does not divide the tick, or an arm that no step suits.
     """
     if not rate > 0:
         raise InputError("rate", rate, "a positive number [Hz]")
     bend, target = arc.as_bend(bend), as_vectors(target, 3, "target")
     if bend.ndim != 2 or target.shape[:-1] != bend.shape[:-1] or not len(bend):
         raise InputError("target", f"of shape {target.shape} beside bend of shape {bend.shape}", "(T, 3) and (T, 2)")
-    substeps = stepping.substeps(rate)
+    if extrapolate:
+        half = replace(arm, links=coarser(arm.links))
+        given = (target, bend, controller, rate, stepping, on_tick, check_step)
+        return _both(simulate(arm, *given), simulate(half, *given))
+    substeps = None if stepping is None else stepping.substeps(rate)
     if controller == "tip":
         orders = plan_motion(arm, bend, target, 1 / rate)
     else:
         orders = command(arm, bend, controller, period=1 / rate)
-    plant = Plant(arm, orders.pull_only, stepping.timestep, stepping.integrator, orders.actuation)
-    feedback = feedback_for(arm, orders, bend, target)
-    recorder, setpoint = Recorder(plant, len(bend)), np.empty((len(bend), 3))
+    motion = _Motion(arm, target, bend, orders, rate, stepping or ACCURATE, on_tick)
     with engine_room():
-        plant.reset(bend[0])
-        Solver(plant)(orders.start)
-        plant.data.time = 0.0
+        if substeps is None:
+            return motion.found()
+        return motion.checked(substeps) if check_step else motion.run(substeps)
+
+
+def _both(fine: Run, coarse: Run) -> Run:
+    spent = sum(len(run.samples) / run.real_time_factor for run in (fine, coarse))
+    samples = extrapolated(fine.samples, coarse.samples)
+    interrupted = fine.interrupted or coarse.interrupted
+    error = None if fine.step_error is None else fine.step_error[: len(samples)]
+    return Run(samples, len(samples) / spent, interrupted, fine.timestep, error)
+
+
+class _Motion:
+    """One motion, simulated in steps of one length or another."""
+
+    def __init__(
+        self,
+        arm: Arm,
+        target: Array,
+        bend: Array,
+        orders: Command,
+        rate: float,
+        stepping: Stepping,
+        on_tick: Callable[[int], object] | None,
+    ) -> None:
+        self._target, self._bend, self._orders, self._rate, self._on_tick = target, bend, orders, rate, on_tick
+        self.arm, self._integrator = arm, stepping.integrator
+        self._plant = Plant(arm, orders.pull_only, None, stepping.integrator, orders.actuation)
+        self._plant.reset(bend[0])
+        Solver(self._plant)(orders.start)
+        self._start = self._plant.data.qpos.copy()
+        self._snapshots: list[Snapshot] = []
+
+    def _pass(self, substeps: int) -> Pass:
+        """Return the motion at its beginning."""
+        plant = self._plant
+        plant.restart(self._start, self._orders.start)
+        plant.model.opt.timestep = 1 / (self._rate * substeps)
+        feedback = feedback_for(self.arm, self._orders, self._bend, self._target)
+        return Pass(plant, self._orders, feedback, self._rate, substeps)
+
+    def run(self, substeps: int) -> Run:
+        """Simulate all of it in so many steps per control tick."""
+        count = len(self._bend)
+        one, recorder = self._pass(substeps), Recorder(self._plant, count)
         start = time.perf_counter()
-        count, interrupted = _loop(plant, recorder, orders, feedback, setpoint, rate, substeps, on_tick)
+        done = one.run(recorder, 0, count, self._on_tick)
         elapsed = time.perf_counter() - start
-    samples = recorder.samples(count, np.arange(len(bend)) / rate, target, bend, setpoint)
-    return Run(samples, max(count - 1, 0) / rate / elapsed, interrupted)
+        self._snapshots = one.snapshots
+        samples = recorder.samples(done, np.arange(count) / self._rate, self._target, self._bend, one.setpoint)
+        return Run(samples, max(done - 1, 0) / self._rate / elapsed, done < count, 1 / (self._rate * substeps))
 
+    def found(self) -> Run:
+        """Simulate in steps that are short enough.
 
-def _loop(
-    plant: Plant,
-    recorder: Recorder,
-    orders: Command,
-    feedback: Feedback | None,
-    setpoint: Array,
-    rate: float,
-    substeps: int,
-    on_tick: Callable[[int], object] | None,
-) -> tuple[int, bool]:
-    """Step and record.
+        Raises:
+            InputError: no step suits this arm.
+            DivergenceError: the arm blows up however short the step is.
+        """
+        farthest = self._bend[np.hypot(*self._bend.T).argmax()]
+        substeps = stable_substeps(self._plant, self._rate, farthest[None])
+        while True:
+            try:
+                return self.checked(substeps, refine=True)
+            except DivergenceError:
+                substeps *= 4
+                if substeps * len(self._bend) > _MOST_STEPS:
+                    raise
 
-    `mj_step` leaves poses and forces of the time that it started from, so those of a tick's first step belong to the
-    tick. Between ticks set-points move in a straight line: a staircase would jolt the muscles by tens of newtons.
-    """
-    model, data, control = plant.model, plant.data, plant.control
-    seen = Seen(recorder.lengths, recorder.tensions, recorder.pulls, recorder.tip)
-    settings = {"timestep": model.opt.timestep, "integrator": mujoco.mjtIntegrator(model.opt.integrator).name}
-    settings["servo_stiffness"] = plant.arm.servo_stiffness
-    ahead = np.diff(orders.setpoint, axis=0, append=orders.setpoint[-1:])
-    ramps = orders.setpoint[:, None] + np.arange(substeps)[:, None] / substeps * ahead[:, None]
-    limits = orders.limits(plant.arm)
-    gain = 0.0 if feedback is None else 1 / (rate * feedback.time)
-    count = 0
-    try:
-        for i, ramp in enumerate(ramps):
-            if feedback is not None:
-                ramp += feedback.value
-            if limits is not None:
-                ramp.clip(*limits, out=ramp)
-            plant.stiffen_twist()
-            control[:] = setpoint[i] = ramp[0]
-            mujoco.mj_step(model, data)
-            recorder.take(i)
-            if feedback is not None:
-                feedback.update(i, seen, gain)
-            for between in ramp[1:]:
-                control[:] = between
-                mujoco.mj_step(model, data)
-            plant.check(settings)
-            count = i + 1
-            if on_tick is not None:
-                on_tick(count)
-    except KeyboardInterrupt:
-        return count, True
-    return count, False
+    def checked(self, substeps: int, refine: bool = False) -> Run:
+        """Simulate in so many steps per control tick, or in more if `refine`, and estimate the step's error.
+
+        The engine's error is of first order in the step, so that of the finer of two runs is their difference over the
+        ratio of their steps less one.
+        """
+        run = self.run(substeps)
+        limit = self.arm.length * (_WANTED if refine else _QUIET)
+        error = self._in_a_window(run, substeps)
+        if run.interrupted or np.nanmax(error, initial=0.0) <= self.arm.length * _QUIET:
+            return replace(run, step_error=error)
+        while True:
+            ratio = int(np.clip(math.ceil(np.nanmax(error) / limit), 2, 8)) if refine else 2
+            if substeps * ratio * len(self._bend) > _MOST_STEPS:
+                return replace(run, step_error=error)
+            finer = self.run(substeps * ratio)
+            if finer.interrupted:
+                return replace(run, interrupted=True, step_error=error)
+            off = np.linalg.norm(run.samples.stations[:, -1] - finer.samples.stations[:, -1], axis=-1) / (ratio - 1)
+            if not refine:
+                return replace(run, step_error=ratio * off)
+            run, error, substeps = finer, off, substeps * ratio
+            if error.max() <= limit:
+                return replace(run, step_error=error)
+
+    def _in_a_window(self, run: Run, substeps: int) -> Array:
+        """Estimate the step's error [m] where the tip accelerates most, by simulating that again in half the step.
+
+        What the step did before the window has died out by its end if the arm forgets fast enough; for others the
+        estimate is made larger by as much as they remember longer.
+        """
+        tips, count = run.samples.stations[:, -1], len(run.samples)
+        error = np.full(count, np.nan)
+        if count < 3:
+            return error
+        jolt = np.zeros(count)
+        jolt[1:-1] = np.linalg.norm(np.diff(tips, 2, axis=0), axis=-1)
+        before = max(self._snapshots, key=lambda snapshot: jolt[snapshot.tick : snapshot.tick + EVERY].max())
+        window = slice(before.tick, min(before.tick + EVERY, count))
+        again, recorder = self._pass(2 * substeps), Recorder(self._plant, EVERY)
+        again.go_back(before)
+        done = again.run(recorder, window.start, window.stop)
+        off = np.linalg.norm(recorder.stations[:done, -1] - tips[window][:done], axis=-1)
+        rate = 0.5 * self.arm.damping_time * self.arm.bend_frequency**2  # at which the slowest mode dies out
+        remembered = min(1 / max(rate, 1e-9), count / self._rate)
+        error[window.start : window.start + done] = 2 * off * max(1.0, remembered * self._rate / EVERY)
+        return error
