@@ -126,7 +126,7 @@ def test_the_varied_model_is_that_of_the_varied_arm(actions):
     env.reset()
     env.reset()
     arm, model = env.task._episodes.arms[0], env.physics.model
-    wanted = plain_spec(arm, env.task.arm._actions.actuation).compile()
+    wanted = plain_spec(arm, env.task.arm._actions.actuation, 0.005).compile()
     assert arm.payload != Arm().payload
     for field in ("body_mass", "body_inertia"):
         np.testing.assert_allclose(getattr(model, field)[-wanted.nbody + 1 :], getattr(wanted, field)[1:], rtol=1e-12)

@@ -138,7 +138,7 @@ def test_targets_are_those_that_the_muscles_can_hold(arm, mode):
     if mode == "pressures":
         assert (statics.pressure_needed(bends, arm)[0] <= arm.muscle.max_pressure * (1 + 1e-9)).all()
     else:
-        limits = plain_spec(arm, "lengths").compile().actuator_ctrlrange[0]
+        limits = plain_spec(arm, "lengths", 0.005).compile().actuator_ctrlrange[0]
         setpoints = task.actions.setpoints(bends)
         assert (setpoints >= limits[0] - 1e-9).all()
         assert (setpoints <= limits[1] + 1e-9).all()
@@ -259,6 +259,15 @@ def test_the_moment_of_a_wrench_is_its_work():
             way = arc.position(bend + change, arm.length) - arc.position(bend - change, arm.length)
             found.append((way @ force + axial @ couple) / (2 * step))
         np.testing.assert_allclose(wrench_moment(bend, force, couple, arm), found, atol=1e-7)
+
+
+def test_an_arm_that_needs_it_is_stepped_in_shorter_steps():
+    env = make("reach", arm=Arm(links=8, mass=0.1, damping_time=0.001))
+    definition = env.unwrapped.definition
+    assert definition.timestep < 0.005
+    env.reset(seed=0)
+    env.step(np.ones(2))
+    assert env.unwrapped._physics.data.time == pytest.approx(0.05)
 
 
 def test_variations_give_the_model_of_the_varied_arm():

@@ -89,6 +89,14 @@ def test_what_pressures_cannot_hold_is_said_and_waited_for():
     assert not session.problem
 
 
+def test_an_arm_that_needs_shorter_steps_gets_them():
+    session = Session(Arm(links=8, mass=0.1, damping_time=0.001))
+    session.aim(BEND)
+    reading = _ticks(session, 3)[-1]
+    assert reading.time == pytest.approx(2.99, abs=0.005)
+    assert reading.error < 0.02 * 0.37
+
+
 def test_reset_starts_the_same_motion_again_and_what_cannot_change_is_refused(arm):
     session, tips = Session(arm), []
     for _ in range(2):

@@ -30,7 +30,6 @@ from contarm_sim.envs.dm_entity import ArmArena, ContinuumArm, PhysicsError, com
 from contarm_sim.envs.episodes import Episodes, Outcome
 from contarm_sim.envs.task import CONTROL_PERIOD
 from contarm_sim.errors import DivergenceError
-from contarm_sim.mjcf import TIMESTEP
 from contarm_sim.simulation.plant import quiet_engine
 
 ALL = tuple(TASKS)
@@ -99,7 +98,7 @@ class ArmTask(composer.Task):
         self._arena.place(self.arm)
         self._arena.mjcf_model.option.integrator = "implicitfast"
         self._aim(definition.arm)
-        self.set_timesteps(CONTROL_PERIOD, TIMESTEP)
+        self.set_timesteps(CONTROL_PERIOD, definition.timestep)
         self._ball = self._arena.add_ball(definition.arm, visible=definition.task.name != "hold")
         self._episodes = Episodes(definition, 1)
         self._outcome: Outcome | None = None

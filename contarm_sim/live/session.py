@@ -16,7 +16,8 @@ from contarm_sim.mechanics.statics import cocontraction, servo_control
 from contarm_sim.simulation.control import CONTROLLERS, Command, Controller, actuation_of, command, pulls_only
 from contarm_sim.simulation.feedback import Feedback, Seen, feedback_for
 from contarm_sim.simulation.plant import Plant
-from contarm_sim.simulation.run import ACCURATE, CONTROL_RATE
+from contarm_sim.simulation.run import CONTROL_RATE
+from contarm_sim.simulation.stepping import stable_substeps
 
 PERIOD = 1 / CONTROL_RATE
 """Simulated time of a control tick [s]."""
@@ -98,7 +99,8 @@ class Session:
         """Take other parameters or another controller from here on; the pose and its speed stay.
 
         Raises:
-            InputError: another number of links, or an unknown controller; nothing is changed.
+            InputError: another number of links, an unknown controller, or an arm that no time step suits; nothing is
+                changed.
         """
         arm, controller = arm or self.arm, controller or self.controller
         if arm.links != self.arm.links or (arm.torsional_stiffness is None) != (self.arm.torsional_stiffness is None):
@@ -119,10 +121,10 @@ class Session:
     def _start(self, arm: Arm, controller: Controller) -> None:
         if controller not in CONTROLLERS:
             raise InputError("controller", repr(controller), ", ".join(CONTROLLERS))
-        stepping, actuation = (ACCURATE.timestep, ACCURATE.integrator), actuation_of(controller)
-        self.plant = Plant(arm, pulls_only(controller), *stepping, actuation)
-        self.arm, self.controller = arm, controller
-        self._substeps = ACCURATE.substeps(CONTROL_RATE)
+        plant = Plant(arm, pulls_only(controller), actuation=actuation_of(controller))
+        self._substeps = stable_substeps(plant, CONTROL_RATE, np.empty((0, 2)))
+        plant.model.opt.timestep = PERIOD / self._substeps
+        self.plant, self.arm, self.controller = plant, arm, controller
 
     def _takes_over(self, before: Plant) -> Array:
         """Return set-points with which the arm is bent as by the plant before, whose controls were of another kind."""
