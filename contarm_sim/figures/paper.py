@@ -107,7 +107,7 @@ def lengths(path: Files, arm: Arm) -> None:
 def lengths_on_map(path: Files, arm: Arm) -> None:
     """Draw the spiral's lengths over the ellipse, the bends that pressure holds shaded."""
     samples = followed(arm)
-    bends = arc.from_polar(np.radians(np.linspace(0, 179.9, 240))[:, None], np.linspace(0, 2 * np.pi, 541))
+    bends = arc.from_polar(np.radians(np.linspace(0, 179.9, 120))[:, None], np.linspace(0, 2 * np.pi, 541))
     deltas = MM * muscles.deltas_from_bend(bends, arm.muscle_radius)
     held = pressure_needed(bends, arm)[1] <= arm.muscle.max_pressure
     with figure(path, figsize=(4.4, 4.2)) as fig:

@@ -15,7 +15,7 @@ def draw_possibility(path: Files, arms: dict[str, Arm]) -> None:
 
     The outer ellipse is the paper's, bends of 180 deg.
     """
-    angles, planes = np.radians(np.linspace(0, 179.9, 240)), np.linspace(0, 2 * np.pi, 541)
+    angles, planes = np.radians(np.linspace(0, 179.9, 120)), np.linspace(0, 2 * np.pi, 541)
     bend = arc.from_polar(angles[:, None], planes)
     with figure(path, figsize=(3.2 * len(arms), 3.7)) as fig:
         axes = fig.subplots(1, len(arms), sharey=True, squeeze=False)[0]
