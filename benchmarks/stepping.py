@@ -1,7 +1,7 @@
-"""Cost of stepping, in one run: the loop with controller and recording over bare `mj_step`, and a step over link counts.
+"""Cost of stepping: the loop, controller and recording included, over bare `mj_step`; a step by links.
 
-Processor time of one thread, so that other work on the machine disturbs it less; medians of interleaved repeats. Between
-machines and hours the loop's ratio still varies by a few percent, that of single repeats by a fifth.
+Processor time of one thread, so that other work on the machine disturbs it less; medians of interleaved repeats.
+Between machines and hours the loop's ratio still varies by a few percent, that of single repeats by a fifth.
 """
 
 import time
@@ -78,7 +78,7 @@ def main():
     spans = Muscle(path="spans")
     parallel, straight, free = steps([(Arm(), "lengths"), (Arm(muscle=spans), "lengths"), (Arm(), "none")])
     print(
-        f"a step at 24 links: parallel muscles {parallel / straight:.2f} of straight spans, no muscles {free / straight:.2f}"
+        f"a step at 24 links: parallel muscles {parallel / straight:.2f}, none {free / straight:.2f} of straight spans"
     )
     cost = steps([(Arm(links=links), "lengths") for links in LINKS], 400)
     exponent = np.polyfit(np.log(LINKS), np.log(cost), 1)[0]

@@ -32,7 +32,7 @@ def bends(count: int, seed: int = 0, largest: float = np.pi) -> np.ndarray:
 
 
 def differenced_stiffness(plant) -> np.ndarray:
-    """Return -dQ/dq [N m/rad] at a plant's pose by central differences of the engine's own forces."""
+    """Return -dQ/dq [N m/rad] at a plant's pose by central differences of the engine's forces, twisted muscles' too."""
     model, data = plant.model, plant.data
     at, step, columns = data.qpos.copy(), 1e-6, []
     for j in range(model.nv):
@@ -41,6 +41,6 @@ def differenced_stiffness(plant) -> np.ndarray:
             data.qpos[:] = at
             data.qpos[j] += sign * step
             mujoco.mj_forward(model, data)
-            forces.append(data.qfrc_smooth.copy())
+            forces.append(data.qfrc_smooth + plant.stiffen_twist())
         columns.append((forces[1] - forces[0]) / (2 * step))
     return np.stack(columns, axis=1)

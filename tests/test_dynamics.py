@@ -6,7 +6,8 @@ import pytest
 from contarm_sim.arm import Arm
 from contarm_sim.load import Load, Muscles
 from contarm_sim.simulation.equilibrium import equilibrium
-from contarm_sim.simulation.release import natural_frequencies, release
+from contarm_sim.simulation.modes import natural_frequencies
+from contarm_sim.simulation.release import release
 
 CLAMPED_FREE = np.array([1.8751041, 4.6940911, 7.8547574])  # roots of cosh x cos x = -1
 

@@ -55,7 +55,9 @@ def test_the_page_needs_nothing_else_and_says_everything_in_words(page):
     assert names.count("video") == 1
     assert "<b>: spiral" not in text
     assert "contarm run --out &#39;&lt;&amp;&gt;&#39;" in text
-    assert "Verdict: " in text
+    assert "Constant curvature:</strong> " in text
+    assert "Simulation: explained" in text
+    assert text.index("target against simulated tip") < text.index("analytic against simulated tip")
 
 
 PROBE = """
@@ -110,8 +112,13 @@ def test_a_failed_run_and_a_missing_film_are_said_so(tmp_path):
     assert np.isfinite(report.summary["tip_error"]["max_m"])
     given = {"path": "circle", "duration": 1.0, "command": "contarm run", "video": "none: no GL library"}
     check = {"name": "slack", "value": 1.0, "limit": 0.0, "unit": "%", "passed": False}
-    report.write_page(tmp_path, report.summary | given | {"verdict": "fail", "checks": [check]})
+    check |= {"reason": "a slack muscle steers nothing", "group": "explained"}
+    checks = [check, report.summary["checks"][-1]]
+    report.write_page(
+        tmp_path, report.summary | given | {"verdict": "fail", "explained": False, "converged": None, "checks": checks}
+    )
     text = (tmp_path / "report.html").read_text()
     assert "No film: none: no GL library." in text
-    assert "Verdict: FAIL" in text
-    assert "not as it should be: slack" in text
+    assert "<strong>Failed.</strong>" in text
+    assert "Simulation: NOT explained: slack 1 % (limit 0): a slack muscle steers nothing" in text
+    assert "Constant curvature:</strong> does not hold" in text

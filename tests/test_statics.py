@@ -130,7 +130,7 @@ def test_tensions_that_buckle_the_chain_between_disks_are_refused(arm):
 
 
 def test_torsion_adds_to_the_tips_compliance_less_what_muscles_pull_back():
-    """Straight, twist moves nothing; bent, it softens sideways, and the muscles' r^2 sum(T) stiffens it."""
+    """Straight, twist moves nothing; bent, it softens sideways, and the muscles' r^2 sum(T L/L_i) stiffens it."""
     soft = Arm(torsional_stiffness=0.05)
     bend, zero = arc.from_polar(1.0, 0.0), np.zeros(3)
     np.testing.assert_allclose(
@@ -140,7 +140,8 @@ def test_torsion_adds_to_the_tips_compliance_less_what_muscles_pull_back():
         (tip_compliance(bend, t, zero, soft) - tip_compliance(bend, t, zero, Arm()))[1, 1] for t in (zero, zero + 50)
     ]
     assert extra[0] > 0.01
-    assert extra[0] / extra[1] == pytest.approx(1 + soft.muscle_radius**2 * 150 / 0.05, rel=1e-9)
+    shorter = (soft.length / routing.lengths_from_bend(bend, soft)).sum()
+    assert extra[0] / extra[1] == pytest.approx(1 + soft.muscle_radius**2 * 50 * shorter / 0.05, rel=1e-6)
 
 
 def test_lengths_that_a_braid_cannot_take_and_chains_that_would_buckle_are_refused():

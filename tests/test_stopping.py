@@ -160,16 +160,17 @@ def test_a_signal_while_numbers_are_written_waits_for_them(contarm, monkeypatch,
 
 @pytest.mark.parametrize("number", SIGNALS)
 def test_a_stopped_recording_is_kept_to_where_it_came(contarm, monkeypatch, tmp_path, number):
-    from contarm_sim.simulation.recorder import Recorder
+    from contarm_sim.simulation.feedback import LengthFeedback
 
-    take = Recorder.take
+    update, came = LengthFeedback.update, []
 
-    def stopped(self, index):
-        if index == 50:
+    def stopped(self, index, *given, **named):
+        if index == 50 and not came:
+            came.append(index)
             signal.raise_signal(number)
-        take(self, index)
+        return update(self, index, *given, **named)
 
-    monkeypatch.setattr(Recorder, "take", stopped)
+    monkeypatch.setattr(LengthFeedback, "update", stopped)
     code, _, err = contarm(*RUN)
     assert code == 128 + number
     assert "interrupted at 0.50 s" in err

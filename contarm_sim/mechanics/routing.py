@@ -40,22 +40,32 @@ def length_jacobian(bend: Any, arm: Arm) -> Array:
     return -arm.muscle_radius * muscles.DIRECTIONS @ hinges.angles(bend, arm.links)[1]
 
 
-def bend_from_lengths(lengths: Any, arm: Arm) -> tuple[Array, Array]:
+def bend_from_lengths(lengths: Any, arm: Arm, extrapolated: bool = False) -> tuple[Array, Array]:
     """Return (bend [rad], shape (..., 2); residual [m], shape (...)) of measured muscle lengths [m], shape (..., 3).
 
     Length differences fix the bend; the residual is what their common mode is off by, zero when all joints bend alike.
+
+    Args:
+        extrapolated: whether the lengths are those of infinitely many links.
     """
     if arm.muscle.path == "spans":
         return spans.bend_from_lengths(lengths, _guides(arm))
     deltas = as_vectors(lengths, 3, "muscle_lengths") - arm.length
     total = muscles.bend_of_lengths(deltas, arm.muscle_radius)
-    return hinges.bend_from_angles(total, arm.links), deltas.mean(axis=-1)
+    return total if extrapolated else hinges.bend_from_angles(total, arm.links), deltas.mean(axis=-1)
 
 
-def chain_tip(bend: Any, arm: Arm) -> Array:
-    """Return the tip [m], shape (..., 3), of the unloaded chain whose muscles have the lengths of a bend [rad]."""
+def chain_tip(bend: Any, arm: Arm, extrapolated: bool = False) -> Array:
+    """Return the tip [m], shape (..., 3), of the unloaded chain whose muscles have the lengths of a bend [rad].
+
+    Args:
+        extrapolated: from this chain and one of half the links, as motions are.
+    """
     form = chain if arm.muscle.path == "spans" else hinges
-    return form.tip(bend, arm.length, arm.links)
+    tip, half = form.tip(bend, arm.length, arm.links), arm.links // 2
+    if not extrapolated:
+        return tip
+    return tip + (tip - form.tip(bend, arm.length, half)) / ((arm.links / half) ** 2 - 1)
 
 
 def _guides(arm: Arm) -> spans.Guides:

@@ -173,7 +173,11 @@ def pressure_needed(bend: Any, arm: Arm) -> tuple[Array, Array]:
     Each of shape (...); inf where no pressure does. Inflated muscles have at least the lowest pressure there is, so
     an antagonist that is vented, without any tension, leaves the others less to carry.
     """
-    held = balance(bend, arm)
+    return balance_pressure(balance(bend, arm), arm)
+
+
+def balance_pressure(held: Balance, arm: Arm) -> tuple[Array, Array]:
+    """Return the highest of the least pressures [Pa] that give a balance's tensions, see `pressure_needed`."""
     with np.errstate(divide="ignore", invalid="ignore"):
         low = level_range(held, arm)[0]
         inflated = (held.at(low) / held.per_pascal).max(axis=-1)
@@ -206,7 +210,7 @@ def holding_pressures(bend: Any, arm: Arm, share: float = 0.0, rate: Any = None)
 
 
 def _refusal(held: Balance, low: Array, arm: Arm) -> tuple[str, str]:
-    """Say what the first bend that no pressures hold would take, and what is allowed."""
+    """Say what the first bend that no pressures hold needs, and what is allowed."""
     pressures = f"{arm.muscle.min_pressure / 1e3:.4g} to {arm.muscle.max_pressure / 1e3:.4g} kPa"
     if not np.all(held.per_pascal > 0):
         shortest, longest = (1e3 * length for length in arm.muscle_length_range)
@@ -217,6 +221,6 @@ def _refusal(held: Balance, low: Array, arm: Arm) -> tuple[str, str]:
     if np.any(low > held.highest):
         return f"one that {pressures} buckle the arm at", "a stiffer arm, more links, or less of a bend"
     return (
-        f"one that takes {float((held.at(low) / held.per_pascal).max()) / 1e3:.0f} kPa",
-        f"bends that {pressures} hold",
+        f"one that needs {float((held.at(low) / held.per_pascal).max()) / 1e3:.0f} kPa",
+        f"bends that need no more than there is; available {pressures}",
     )

@@ -26,13 +26,17 @@ Progress = Callable[[int, int], object]
 
 @dataclass(frozen=True)
 class Look:
-    """How the frames of a film are drawn: size [pixels], camera, draft or final, plots in the lower corners or not."""
+    """How the frames of a film are drawn: size [pixels], camera, draft or final, plots in the lower corners or not.
+
+    And what is said of the whole run, a line below the numbers of the moment.
+    """
 
     width: int = 1280
     height: int = 720
     camera: str = "front"
     quality: Quality = "draft"
     plots: bool = True
+    note: str = ""
 
 
 @dataclass(frozen=True)
@@ -105,7 +109,7 @@ def film(
     with ArmRenderer(arm, look.width, look.height, look.camera, look.quality) as renderer:
         colours = trace_colours(np.linspace(0, 1, 24), 1.0)
         legend = {"path": [PATH], f"tip, by error to {1e3 * scale.error:.2g} mm": colours, "analytic": [TARGET]}
-        caption = Caption(look.width, look.height, max(texts, key=len), legend)
+        caption = Caption(look.width, look.height, max(texts, key=len), legend, look.note)
         for done, (i, text) in enumerate(zip(indices, texts, strict=True), 1):
             image = renderer.frame(samples, i, largest=scale.error)
             caption.write(image, text)
@@ -129,7 +133,7 @@ def film_beside(
         InputError, RenderingError: as `film`.
     """
     count = max(len(one[2]), len(other[2]))
-    half = replace(look, width=look.width // 2)
+    half = replace(look, width=look.width // 2, note="")
     scale = Scale.of(one[:2], other[:2])
     films = [
         film(arm, samples, indices + indices[-1:] * (count - len(indices)), half, None, scale, name)
@@ -157,5 +161,5 @@ def _panels(arm: Arm, samples: Samples, error: Array, look: Look, scale: Scale) 
     limit = highest if scale.pressure > 600 * highest else None
     return {
         "left": Panel(size, samples.time, [red], "tip error [mm]", 1e3 * scale.error),
-        "right": Panel(size, samples.time, pressures, "pressure it takes [kPa]", 1e-3 * scale.pressure, limit),
+        "right": Panel(size, samples.time, pressures, "pressure needed [kPa]", 1e-3 * scale.pressure, limit),
     }

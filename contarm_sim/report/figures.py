@@ -13,7 +13,6 @@ from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.pneumatics import force
 from contarm_sim.report.style import BLACK, BLUE, GREEN, MUSCLE_COLOURS, ORANGE, PURPLE, RED, Files, figure
-from contarm_sim.simulation.release import Swing
 from contarm_sim.simulation.samples import Samples
 from contarm_sim.validation.compare import Comparison
 from contarm_sim.validation.scenarios import Failure, Outcome
@@ -53,7 +52,7 @@ def draw_budget(
     t = samples.time
     with figure(path, figsize=(6.4, 4.6)) as fig:
         top, bottom = fig.subplots(2, 1, sharex=True, height_ratios=[2, 1])
-        top.plot(t, 1e3 * comparison.tip_error, color=BLACK, label="tip error (simulated vs analytic)")
+        top.plot(t, 1e3 * comparison.tip_error, color=BLACK, label="analytic vs simulated tip")
         for name, colour, dashes in _BUDGET:
             top.plot(t, 1e3 * getattr(comparison, name), color=colour, linestyle=dashes, label=name)
         if motion is not None:
@@ -92,7 +91,7 @@ def draw_muscles(path: Path, arm: Arm, samples: Samples, comparison: Comparison)
         middle.set_ylabel("tension [N]")
         bottom.axhline(arm.muscle.min_pressure / 1e3, color="#888888", linewidth=0.8, linestyle="--")
         bottom.set_ylim(bottom=0)
-        bottom.set_ylabel("pressure that\nit takes [kPa]")
+        bottom.set_ylabel("pressure\nneeded [kPa]")
         bottom.set_xlabel("time [s]")
 
 
@@ -206,20 +205,3 @@ def draw_stiffness(path: Files, rows: list[dict[str, Any]], directions: tuple[st
             ax.set_ylim(0, 1.15 * max(simulated))
             ax.legend(loc="lower right")
         panels[0].set_ylabel("tip stiffness [N/m]")
-
-
-def draw_swing(path: Path, arm: Arm, coarse: Swing, fine: Swing, timestep: float) -> None:
-    """Draw a released tip's coordinates, its error against finer steps, and the energy left."""
-    with figure(path, figsize=(6.4, 5.4)) as fig:
-        top, middle, bottom = fig.subplots(3, 1, sharex=True, height_ratios=[2, 1, 1])
-        for axis, colour in enumerate((BLUE, ORANGE, GREEN)):
-            moved = 1e3 * (coarse.tip[:, axis] - coarse.tip[-1, axis])
-            top.plot(coarse.time, moved, color=colour, label="xyz"[axis])
-        top.set_ylabel("tip, from where\nit ends [mm]")
-        top.legend(ncols=3)
-        error = 100 * np.linalg.norm(coarse.tip - fine.tip, axis=1) / arm.length
-        middle.semilogy(coarse.time[1:], np.maximum(error[1:], 1e-9), color=BLACK)
-        middle.set_ylabel(f"error of {1e3 * timestep:g} ms steps\n[% of length]")
-        bottom.plot(coarse.time, 1e3 * (coarse.energy - coarse.energy.min()), color=BLACK)
-        bottom.set_ylabel("energy above\nthe least [mJ]")
-        bottom.set_xlabel("time since release [s]")

@@ -37,5 +37,5 @@ def draw_possibility(path: Files, arms: dict[str, Arm]) -> None:
             ax.set_title(f"gravity {pull} m/s²{payload}" if any(arm.gravity) else name)
             ax.set_xlabel("length change of muscle 2 [mm]")
         axes[0].set_ylabel("length change of muscle 3 [mm]")
-        fig.colorbar(filled, ax=axes, label="highest pressure that it takes [kPa]", shrink=0.8)
+        fig.colorbar(filled, ax=axes, label="highest pressure needed [kPa]", shrink=0.8)
         fig.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)

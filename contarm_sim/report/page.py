@@ -13,10 +13,9 @@ from contarm_sim.arm import Arm
 from contarm_sim.arm_file import arm_to_toml
 from contarm_sim.files import write_whole
 from contarm_sim.kinematics import arc
-from contarm_sim.report.words import explanation, parts, remarks
+from contarm_sim.report.words import budget, explanation, muscle_words, remarks, verdict_lines
 from contarm_sim.simulation.samples import Samples
 from contarm_sim.validation.compare import Comparison
-from contarm_sim.validation.verdict import MODEL_LIMIT
 
 LARGEST_VIDEO = 1_500_000
 """A larger film [bytes] is embedded in a smaller size: the page stays fit for mail."""
@@ -42,15 +41,11 @@ def write_page(folder: Path, arm: Arm, samples: Samples, comparison: Comparison,
     text = page.render(
         title=f"contarm: {summary['path']}, {summary['duration']:g} s, controller {summary['controller']}",
         summary=summary,
-        said=_said(summary),
+        said=verdict_lines(summary),
         words=explanation(summary),
         remarks=remarks(summary),
-        budget=[
-            {"name": meaning, "numbers": [scale * summary[name][key] for scale, key in _NUMBERS]}
-            for name, meaning in parts(summary["controller"]).items()
-            if summary[name] is not None
-        ],
-        muscles=_muscles(summary),
+        budget=budget(summary),
+        muscles=muscle_words(summary["muscle"]),
         figures=[
             {"alt": alt, "data": _encoded((folder / name).read_bytes())}
             for name, alt in FIGURES.items()
@@ -64,9 +59,6 @@ def write_page(folder: Path, arm: Arm, samples: Samples, comparison: Comparison,
         plotly=_plotly(),
     )
     write_whole(folder / "report.html", text)
-
-
-_NUMBERS = ((1e3, "max_m"), (1e3, "rms_m"), (1.0, "max_percent"), (1.0, "rms_percent"))
 
 
 def _encoded(content: bytes) -> str:
@@ -93,30 +85,6 @@ def _video(film: Path) -> dict[str, Any]:
 
         content, (width, height) = shrunk(film, 480), (854, 480)
     return {"data": _encoded(content), "width": width, "height": height}
-
-
-def _said(summary: dict[str, Any]) -> str:
-    error = summary["tip_error"]
-    most = f"{error['max_percent']:.2f} % of length ({1e3 * error['max_m']:.2f} mm)"
-    said = f"The simulated tip stays within {most} of the analytic one"
-    failed = [check["name"] for check in summary["checks"] if not check["passed"]]
-    if failed:
-        return f"{said}; not as it should be: {', '.join(failed)}."
-    if error["max_percent"] > MODEL_LIMIT:
-        return f"{said}: the load explains it."
-    return f"{said}, and every muscle pulls."
-
-
-def _muscles(summary: dict[str, Any]) -> list[tuple[str, str]]:
-    muscle = summary["muscle"]
-    pressure = muscle["max_pressure_needed_pa"]
-    return [
-        ("forces", f"{muscle['min_force_n']:.1f} to {muscle['max_force_n']:.1f} N"),
-        ("samples in which a muscle pushes", str(muscle["pushes"])),
-        ("slack", f"{100 * muscle['slack_fraction']:.3g} % of samples"),
-        ("highest pressure that it takes", "beyond any" if pressure is None else f"{pressure / 1e3:.0f} kPa"),
-        ("contractions", f"{100 * muscle['min_contraction']:.1f} to {100 * muscle['max_contraction']:.1f} %"),
-    ]
 
 
 def _traces(arm: Arm, samples: Samples, comparison: Comparison) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,33 +17,43 @@ from contarm_sim.mjcf import arm_spec, exact_xml
 from contarm_sim.report.figures import draw_budget, draw_muscles, draw_path
 from contarm_sim.report.output import versions
 from contarm_sim.report.samples_csv import write_samples
+from contarm_sim.report.words import in_short
 from contarm_sim.simulation.control import Controller
 from contarm_sim.simulation.run import Run
-from contarm_sim.validation.compare import compare, motion_part, spread, summarise
-from contarm_sim.validation.verdict import run_checks, verdict
+from contarm_sim.validation.checks import run_checks
+from contarm_sim.validation.compare import compare, known_spread, motion_part, summarise
+from contarm_sim.validation.explained import explain
+from contarm_sim.validation.timestep import step_summary
+from contarm_sim.validation.verdict import constant_curvature, verdict
 
 
 class RunReport:
     """A run beside the closed forms.
 
     Attributes:
-        summary: every number shown, plain values, SI units but where the name says otherwise; with verdict and checks;
-            `motion` is None where some commanded pose has no rest.
+        summary: every number shown, plain values, SI units but where the name says otherwise. `constant_curvature`
+            says whether it holds; `verdict` whether the simulation is explained and converged and targets are met, with
+            `checks`. `motion` is None where some commanded pose has no rest, `sag` without gravity, `unexplained` where
+            no ideal rod is found.
     """
 
     def __init__(self, arm: Arm, run: Run, controller: Controller, poses: int = 100) -> None:
         self._arm, self._samples, self._pressures = arm, run.samples, controller == "pressure"
-        self._comparison = compare(arm, run.samples)
+        self._comparison = compare(arm, run.samples, run.extrapolated)
         try:
-            self._motion = motion_part(arm, run.samples, controller, poses)
+            self._motion = motion_part(arm, run.samples, controller, poses, run.extrapolated)
         except ConvergenceError:  # a pose that the loaded arm cannot rest in
             self._motion = run.samples.time[[0, -1]], np.full(2, np.nan)
         summary = summarise(arm, run.samples, self._comparison)
-        summary["motion"] = spread(self._motion[1], arm.length) if np.isfinite(self._motion[1]).all() else None
-        summary |= verdict(run_checks(arm, summary))
+        summary["motion"] = known_spread(self._motion[1], arm.length)
+        summary |= explain(arm, run.samples, self._comparison, poses).summary(arm)
+        summary["time_step"] = step_summary(arm, run)
+        summary["constant_curvature"] = constant_curvature(summary)
+        summary |= verdict(run_checks(arm, summary, controller))
         if run.interrupted:
             summary["verdict"] = "interrupted"
         summary |= {"controller": controller, "real_time_factor": run.real_time_factor, "interrupted": run.interrupted}
+        summary["extrapolated"] = run.extrapolated
         self.summary: dict[str, Any] = summary | {"arm": arm_to_dict(arm), "versions": versions()}
 
     def write(self, folder: Path) -> None:
@@ -79,9 +90,11 @@ class RunReport:
         from contarm_sim.rendering.film import Look
         from contarm_sim.rendering.video import Shot, write_gif, write_video
 
+        look = Look(note=in_short(self.summary))
         try:
-            write_video(Shot(self._arm, self._samples, Look()), folder / "video.mp4", on_frame)
+            write_video(Shot(self._arm, self._samples, look), folder / "video.mp4", on_frame)
             return "video.mp4"
         except EncodingError:
-            write_gif(Shot(self._arm, self._samples, Look(640, 360), fps=10), folder / "video.gif", on_frame)
+            small = replace(look, width=640, height=360)
+            write_gif(Shot(self._arm, self._samples, small, fps=10), folder / "video.gif", on_frame)
             return "video.gif"

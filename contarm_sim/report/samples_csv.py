@@ -17,7 +17,7 @@ def write_samples(path: Path, groups: dict[str, tuple[Samples, Comparison]], set
     """Write all samples of one or more named groups (scenarios) to a CSV file; `setpoint` names that column."""
     header = ["scenario", "time_s", "bend_x_rad", "bend_y_rad"]
     header += [f"{name}_{axis}_m" for name in _VECTORS for axis in "xyz"]
-    distances = ("miss", "tip_error", "discretisation", "servo", "shape", "backbone_error")
+    distances = ("target_error", "miss", "tip_error", "discretisation", "servo", "shape", "backbone_error")
     header += [*(f"{name}_m" for name in distances), "orientation_error_deg"]
     header += [f"muscle_{i}_{what}" for what in (setpoint, "length_m", "tension_n", "pressure_pa") for i in (1, 2, 3)]
     with path.open("w", newline="") as file:

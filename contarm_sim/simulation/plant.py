@@ -16,8 +16,8 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.pneumatics import force_slope, passive_slope, passive_tension
 from contarm_sim.mechanics.routing import joint_angles
 from contarm_sim.mjcf import TIMESTEP, Actuation, arm_spec
-from contarm_sim.mjcf.backbone import twist_stiffness
 from contarm_sim.mjcf.routing import angle, coefficient, counted_from
+from contarm_sim.simulation.twist import TwistedMuscles
 
 FATAL = [
     int(warning)
@@ -77,6 +77,7 @@ class Plant:
         actuation: what drives the muscles.
         constant_tensions: whether controls are tensions.
         damping: of each muscle along itself [N s/m], shape (3,).
+        twisted: what twist does to parallel muscles; None where nothing twists them.
     """
 
     def __init__(
@@ -105,21 +106,26 @@ class Plant:
         joints = [self.model.joint(i).name for i in range(self.model.njnt)]
         self._bending = {axis: np.flatnonzero([name.endswith(axis) for name in joints]) for axis in "xy"}
         self._twisting = np.flatnonzero([name.endswith("z") for name in joints])
-        self.turning = len(self._twisting) > 0 and arm.muscle.path == "parallel" and self.model.nu > 0
         self._zero = counted_from(arm)
         self._by_angle = np.array([[coefficient(arm, i, name) for name in joints] for i in range(3)])
+        turning = len(self._twisting) > 0 and arm.muscle.path == "parallel" and self.model.nu > 0
+        twisted = TwistedMuscles(arm, self._by_angle, self._twisting, self.data.qpos)
+        self.twisted = twisted if turning else None
 
     @property
     def muscle_lengths(self) -> Array:
-        """Muscle lengths [m], shape (3,)."""
+        """Muscle lengths [m], shape (3,), as the engine measures them, and what twist adds to parallel muscles."""
         if not self.model.ntendon:
             return self.arm.length + self._by_angle @ self.data.qpos
-        return self.data.ten_length + self._zero
+        lengths = self.data.ten_length + self._zero
+        return lengths if self.twisted is None else lengths + self.twisted.stretch().sum(axis=1)
 
     @property
     def muscle_jacobian(self) -> Array:
         """What muscle lengths gain by joint angles [m/rad], shape (3, dofs)."""
         model, data = self.model, self.data
+        if self.twisted is not None:
+            return self.twisted.jacobian()
         if self.arm.muscle.path == "parallel":
             return self._by_angle
         J = np.zeros((3, model.nv))
@@ -131,7 +137,11 @@ class Plant:
         """Muscle tensions [N], pulling > 0, shape (3,): `muscle_forces` and what stretched silicone pulls with."""
         if not self.model.ntendon:
             return np.zeros(3)
-        return self.muscle_forces + passive_tension(self.muscle_lengths, self.arm)
+        engine = self.data.ten_length + self._zero
+        tensions = self.muscle_forces + passive_tension(engine, self.arm)
+        if self.twisted is not None:
+            tensions = tensions + self.muscle_slopes * self.twisted.stretch().sum(axis=1)
+        return tensions
 
     @property
     def muscle_forces(self) -> Array:
@@ -158,16 +168,19 @@ class Plant:
     def stiffen_twist(self) -> Array | float:
         """Let twisted parallel muscles stiffen the arm by their present tensions, which fixed tendons do not do.
 
+        In motion, stiffness against twist is all. The forces returned also have what a muscle's longer way does to its
+        tension and to bending: 0.1 to 0.3 % of length at the tip of an arm twisted by 30 deg.
+
         Returns:
             what that changes in the generalised forces last derived [N m], shape (dofs,), or 0.
         """
-        if not self.turning:
+        if self.twisted is None:
             return 0.0
-        stiffness = self.model.jnt_stiffness
-        wanted = twist_stiffness(self.arm, float(np.maximum(self.muscle_tensions, 0.0).sum()))
-        change = np.zeros(self.model.nv)
-        change[self._twisting] = (stiffness[self._twisting] - wanted) * self.data.qpos[self._twisting]
-        stiffness[self._twisting] = wanted
+        stiffness, twisting, tensions = self.model.jnt_stiffness, self._twisting, self.muscle_tensions
+        wanted = self.twisted.joint_stiffness(tensions)
+        change = self.twisted.bending_forces(tensions, self.muscle_slopes)
+        change[twisting] = (stiffness[twisting] - wanted) * self.data.qpos[twisting]
+        stiffness[twisting] = wanted
         return change
 
     @property

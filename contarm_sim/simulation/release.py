@@ -1,8 +1,14 @@
-"""Free swing: the arm held by a load until time zero, then let go; and the modes that it should swing in."""
+"""Free swing: the arm held by a load until time zero, then let go, at once or as a course of the load says.
+
+The engine's step kicks velocities, then moves positions by the new ones: a leapfrog whose velocities lie half a step
+off its positions. An arm at rest has no velocity half a step *before* the start, though: taken so, as plain stepping
+does, the swing runs half a step ahead of itself (0.2 to 0.5 mm at 1 ms). So the first kick lasts half a step.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -11,92 +17,150 @@ from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.load import Load
-from contarm_sim.simulation.equilibrium import driven_plant, equilibrium
+from contarm_sim.simulation.course import Course, load_at, remaining
+from contarm_sim.simulation.equilibrium import driven_plant
 from contarm_sim.simulation.loads import AppliedLoad
-from contarm_sim.simulation.plant import engine_room
-from contarm_sim.simulation.stiffness import TangentStiffness
+from contarm_sim.simulation.places import Places, quaternions
+from contarm_sim.simulation.plant import Plant, engine_room
 
 SAMPLE_PERIOD = 0.01
 """Time between samples [s]."""
 
+TIMESTEP = 0.001
+"""Engine step [s]."""
+
 
 @dataclass(frozen=True)
 class Swing:
-    """T samples of a released arm.
+    """T samples of a released arm at K places; base frame.
 
     Attributes:
         time: since the release [s], shape (T,).
-        tip: [m], shape (T, 3).
+        xi: places, normalised arc lengths from 0 (base) to 1 (tip), shape (K,).
+        frames: 4x4 frames there, positions in [m], shape (T, K, 4, 4).
+        tip: [m], shape (T, 3), whatever the places.
         energy: kinetic, elastic and of weight [J], shape (T,).
     """
 
     time: Array
+    xi: Array
+    frames: Array
     tip: Array
     energy: Array
 
+    @property
+    def positions(self) -> Array:
+        """Of the places [m], shape (T, K, 3)."""
+        return self.frames[..., :3, 3]
 
-def remaining(load: Load) -> Load:
-    """Return what is left of a load once it is let go: its muscles, driven as they were."""
-    return Load(muscles=load.muscles)
+    @property
+    def quaternions(self) -> Array:
+        """Orientations at the places, unit quaternions w x y z with w >= 0, shape (T, K, 4)."""
+        return quaternions(self.frames)
 
 
-def release(arm: Arm, held: Array, load: Load, timestep: float, duration: float) -> Swing:
-    """Let go at joint angles [rad], shape (dofs,), and record; the load's muscles stay driven as they are.
+def release(
+    arm: Arm,
+    held: Array,
+    load: Load,
+    timestep: float = TIMESTEP,
+    duration: float = 2.0,
+    *,
+    sample_period: float = SAMPLE_PERIOD,
+    xi: Sequence[float] = (1.0,),
+    course: Course | None = None,
+) -> Swing:
+    """Let an arm go, at rest until then, and record its swing; the load's muscles stay driven as they are.
+
+    Args:
+        held: joint angles [rad] at time zero, shape (dofs,), as `equilibrium` under the load returns them.
+        load: what holds the arm.
+        timestep: engine step [s].
+        duration: [s]; the last sample is the one nearest to it.
+        sample_period: between samples [s], a multiple of the step.
+        xi: places whose frames are recorded, 0 base to 1 tip.
+        course: what of the load acts later, a function of time since the release [s] that returns the share of the load
+            that is left, or a whole `Load` with the same muscles; default nothing from time zero on.
 
     Raises:
-        InputError: a step that does not divide the sample period, 10 ms.
-        DivergenceError: the engine met a bad state.
+        InputError: a step that does not divide the sample period, a place off the arm, a course that is no load.
+        DivergenceError: the engine met a bad state, as it does where the step is longer than twice the damping time and
+            than 2 over the highest frequency of the chain [rad/s].
     """
-    steps = SAMPLE_PERIOD / timestep
-    if round(steps) < 1 or abs(steps - round(steps)) > 1e-6:
-        raise InputError("timestep", f"{timestep:g} s", f"a whole fraction of {SAMPLE_PERIOD:g} s")
-    plant = driven_plant(arm, remaining(load))
-    model, data = plant.model, plant.data
-    model.opt.timestep = timestep
-    data.qpos[:] = held
-    count = round(duration / SAMPLE_PERIOD) + 1
+    steps = sample_period / timestep
+    if round(steps) < 1 or abs(steps - round(steps)) > 1e-6 * steps:
+        raise InputError("timestep", f"{timestep:g} s", f"a whole fraction of the sample period, {sample_period:g} s")
+    plant, places = driven_plant(arm, remaining(load)), Places(arm, xi)
+    plant.data.qpos[:] = held
+    count = round(duration / sample_period) + 1
     tip, energy = np.empty((count, 3)), np.empty(count)
+    points, turns = np.empty((count, *places.stations.shape, 3)), np.empty((count, *places.stations.shape, 3, 3))
     with engine_room():
+        stepper = _Leapfrog(plant, load, timestep, course)
         for i in range(count):
             if i:
-                mujoco.mj_step(model, data, round(steps))
-                plant.check({"timestep": timestep})
-            mujoco.mj_fwdPosition(model, data)  # poses and energies of this time, not of a step earlier
-            mujoco.mj_energyPos(model, data)
-            mujoco.mj_energyVel(model, data)
-            tip[i], energy[i] = plant.tip, data.energy.sum()
-    return Swing(SAMPLE_PERIOD * np.arange(count, dtype=float), tip, energy)
+                stepper.advance(round(steps))
+                plant.check({"timestep": timestep, "damping_time": arm.damping_time})
+            energy[i] = stepper.energy()
+            tip[i], points[i], turns[i] = plant.tip, plant.centres[places.stations], plant.rotations[places.stations]
+    return Swing(sample_period * np.arange(count, dtype=float), places.xi, places.between(points, turns), tip, energy)
 
 
-def natural_frequencies(arm: Arm, load: Load, count: int) -> Array:
-    """Return the lowest natural frequencies [Hz], shape (count,), undamped, about the rest left when a load is let go.
+class _Leapfrog:
+    """Steps a plant that starts at rest, and tells its energy at whole steps."""
 
-    Raises:
-        ConvergenceError: there is no such rest.
-    """
-    from scipy.linalg import eigh
+    def __init__(self, plant: Plant, load: Load, timestep: float, course: Course | None) -> None:
+        self._model, self._data = plant.model, plant.data
+        self._plant, self._load, self._course = plant, load, course
+        self._timestep, self._fresh = timestep, True
+        self._applied: tuple[Load, AppliedLoad] | None = None
+        self._model.opt.timestep = timestep
+        mujoco.mj_forward(self._model, self._data)
+        plant.stiffen_twist()
 
-    left = remaining(load)
-    plant = driven_plant(arm, left)
-    model, data = plant.model, plant.data
-    data.qpos[:] = equilibrium(arm, left).qpos
-    mujoco.mj_forward(model, data)
-    M = np.zeros((model.nv, model.nv))
-    mujoco.mj_fullM(model, data, M)
-    K = TangentStiffness(plant, AppliedLoad(plant, left))()
-    squares = eigh(0.5 * (K + K.T), M, eigvals_only=True, subset_by_index=[0, min(count, model.nv) - 1])
-    return np.sqrt(np.maximum(squares, 0)) / (2 * np.pi)
+    def advance(self, steps: int) -> None:
+        """Take steps; the first one of all kicks for half of its time only."""
+        model, data = self._model, self._data
+        if self._fresh:
+            self._fresh, steps = False, steps - 1
+            self._push()
+            self._half_step()
+            data.qpos += 0.5 * self._timestep * data.qvel
+            data.time += 0.5 * self._timestep
+        if self._course is None:
+            if steps:
+                mujoco.mj_step(model, data, steps)
+            return
+        for _ in range(steps):
+            self._push()
+            mujoco.mj_step(model, data)
 
+    def energy(self) -> float:
+        """Return the energy at this time [J]; leaves poses of this time, not of a step earlier."""
+        model, data = self._model, self._data
+        qpos, qvel, act, time = data.qpos.copy(), data.qvel.copy(), data.act.copy(), data.time
+        if not self._fresh:
+            self._push()
+            self._half_step()
+        data.qpos[:], data.act[:], data.time = qpos, act, time
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_energyPos(model, data)
+        mujoco.mj_energyVel(model, data)
+        data.qvel[:] = qvel
+        return float(data.energy.sum())
 
-CLAMPED_FREE = np.array([1.8751040687, 4.6940911330, 7.8547574382])
-"""Roots of cosh x cos x = -1: the modes of a clamped beam."""
+    def _half_step(self) -> None:
+        self._model.opt.timestep = 0.5 * self._timestep
+        mujoco.mj_step(self._model, self._data)
+        self._model.opt.timestep = self._timestep
 
-
-def beam_frequencies(arm: Arm) -> Array:
-    """Return the lowest natural frequencies [Hz] of a clamped beam, shape (3,): no muscles, gravity, payload."""
-    return CLAMPED_FREE**2 * np.sqrt(arm.bending_stiffness / (arm.mass * arm.length**3)) / (2 * np.pi)
-
-
-def bare(arm: Arm) -> Arm:
-    """Return the arm that `beam_frequencies` speaks of."""
-    return replace(arm.unloaded, torsional_stiffness=None)
+    def _push(self) -> None:
+        """Apply what acts of the load at this time and pose."""
+        if self._course is None:
+            return
+        load, share = load_at(self._course, self._load, self._data.time)
+        if self._applied is None or self._applied[0] is not load:
+            self._applied = load, AppliedLoad(self._plant, load)
+        mujoco.mj_kinematics(self._model, self._data)
+        self._applied[1].fraction = share
+        self._data.qfrc_applied[:] = self._applied[1].generalised_forces()

@@ -55,6 +55,7 @@ class Run:
         timestep: engine step [s].
         step_error: how far the step puts the tip off [m], estimated from another step; shape (T,), NaN where it was not
             compared. None: nowhere.
+        extrapolated: whether the samples are those of infinitely many links, as two chains tell.
     """
 
     samples: Samples
@@ -62,6 +63,7 @@ class Run:
     interrupted: bool
     timestep: float
     step_error: Array | None = None
+    extrapolated: bool = False
 
 
 def simulate(
@@ -120,7 +122,7 @@ def _both(fine: Run, coarse: Run) -> Run:
     samples = extrapolated(fine.samples, coarse.samples)
     interrupted = fine.interrupted or coarse.interrupted
     error = None if fine.step_error is None else fine.step_error[: len(samples)]
-    return Run(samples, len(samples) / spent, interrupted, fine.timestep, error)
+    return Run(samples, len(samples) / spent, interrupted, fine.timestep, error, extrapolated=True)
 
 
 class _Motion:

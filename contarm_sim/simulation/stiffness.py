@@ -44,6 +44,8 @@ class TangentStiffness:
         if slopes.any():
             J = self._plant.muscle_jacobian
             K += (J.T * slopes) @ J
+        if self._plant.twisted is not None:
+            K += self._plant.twisted.coupling(tensions)
         K[np.diag_indices_from(K)] += self._model.jnt_stiffness
         return 0.5 * (K + K.T) if self.symmetric else K
 

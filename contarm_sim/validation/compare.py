@@ -9,14 +9,14 @@ to the tip error.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
-from contarm_sim.kinematics import arc
+from contarm_sim.kinematics import arc, dome
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing
 from contarm_sim.simulation.control import Controller
@@ -36,6 +36,7 @@ class Comparison:
 
     Attributes:
         analytic_tip, chain_tip, simulated_tip: of the commanded bends, and as simulated, shape (T, 3).
+        target_error: target to simulated tip, shape (T,): what the arm leaves.
         miss: target to analytic tip, shape (T,): a target off the dome cannot be reached.
         tip_error: analytic to simulated tip, shape (T,).
         followed_tip: of the chain at the measured lengths, shape (T, 3).
@@ -49,6 +50,7 @@ class Comparison:
     chain_tip: Array
     simulated_tip: Array
     followed_tip: Array
+    target_error: Array
     miss: Array
     tip_error: Array
     discretisation: Array
@@ -59,8 +61,11 @@ class Comparison:
     measured_bend: Array
 
 
-def compare(arm: Arm, samples: Samples) -> Comparison:
+def compare(arm: Arm, samples: Samples, extrapolated: bool = False) -> Comparison:
     """Return the comparison of simulated samples with the closed forms of the same arm.
+
+    Args:
+        extrapolated: whether the samples are, as `simulate(..., extrapolate=True)` makes them.
 
     Raises:
         InputError: samples of an arm with another number of links.
@@ -70,9 +75,9 @@ def compare(arm: Arm, samples: Samples) -> Comparison:
         raise InputError(
             "samples", f"of an arm with {samples.stations.shape[1] - 1} links", f"samples of {links} links"
         )
-    analytic, chained = arc.position(bend, length), routing.chain_tip(bend, arm)
-    measured, _ = routing.bend_from_lengths(samples.muscle_lengths, arm)
-    followed, simulated = routing.chain_tip(measured, arm), samples.stations[:, -1]
+    analytic, chained = arc.position(bend, length), routing.chain_tip(bend, arm, extrapolated)
+    measured, _ = routing.bend_from_lengths(samples.muscle_lengths, arm, extrapolated)
+    followed, simulated = routing.chain_tip(measured, arm, extrapolated), samples.stations[:, -1]
     xi = np.arange(links + 1) / links
     arcs = arc.position(bend[:, None, :], length, xi)
     return Comparison(
@@ -80,6 +85,7 @@ def compare(arm: Arm, samples: Samples) -> Comparison:
         chain_tip=chained,
         simulated_tip=simulated,
         followed_tip=followed,
+        target_error=_norm(simulated - samples.target),
         miss=_norm(analytic - samples.target),
         tip_error=_norm(simulated - analytic),
         discretisation=_norm(chained - analytic),
@@ -91,15 +97,22 @@ def compare(arm: Arm, samples: Samples) -> Comparison:
     )
 
 
-def motion_part(arm: Arm, samples: Samples, controller: Controller, poses: int = 100) -> tuple[Array, Array]:
+def motion_part(
+    arm: Arm, samples: Samples, controller: Controller, poses: int = 100, extrapolated: bool = False
+) -> tuple[Array, Array]:
     """Return what motion adds: (times [s], distances [m]), each of shape (K,), K about `poses`.
 
     Distances are from simulated tips, evenly picked, to where they would rest under the same commanded bend and
     controller: inertia, damping and lag.
     """
     chosen = slice(None, None, max(1, len(samples) // poses))
-    rest = poses_at_rest(arm, samples.bend[chosen], samples.target[chosen], controller)
-    return samples.time[chosen], _norm(samples.stations[chosen, -1] - rest.stations[:, -1])
+    given = samples.bend[chosen], samples.target[chosen], controller
+    rest = poses_at_rest(arm, *given).stations[:, -1]
+    if extrapolated:
+        half = arm.links // 2
+        coarse = poses_at_rest(replace(arm, links=half), *given).stations[:, -1]
+        rest = rest + (rest - coarse) / ((arm.links / half) ** 2 - 1)
+    return samples.time[chosen], _norm(samples.stations[chosen, -1] - rest)
 
 
 def _norm(vectors: Array) -> Array:
@@ -122,14 +135,25 @@ def spread(distances: Array, length: float) -> dict[str, float]:
     }
 
 
+def known_spread(distances: Array, length: float) -> dict[str, float] | None:
+    """Return what `spread` does, or None where there are no distances or one is not known."""
+    return spread(distances, length) if len(distances) and np.isfinite(distances).all() else None
+
+
+def _in_millimetres(target: Array, length: float) -> bool:
+    """Tell whether a thousandth of targets [m], shape (T, 3), lies within a tenth of length off the dome."""
+    return bool(dome.bend_from_tip(1e-3 * target, length, "nearest").miss.max() <= 0.1 * length)
+
+
 def summarise(arm: Arm, samples: Samples, comparison: Comparison) -> dict[str, Any]:
     """Return the numbers of a comparison as plain values: errors, budget, orientation, muscles."""
-    named = {"tip_error": comparison.tip_error, "discretisation": comparison.discretisation, "servo": comparison.servo}
-    named |= {"shape": comparison.shape, "backbone_error": comparison.backbone_error, "miss": comparison.miss}
+    names = ("target_error", "tip_error", "discretisation", "servo", "shape", "backbone_error", "miss")
     degrees = np.degrees(comparison.orientation_error)
     return {
         "samples": len(samples),
-        **{name: spread(values, arm.length) for name, values in named.items()},
+        **{name: spread(getattr(comparison, name), arm.length) for name in names},
+        "targets_in_millimetres": bool(comparison.miss.max() > arm.length)
+        and _in_millimetres(samples.target, arm.length),
         "orientation_error_deg": float(degrees.max()),
         "orientation_error_rms_deg": float(np.sqrt(np.mean(degrees**2))),
         "muscle": muscle_summary(arm, samples),
@@ -139,9 +163,9 @@ def summarise(arm: Arm, samples: Samples, comparison: Comparison) -> dict[str, A
 def muscle_summary(arm: Arm, samples: Samples) -> dict[str, Any]:
     """Return what the muscles did: forces [N] (pulling > 0), pushes, slack, sums of deltas [m], contractions [-].
 
-    And what it takes: the pressure at which McKibben muscles of these lengths have these tensions, and the number
-    of samples in which that exceeds the highest, or lies below the lowest there is. Length servos do not know of
-    pressure.
+    Fractions are of muscle samples, three a sample. And what it takes: the pressure at which McKibben muscles of these
+    lengths have these tensions, and the number of samples in which that exceeds the highest, or lies below the lowest
+    there is. Length servos do not know of pressure.
     """
     tensions, lengths = samples.muscle_tensions, samples.muscle_lengths
     contraction = 1 - lengths / arm.muscle_rest_length
@@ -150,6 +174,8 @@ def muscle_summary(arm: Arm, samples: Samples) -> dict[str, Any]:
         "min_force_n": float(tensions.min()),
         "max_force_n": float(tensions.max()),
         "pushes": int(np.count_nonzero(tensions < PUSH_TENSION)),
+        "push_fraction": float(np.mean(tensions < PUSH_TENSION)),
+        "largest_push_n": max(0.0, -float(tensions.min())),
         "slack_fraction": float(np.mean((tensions >= PUSH_TENSION) & (tensions < SLACK_TENSION))),
         "max_pressure_needed_pa": float(pressure.max()) if np.isfinite(pressure).all() else None,
         "below_min_pressure": int(

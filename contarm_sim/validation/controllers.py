@@ -90,6 +90,7 @@ def _row(arm: Arm, controller: Controller, duration: float, reach: Array) -> dic
         "peak_tension_n": muscle["max_force_n"],
         "peak_pressure_pa": muscle["max_pressure_needed_pa"],
         "pushes": muscle["pushes"],
+        "push_fraction": muscle["push_fraction"],
         "effort_n": float(np.abs(samples.muscle_tensions).sum(axis=1).mean()),
     }
 

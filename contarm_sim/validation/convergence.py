@@ -10,8 +10,8 @@ from typing import Any
 from contarm_sim.arm import Arm
 from contarm_sim.errors import ConvergenceError, DivergenceError
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.validation import verdict as limits
 from contarm_sim.validation.scenarios import NO_REST, Scenario, Track, examine
+from contarm_sim.validation.verdict import ORDER_TOLERANCE, at_most, verdict
 
 
 def refinements(links: int) -> list[int]:
@@ -35,12 +35,15 @@ def convergence(arm: Arm, bends: Array, track: Track) -> dict[str, Any]:
         chain_errors.append(outcome.summary["chain_error"]["max_m"])
     pairs = zip(itertools.pairwise(errors), itertools.pairwise(counts), strict=True)
     orders = [math.log(e0 / e1) / math.log(n1 / n0) for (e0, e1), (n0, n1) in pairs]
+    off = abs(orders[-1] - 2)
+    reason = "the chain does not approach the arc as straight links do"
+    check = at_most("order of convergence, off 2 by", off, ORDER_TOLERANCE, "", reason, "converged")
     return {
         "links": counts,
         "max_error_vs_arc_m": errors,
         "max_error_vs_chain_m": chain_errors,
         "observed_orders": orders,
-        **limits.verdict([limits.order_check(orders[-1])]),
+        **verdict([check]),
     }
 
 
@@ -49,4 +52,5 @@ def attempt_convergence(arm: Arm, bends: Array, track: Track) -> dict[str, Any]:
     try:
         return convergence(arm, bends, track)
     except (ConvergenceError, DivergenceError) as error:
-        return {"links": refinements(arm.links), "verdict": NO_REST, "reason": str(error), "checks": []}
+        judged = {"verdict": NO_REST, "converged": False, "reason": str(error), "checks": []}
+        return {"links": refinements(arm.links)} | judged

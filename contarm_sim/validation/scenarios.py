@@ -20,8 +20,10 @@ from contarm_sim.simulation.control import Controller
 from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.rest import poses_at_rest
 from contarm_sim.simulation.samples import Samples
-from contarm_sim.validation import verdict as limits
+from contarm_sim.validation.checks import ideal_checks, loaded_checks
 from contarm_sim.validation.compare import Comparison, compare, spread, summarise
+from contarm_sim.validation.explained import explain
+from contarm_sim.validation.verdict import Check, constant_curvature, verdict
 
 LARGEST_BEND = math.radians(170)
 HANGING = (0.0, 0.0, 9.81)
@@ -29,6 +31,8 @@ UPRIGHT = (0.0, 0.0, -9.81)
 PAYLOAD = 0.1
 NO_REST = "no rest pose"
 """The verdict on a scenario that the arm does not rest in everywhere."""
+NOT_JUDGED = "not judged"
+"""The verdict on a scenario whose numbers are what it is for."""
 
 Track = Callable[[Iterable[int], str], Iterable[int]]
 
@@ -42,14 +46,14 @@ class Scenario:
         meaning: what it shows, in a few words.
         arm: with this scenario's gravity and payload.
         controller: how lengths and set-points are found.
-        checks: from arm and summary to checks; None: shown, not judged.
+        checks: from arm and summary to checks; None: not judged.
     """
 
     name: str
     meaning: str
     arm: Arm
     controller: Controller
-    checks: Callable[[Arm, dict[str, Any]], list[limits.Check]] | None
+    checks: Callable[[Arm, dict[str, Any]], list[Check]] | None
 
 
 @dataclass(frozen=True)
@@ -93,14 +97,14 @@ def scenarios(arm: Arm) -> list[Scenario]:
     pulled, loaded = under_load(arm)
     kg = f"{loaded.payload:g} kg"
     given = [
-        Scenario("ideal", "no gravity", free, "servo", limits.ideal_checks),
+        Scenario("ideal", "no gravity", free, "servo", ideal_checks),
         Scenario("naive", "no gravity, paper's lengths, plain servos", free, "paper", None),
-        Scenario("gravity", "the arm's gravity" if own else "hanging", pulled, "servo", limits.loaded_checks),
-        Scenario("payload", f"{'the same' if own else 'hanging'} with {kg}", loaded, "servo", limits.loaded_checks),
+        Scenario("gravity", "the arm's gravity" if own else "hanging", pulled, "servo", loaded_checks),
+        Scenario("payload", f"{'the same' if own else 'hanging'} with {kg}", loaded, "servo", loaded_checks),
     ]
     if not own:
         upright = replace(pulled, gravity=UPRIGHT)
-        given.append(Scenario("upright", "standing under its own weight", upright, "servo", limits.loaded_checks))
+        given.append(Scenario("upright", "standing under its own weight", upright, "servo", loaded_checks))
     return given
 
 
@@ -127,10 +131,10 @@ def examine(scenario: Scenario, bends: Array, track: Track) -> Outcome:
         error = _link_error(scenario, bends[worst], comparison.simulated_tip[worst])
         known = None if error is None else {**spread(error, arm.length), "bend": bends[worst].tolist()}
         summary["link_error"] = known
-    if scenario.checks is not None:
-        summary |= limits.verdict(scenario.checks(arm, summary))
-    else:
-        summary |= {"verdict": "shown", "checks": []}
+    summary |= explain(arm, samples, comparison).summary(arm)
+    summary["constant_curvature"] = constant_curvature(summary)
+    judged = verdict([] if scenario.checks is None else scenario.checks(arm, summary))
+    summary |= judged if scenario.checks is not None else judged | {"verdict": NOT_JUDGED}
     return Outcome(scenario, samples, comparison, summary)
 
 
@@ -140,7 +144,8 @@ def attempt(scenario: Scenario, bends: Array, track: Track) -> Outcome | Failure
         return examine(scenario, bends, track)
     except (ConvergenceError, DivergenceError) as error:
         reason = str(error).removeprefix(f"scenario {scenario.name}: ")
-        return Failure(scenario, {**_described(scenario), "verdict": NO_REST, "reason": reason, "checks": []})
+        judged = {"verdict": NO_REST, "explained": False, "reason": reason, "checks": []}
+        return Failure(scenario, _described(scenario) | judged)
 
 
 def _described(scenario: Scenario) -> dict[str, Any]:

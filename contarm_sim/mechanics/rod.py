@@ -1,0 +1,133 @@
+"""The ideal rod that three held muscle lengths bend, under gravity and in motion: where its tip must be.
+
+An inextensible rod of curvature u(s) in its own axes, clamped at its base, EI (u1, u2) + GJ u3 = R^T M with M(s) the
+moment of all loads beyond s. Muscles parallel to the backbone measure the integral of (u1, u2), the bend, and nothing
+else; so u = bend/L + sum_k c_k P_k with Legendre polynomials P_k, k >= 1, whose integral is zero (Ritz). Gravity and,
+in motion, inertia are loads (d'Alembert); damping is a moment. It shares no code with the engine, nor links.
+
+Loads are sums over `SEGMENTS` pieces of the rod, each bent uniformly: for the arc, that is exact.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from contarm_sim.arm import Arm
+from contarm_sim.kinematics.arrays import Array
+
+SEGMENTS = 32
+"""Pieces of the rod: the sag of one is off by a thousandth of itself."""
+
+MODES = 6
+"""Legendre polynomials a component beyond the uniform bend."""
+
+STATIONS = (np.arange(SEGMENTS) + 0.5) / SEGMENTS
+"""Middles of the pieces, in lengths, shape (S,)."""
+
+_ITERATIONS = 20
+_CONVERGED = 1e-6
+"""Largest change of a coefficient [rad]."""
+
+
+def polynomials(xi: Array) -> Array:
+    """Return Legendre polynomials 0 to `MODES` over the rod, shape (X, 1 + MODES), at places xi in lengths."""
+    return np.asarray(legendre.legvander(2 * np.asarray(xi) - 1, MODES), dtype=float)
+
+
+def rod_tips(
+    arm: Arm, bend: Array, density: Array, tip_force: Array, moments: Array | float = 0.0,
+    tension: Array | float = 0.0, guess: Array | None = None,
+) -> Array:  # fmt: skip
+    """Return where the tips of rods with held muscle lengths are [m], shape (T, 3); NaN where no equilibrium is found.
+
+    Args:
+        arm: its length, muscle radius and stiffnesses are read.
+        bend: that the muscle lengths fix [rad], shape (T, 2).
+        density: force per length on the pieces, base frame [N/m], shape (T, S, 3).
+        tip_force: [N], shape (T, 3).
+        moments: what a damping moment m(s) gives the polynomials, its integrals with P_k [N m^2], shape
+            (T, 1 + MODES, 3).
+        tension: sum of the muscles' tensions [N], shape (T,).
+        guess: coefficients to start from [rad], shape (T, 1 + MODES, 3); default none: the arc.
+    """
+    free = np.ones((1 + MODES, 3), dtype=bool)
+    free[0, :2] = False
+    free[:, 2] = arm.torsional_stiffness is not None
+    stiffness = _stiffness(arm, np.broadcast_to(tension, len(bend)))
+    uniform = np.zeros((len(bend), 1, 3))
+    uniform[:, 0, 0], uniform[:, 0, 1] = -bend[:, 1], bend[:, 0]
+    x = np.zeros((len(bend), int(free.sum()))) if guess is None else guess[:, free]
+    count, step = x.shape[1], 1e-5
+    loads = density, tip_force, np.broadcast_to(moments, (len(bend), *free.shape))
+
+    def balance(x: Array, which: Array) -> tuple[Array, Array]:
+        coefficients = np.zeros((len(x), *free.shape))
+        coefficients[:, free] = x
+        left, tip = _balance(arm, uniform[which], coefficients, stiffness[which], *(load[which] for load in loads))
+        return left[:, free], tip
+
+    tip, going = np.full((len(bend), 3), np.nan), np.arange(len(bend))
+    for _ in range(_ITERATIONS):
+        nudged = np.concatenate([x[going, None], x[going, None] + step * np.eye(count)], axis=1)
+        left, tips = balance(nudged.reshape(-1, count), np.repeat(going, 1 + count))
+        left = left.reshape(len(going), 1 + count, count)
+        slope = (left[:, 1:] - left[:, :1]).swapaxes(1, 2) / step
+        change = -np.linalg.solve(slope, left[:, 0, :, None])[..., 0]
+        size = np.abs(change).max(axis=1)
+        done = size < _CONVERGED
+        tip[going[done]] = tips.reshape(len(going), 1 + count, 3)[done, 0]
+        x[going] += change * np.minimum(1.0, 1.0 / np.maximum(size, 1e-300))[:, None]
+        going = going[~done]
+        if not len(going):
+            break
+    return tip
+
+
+def _stiffness(arm: Arm, tension: Array) -> Array:
+    """Return EI, EI, GJ of each rod [N m^2], shape (T, 3), under sums of muscle tensions [N], shape (T,).
+
+    A twisted muscle is a helix, and longer: it adds r^2 sum T to GJ.
+    """
+    bending = np.full(len(tension), arm.bending_stiffness)
+    twisting = (arm.torsional_stiffness or 0.0) + arm.muscle_radius**2 * tension
+    return np.stack([bending, bending, twisting], axis=-1)
+
+
+def _balance(
+    arm: Arm, uniform: Array, coefficients: Array, stiffness: Array, density: Array, force: Array, moments: Array
+) -> tuple[Array, Array]:
+    """Return the moments left over [N m^2], integrals with P_k, shape (T, 1 + MODES, 3), and the tips [m]."""
+    P, h = polynomials(STATIONS), arm.length / SEGMENTS
+    bent = np.einsum("sk,tkd->tsd", P, coefficients) / arm.length
+    R, ends = _shape(bent + uniform / arm.length, h)
+    middle, tip, load = 0.5 * (ends[:, 1:] + ends[:, :-1]), ends[:, -1], h * density
+    beyond = np.cumsum(load[:, ::-1], axis=1)[:, ::-1] - load + force[:, None]
+    turning = np.cross(middle, load)
+    moment = np.cumsum(turning[:, ::-1], axis=1)[:, ::-1] - turning + np.cross(tip, force)[:, None]
+    moment += np.cross(R[..., 2], load) * h / 8 - np.cross(middle, beyond)  # its own outer half, and about itself
+    seen = np.einsum("tsij,tsi->tsj", R, moment)
+    left = h * np.einsum("sk,tsd->tkd", P, stiffness[:, None] * bent - seen) + moments
+    return left, tip
+
+
+def _shape(curvature: Array, h: float) -> tuple[Array, Array]:
+    """Return orientations of the pieces' middles, (T, S, 3, 3), and their ends [m], (T, S + 1, 3), of u [1/m]."""
+    half = _rotation(0.5 * h * curvature)
+    chord = h * np.sinc(0.5 * h * np.linalg.norm(curvature, axis=-1) / np.pi)
+    R, now = np.empty_like(half), np.broadcast_to(np.eye(3), half[:, 0].shape)
+    for s in range(SEGMENTS):
+        R[:, s] = now @ half[:, s]
+        now = R[:, s] @ half[:, s]
+    steps = chord[..., None] * R[..., 2]
+    return R, np.concatenate([np.zeros_like(steps[:, :1]), np.cumsum(steps, axis=1)], axis=1)
+
+
+def _rotation(turn: Array) -> Array:
+    """Return the rotation by a vector [rad], shape (..., 3) -> (..., 3, 3)."""
+    angle = np.linalg.norm(turn, axis=-1)[..., None, None]
+    x, y, z = np.moveaxis(turn, -1, 0)
+    W = np.zeros((*turn.shape, 3))
+    W[..., 2, 1], W[..., 0, 2], W[..., 1, 0] = x, y, z
+    W -= W.swapaxes(-1, -2)
+    return np.eye(3) + np.sinc(angle / np.pi) * W + 0.5 * np.sinc(0.5 * angle / np.pi) ** 2 * W @ W

@@ -1,0 +1,238 @@
+"""Every check passes on a sound simulation, and fails on one that is wrong in just that."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from contarm_sim import paths
+from contarm_sim.arm import Arm
+from contarm_sim.kinematics import dome
+from contarm_sim.report.run import RunReport
+from contarm_sim.report.words import budget, curvature_words, in_short, noted, remarks, simulation_words, targets_words
+from contarm_sim.simulation.run import STEP_LIMIT, Run, simulate
+from contarm_sim.validation import verdict as limits
+from contarm_sim.validation.checks import ideal_checks, loaded_checks
+from contarm_sim.validation.scenarios import examine, scenarios
+from contarm_sim.validation.verdict import FAR_LIMIT, MODEL_LIMIT, at_most, verdict
+
+HANGING = Arm(gravity=(0.0, 0.0, 9.81))
+
+
+def _follow(arm, duration, controller="servo", **shape):
+    _, targets = paths.named("spiral", arm.length, duration, **shape).targets(100)
+    return simulate(arm, targets, dome.bend_from_tip(targets, arm.length).bend, controller)
+
+
+@pytest.fixture(scope="module")
+def free():
+    return _follow(Arm(), 5.0)
+
+
+@pytest.fixture(scope="module")
+def hanging():
+    return _follow(HANGING, 4.0, turns=0.5)
+
+
+@pytest.fixture(scope="module")
+def soft():
+    return _follow(replace(HANGING, bending_stiffness=0.01), 3.0)
+
+
+def _judged(arm, run, controller="servo", step_error=None, **altered):
+    run = Run(replace(run.samples, **altered), 1.0, interrupted=False, timestep=0.001, step_error=step_error)
+    summary = RunReport(arm, run, controller, poses=20).summary
+    json.dumps(summary, allow_nan=False, default=str)
+    return summary
+
+
+def _failed(summary):
+    return [check["name"] for check in summary["checks"] if not check["passed"]]
+
+
+def test_what_does_not_hold_constant_curvature_passes_if_it_is_explained(free, hanging):
+    for arm, run in ((Arm(), free), (HANGING, hanging)):
+        summary = _judged(arm, run)
+        found = summary["constant_curvature"]
+        assert not found["holds"]
+        assert (found["error_percent"], found["limit_percent"]) == (summary["tip_error"]["max_percent"], MODEL_LIMIT)
+        assert (summary["verdict"], summary["explained"], summary["targets_met"]) == ("pass", True, True)
+        assert _failed(summary) == []
+        assert summary["unexplained"]["max_percent"] < 0.05
+        assert found["motion_percent"] == summary["motion"]["max_percent"]
+        assert (found["sag_percent"] is None) is (arm is not HANGING)
+        assert curvature_words(found).startswith("does not hold: ")
+        assert simulation_words(summary).startswith("explained: ")
+
+
+def test_a_holding_run_says_within_what():
+    summary = _judged(Arm(), _follow(Arm(), 2.0, turns=0.1, max_bend=0.5))
+    assert summary["constant_curvature"]["holds"]
+    assert curvature_words(summary["constant_curvature"]).startswith("holds within 0.")
+    assert in_short(summary).startswith("constant curvature holds within")
+
+
+@pytest.mark.parametrize("wrong", [{"bending_stiffness": 0.105}, {"mass": 0.28}, {"gravity": (0.0, 0.5, 9.8)}])
+def test_sag_that_the_arm_does_not_have_is_not_explained(hanging, wrong):
+    summary = _judged(replace(HANGING, **wrong), hanging)
+    assert _failed(summary) == ["not explained by an ideal rod"]
+    assert (summary["verdict"], summary["explained"]) == ("fail", False)
+    assert "NOT explained: not explained by an ideal rod" in simulation_words(summary)
+
+
+@pytest.mark.parametrize("wrong", [{"mass": 0.36}, {"damping_time": 0.02}])
+def test_motion_that_the_arm_does_not_make_is_not_explained(free, wrong):
+    assert _failed(_judged(replace(Arm(), **wrong), free)) == ["not explained by an ideal rod"]
+
+
+def test_the_rods_parts_add_up_to_the_shape(free):
+    summary = _judged(Arm(), free)
+    assert summary["sag"] is None
+    assert summary["inertia"]["max_percent"] == pytest.approx(summary["shape"]["max_percent"], rel=0.05)
+
+
+def test_a_pose_too_far_from_the_model_fails_though_the_rod_explains_it(soft):
+    summary = _judged(replace(HANGING, bending_stiffness=0.01), soft)
+    assert summary["unexplained"]["max_percent"] < 0.25
+    assert summary["tip_error"]["max_percent"] > FAR_LIMIT
+    assert _failed(summary) == ["distance from the model", "motion share"]
+
+
+def test_lengths_that_are_not_held_fail(free):
+    lengths = free.samples.muscle_lengths + np.array([0.0, 1e-3, -1e-3])
+    assert "servo holds lengths" in _failed(_judged(Arm(), free, muscle_lengths=lengths))
+
+
+def _some(run, count, value):
+    tensions = run.samples.muscle_tensions.copy()
+    tensions[:count, 0] = value
+    return tensions
+
+
+@pytest.mark.parametrize(("value", "name"), [(0.0, "slack"), (-0.1, "pushes")])
+def test_a_moment_of_slack_or_of_pushing_passes_and_more_fails(free, value, name):
+    once = _judged(Arm(), free, muscle_tensions=_some(free, 1, value))
+    assert _failed(once) == []
+    assert any("push" in remark and "damping" in remark for remark in remarks(once)) is (value < 0)
+    assert _failed(_judged(Arm(), free, muscle_tensions=_some(free, 30, value))) == [name]
+
+
+def test_a_deep_push_fails_however_short_and_says_how_deep(free):
+    summary = _judged(Arm(), free, muscle_tensions=_some(free, 1, -20.0))
+    assert _failed(summary) == ["largest push"]
+    assert summary["muscle"]["largest_push_n"] == 20.0
+    assert summary["muscle"]["push_fraction"] == pytest.approx(1 / (3 * len(free.samples)))
+
+
+def test_pushes_of_plain_servos_are_said_and_not_judged():
+    summary = _judged(Arm(), _follow(Arm(), 5.0, "paper", turns=0.5), "paper")
+    assert summary["muscle"]["push_fraction"] > 0.01
+    assert _failed(summary) == []
+    assert any("not judged" in remark for remark in remarks(summary))
+
+
+@pytest.mark.parametrize(("factor", "name"), [(0.7, "contraction"), (1.3, "stretch")])
+def test_lengths_beyond_the_braid_fail(free, factor, name):
+    lengths = free.samples.muscle_lengths.copy()
+    lengths[7, 1] *= factor
+    assert name in _failed(_judged(Arm(), free, muscle_lengths=lengths))
+
+
+def test_the_time_step_is_checked_where_it_was_compared(free):
+    count = len(free.samples)
+    small = np.full(count, np.nan)
+    small[::10] = 1e-5
+    for errors, converged, percent in (
+        (None, None, None),
+        (small, True, 1e-3 / 0.37),
+        (1e2 * small, False, 0.1 / 0.37),
+    ):
+        summary = _judged(Arm(), free, step_error=errors)
+        step = summary["time_step"]
+        assert summary["converged"] is converged
+        assert step["timestep_s"] == 0.001
+        assert step["max_percent"] == (None if percent is None else pytest.approx(percent))
+        assert _failed(summary) == (["time step"] if converged is False else [])
+        assert any(name == "time step: 1 ms, its own error" for name, _ in budget(summary)) is (errors is not None)
+        said = {
+            None: "explained: ",
+            True: "explained and converged: ",
+            False: "explained, but NOT converged: time step",
+        }
+        assert simulation_words(summary).startswith(said[converged])
+    blown = _judged(Arm(), free, step_error=np.full(count, np.inf))
+    assert (_failed(blown), blown["converged"]) == (["time step"], False)
+    assert "time step not known" in simulation_words(blown)
+    assert _judged(Arm(), free, step_error=np.full(count, np.nan))["converged"] is None
+
+
+def test_the_step_that_is_found_meets_the_limit_that_judges_it():
+    assert 100 * STEP_LIMIT == limits.STEP_LIMIT
+
+
+def test_targets_off_the_dome_fail_and_millimetres_are_guessed(free):
+    near = _judged(Arm(), free, target=1.005 * free.samples.target)
+    assert _failed(near) == []
+    off = _judged(Arm(), free, target=1.1 * free.samples.target)
+    assert (_failed(off), off["explained"], off["targets_met"]) == (["miss"], True, False)
+    assert "in metres?" not in targets_words(off)
+    millimetres = _judged(Arm(), free, target=1e3 * free.samples.target)
+    assert _failed(millimetres) == ["miss"]
+    assert "are they in metres?" in targets_words(millimetres)
+    assert "targets off the dome" in in_short(millimetres)
+
+
+def test_target_against_simulated_tip_comes_first(free):
+    summary = _judged(Arm(), free, target=free.samples.target + np.array([0.003, 0, 0]))
+    first, second = budget(summary)[:2]
+    assert first[0] == "target against simulated tip"
+    assert second[0] == "analytic against simulated tip"
+    offset = free.samples.stations[:, -1] - free.samples.target - np.array([0.003, 0, 0])
+    assert first[1][0] == pytest.approx(1e3 * np.linalg.norm(offset, axis=1).max())
+    assert second[1][0] == pytest.approx(1e3 * summary["tip_error"]["max_m"])
+
+
+def test_a_film_drawn_later_says_the_same_and_nothing_where_nothing_is_told(free, tmp_path):
+    summary = _judged(Arm(), free)
+    assert noted(tmp_path) == ""
+    for text in ("{", "[]", '{"constant_curvature": null}'):
+        (tmp_path / "summary.json").write_text(text)
+        assert noted(tmp_path) == ""
+    (tmp_path / "summary.json").write_text(json.dumps(summary))
+    assert noted(tmp_path) == in_short(summary) != ""
+
+
+def test_a_number_that_is_not_known_fails():
+    for value in (None, float("nan"), float("inf")):
+        check = at_most("x", value, 1.0, "-")
+        assert (check.value, check.passed) == (None, False)
+    found = verdict([at_most("x", 0.5, 1.0, "-"), at_most("y", 2.0, 1.0, "-", "", "targets")])
+    assert (found["verdict"], found["explained"], found["converged"], found["targets_met"]) == (
+        "fail",
+        True,
+        None,
+        False,
+    )
+
+
+RESTING = {
+    "simulated against chain form": ("chain_error", "max_percent", 0.006),
+    "simulated against arc": ("tip_error", "max_percent", 0.11),
+    "tip orientation": ("orientation_error_deg", None, 0.06),
+    "servo holds lengths": ("servo", "max_percent", 0.006),
+    "not explained by an ideal rod": ("unexplained", "max_percent", 0.26),
+    "distance from the model": ("tip_error", "max_percent", 26.0),
+}
+
+
+def test_every_check_at_rest_bites():
+    bends = np.array([[0.5, 0.2], [1.5, -1.0]])
+    ideal, _, gravity, *_ = scenarios(Arm())
+    for scenario, checks in ((ideal, ideal_checks), (gravity, loaded_checks)):
+        summary = examine(scenario, bends, lambda steps, what: steps).summary
+        assert _failed(summary) == []
+        for name in [check["name"] for check in summary["checks"] if check["name"] in RESTING]:
+            key, inner, value = RESTING[name]
+            wrong = summary | {key: value if inner is None else summary[key] | {inner: value}}
+            assert [check.name for check in checks(scenario.arm, wrong) if not check.passed] == [name]
