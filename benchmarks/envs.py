@@ -13,7 +13,7 @@ import numpy as np
 from mujoco.batch import Batch
 
 import contarm_sim.envs.gym  # noqa: F401
-from contarm_sim.envs.definition import define, plain_spec
+from contarm_sim.envs.definition import define
 
 ARMS, THREADS, ROUNDS = 256, len(os.sched_getaffinity(0)), 5
 definition = define("reach")
@@ -22,7 +22,7 @@ TICKS = definition.ticks + 1  # an episode and the step that resets
 
 def bare():
     """Return a function that steps a batch, without anything around it."""
-    batch = Batch(plain_spec(definition.arm, "lengths").compile(), ARMS, THREADS, persistent=True)
+    batch = Batch(definition.model(definition.arm), ARMS, THREADS, persistent=True)
     control = batch.bind("ctrl")
     batch.reset(keyframe=0)
 

@@ -126,7 +126,7 @@ def test_the_varied_model_is_that_of_the_varied_arm(actions):
     env.reset()
     env.reset()
     arm, model = env.task._episodes.arms[0], env.physics.model
-    wanted = plain_spec(arm, env.task.arm._actions.actuation).compile()
+    wanted = plain_spec(arm, env.task.arm._actions.actuation, 0.005).compile()
     assert arm.payload != Arm().payload
     for field in ("body_mass", "body_inertia"):
         np.testing.assert_allclose(getattr(model, field)[-wanted.nbody + 1 :], getattr(wanted, field)[1:], rtol=1e-12)
@@ -166,6 +166,7 @@ def test_the_arm_attaches_to_another_arena_and_carries_another_entity():
     assert all(value.shape == (0 if name == "pressures" else len(value),) for name, value in seen.items())
     world = physics.bind(arm.tip).xpos
     np.testing.assert_allclose(seen["tip_position"] * [1, -1, -1] + [0.1, 0.2, 1.5], world, atol=1e-9)
+    np.testing.assert_allclose(physics.bind(arm.payload).xipos, world, atol=1e-12)  # where a wrench acts
     assert seen["tip_position"][0] > 0.1
     assert arm.attachment_site.parent is arm.tip
 

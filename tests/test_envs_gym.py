@@ -24,7 +24,7 @@ from contarm_sim.envs.registration import NAMES  # noqa: E402
 from contarm_sim.envs.task import LIMIT  # noqa: E402
 from contarm_sim.envs.vector import ArmVectorEnv  # noqa: E402
 from contarm_sim.errors import DivergenceError, InputError, RenderingError  # noqa: E402
-from contarm_sim.kinematics import arc, chain, dome  # noqa: E402
+from contarm_sim.kinematics import arc, dome, muscles  # noqa: E402
 from contarm_sim.mechanics import statics  # noqa: E402
 from contarm_sim.mechanics.statics import wrench_moment  # noqa: E402
 
@@ -138,7 +138,7 @@ def test_targets_are_those_that_the_muscles_can_hold(arm, mode):
     if mode == "pressures":
         assert (statics.pressure_needed(bends, arm)[0] <= arm.muscle.max_pressure * (1 + 1e-9)).all()
     else:
-        limits = plain_spec(arm, "lengths").compile().actuator_ctrlrange[0]
+        limits = plain_spec(arm, "lengths", 0.005).compile().actuator_ctrlrange[0]
         setpoints = task.actions.setpoints(bends)
         assert (setpoints >= limits[0] - 1e-9).all()
         assert (setpoints <= limits[1] + 1e-9).all()
@@ -201,7 +201,7 @@ def test_the_flat_observation_is_what_the_engine_says(task):
     assert list(seen) == list(definition.sizes)
     np.testing.assert_allclose(seen["tip_position"], data.body("tip").xpos, atol=1e-12)
     np.testing.assert_allclose(seen["tip_orientation"], data.body("tip").xquat, atol=1e-12)
-    np.testing.assert_allclose(seen["muscle_lengths"], data.ten_length, atol=1e-12)
+    np.testing.assert_allclose(seen["muscle_lengths"], 0.37 + data.ten_length, atol=1e-12)
     np.testing.assert_allclose(seen["joint_angles"], data.qpos, atol=1e-12)
     assert (seen["muscle_tensions"] >= 0).all()
     assert seen["muscle_tensions"].any()
@@ -219,15 +219,18 @@ def test_actions_mean_what_is_written(mode):
     arm = Arm()
     actions, ones = Actions(arm, mode), np.ones((1, 2 if mode == "bend" else 3))
     low, high = {
-        "bend": (-np.radians(170), np.radians(170)), "lengths": (0.37 - 0.018 * np.pi, 0.37 + 0.018 * np.pi),
+        "bend": (-np.radians(170), np.radians(170)), "lengths": (-0.018 * np.pi, 0.018 * np.pi),
         "tensions": (0, actions.middle * 2), "pressures": (90e3, 700e3),
     }[mode]  # fmt: skip
     assert (actions.middle - actions.half, actions.middle + actions.half) == pytest.approx((low, high))
     controls = actions.controls(ones)
     if mode == "bend":  # shortened to 170 deg along the diagonal
-        lengths = chain.lengths_from_bend(arc.from_polar(np.radians(170), np.pi / 4), 0.37, 0.018, 24)
-        assert (controls[0] < lengths).all()
-        np.testing.assert_allclose(controls[0], lengths, atol=2e-3)
+        bend = arc.from_polar(np.radians(170), np.pi / 4)
+        deltas = muscles.deltas_from_bend(bend, 0.018)
+        np.testing.assert_allclose(controls[0], deltas, atol=2e-3)
+        assert controls[0].max() == pytest.approx(deltas.max(), abs=2e-4)  # the slackest at the least tension
+        assert (controls[0] < deltas + 2e-4).all()
+        np.testing.assert_array_equal(actions.controls(np.zeros((1, 2))), 0.0)  # straight, at the least tension
     else:
         np.testing.assert_allclose(controls, high)
     value = np.full((1, actions.size), 0.3)
@@ -258,12 +261,22 @@ def test_the_moment_of_a_wrench_is_its_work():
         np.testing.assert_allclose(wrench_moment(bend, force, couple, arm), found, atol=1e-7)
 
 
+def test_an_arm_that_needs_it_is_stepped_in_shorter_steps():
+    env = make("reach", arm=Arm(links=8, mass=0.1, damping_time=0.001))
+    definition = env.unwrapped.definition
+    assert definition.timestep < 0.005
+    env.reset(seed=0)
+    env.step(np.ones(2))
+    assert env.unwrapped._physics.data.time == pytest.approx(0.05)
+
+
 def test_variations_give_the_model_of_the_varied_arm():
     env = make("reach", variations={"payload": 0.03, "bending_stiffness": uniform(0.2), "target": [0.2, 0.0, 0.25]})
     env.reset(seed=0)
     arm, model = env.unwrapped._episodes.arms[0], env.unwrapped._physics._model
     assert arm == replace(Arm(), payload=0.03, bending_stiffness=arm.bending_stiffness)
-    assert model.body("tip").mass[0] == pytest.approx(0.3 / 48 + 0.03)
+    assert model.body("payload").mass[0] == 0.03
+    assert model.body("tip").mass[0] == pytest.approx(0.3 / 48)
     assert model.jnt_stiffness[0] == pytest.approx(arm.bending_stiffness / arm.link_pitch)
     stiffness = arm.bending_stiffness
     env.reset()

@@ -27,7 +27,7 @@ def test_a_figure_is_a_vector_drawing_with_units_on_its_axes(name, tmp_path):
     ElementTree.fromstring(text)
     labels = re.findall(UNITS, text)
     assert labels, name
-    assert len(text) > 10_000
+    assert len(text) > 8_000
     assert len(meaning) > 20
 
 

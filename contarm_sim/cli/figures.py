@@ -47,8 +47,7 @@ def figures(arm: Arm, names: tuple[str, ...], listing: bool, kind: tuple[str, ..
     check_output(target)
     with OutputFolder(target) as opened:
         for i in track(range(len(chosen)), "figures"):
-            for ending in kind or KINDS:
-                FIGURES[chosen[i]][1](opened.folder / f"{chosen[i]}.{ending}", arm)
+            FIGURES[chosen[i]][1]([opened.folder / f"{chosen[i]}.{ending}" for ending in kind or KINDS], arm)
     files = [str(opened.target / f"{name}.{ending}") for name in chosen for ending in kind or KINDS]
     click.echo(to_json({"files": files}) if as_json else "\n".join(files))
     say(f"written: {opened.target}")

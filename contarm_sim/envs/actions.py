@@ -6,8 +6,10 @@
     tensions    3           0 .. what holds 170 deg at most: a force [N]  plain forces
     pressures   3           lowest .. highest pressure [Pa]               McKibben muscles behind valves
 
-`bend` uses the closed forms of the arm that the task was made with: lengths of the chain, and the least tensions that
-hold them under that arm's gravity and payload. It knows nothing of variations. Bends beyond 170 deg are shortened.
+A change of length is counted from the straight arm; the servo of a muscle that has it pulls with the least tension,
+and with more by its gain for every metre that the muscle is longer than asked for. `bend` uses the closed forms of the
+arm that the task was made with: lengths of the chain, and the least tensions that hold them under that arm's gravity
+and payload. It knows nothing of variations. Bends beyond 170 deg are shortened.
 """
 
 from __future__ import annotations
@@ -107,7 +109,7 @@ class Actions:
         return np.concatenate([asked, asked], axis=-1) if self.mode == "pressures" else asked
 
     def setpoints(self, bend: Array) -> Array:
-        """Return set-points [m], shape (B, 3), that hold bends [rad], shape (B, 2), shortened to 170 deg."""
+        """Return length changes [m], shape (B, 3), that hold bends [rad], shape (B, 2), shortened to 170 deg."""
         arm, bend = self.arm, shortened(bend)
         lengths = routing.lengths_from_bend(bend, arm)
         return servo_control(lengths, holding_tensions(bend, arm), arm)

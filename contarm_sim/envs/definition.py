@@ -19,7 +19,7 @@ from contarm_sim.envs.task import CONTROL_PERIOD, LIMIT, Goals, Task
 from contarm_sim.envs.track import Track
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mjcf import TIMESTEP, Actuation, arm_spec
+from contarm_sim.mjcf import Actuation, arm_spec
 
 TASKS: dict[str, type[Task]] = {kind.name: kind for kind in (Reach, Track, Hold)}
 
@@ -43,6 +43,7 @@ class Definition:
             tolerance (and of quality 1), else 0.
         variations: what changes from episode to episode.
         ticks: actions in an episode.
+        timestep: of the engine [s], one that suits the arm without variations; all variations take the same.
         sizes: numbers of every observed quantity, by name, in the order of the flat observation.
         offset, scale: of the flat observation, (value - offset) / scale, each of shape (size,).
     """
@@ -51,6 +52,7 @@ class Definition:
     reward: Reward
     variations: dict[str, Any]
     ticks: int
+    timestep: float = field(init=False)
     sizes: dict[str, int] = field(init=False)
     offset: Array = field(init=False, repr=False, compare=False)
     scale: Array = field(init=False, repr=False, compare=False)
@@ -63,6 +65,7 @@ class Definition:
         known = scales(arm) | self.task.scales
         sizes |= {name: odd.get(name, 3) for name in self.task.scales}
         object.__setattr__(self, "sizes", sizes)
+        object.__setattr__(self, "timestep", arm_spec(arm, self.actions.actuation).option.timestep)
         for place, what in enumerate(("offset", "scale")):
             value = np.concatenate([np.full(size, known[name][place]) for name, size in sizes.items()])
             object.__setattr__(self, what, value)
@@ -80,7 +83,7 @@ class Definition:
     @property
     def substeps(self) -> int:
         """Engine steps in a control period."""
-        return round(CONTROL_PERIOD / TIMESTEP)
+        return round(CONTROL_PERIOD / self.timestep)
 
     @property
     def size(self) -> int:
@@ -88,8 +91,11 @@ class Definition:
         return sum(self.sizes.values())
 
     def model(self, arm: Arm) -> mujoco.MjModel:
-        """Compile the model of an arm."""
-        return plain_spec(arm, self.actions.actuation).compile()
+        """Compile the model of an arm, without what is drawn: nothing touches it."""
+        spec = plain_spec(arm, self.actions.actuation, self.timestep)
+        for geom in spec.geoms:
+            spec.delete(geom)
+        return spec.compile()
 
     def quantities(self, goals: Goals, state: State, tick: Array) -> dict[str, Array]:
         """Return all that is seen, in SI units, by the names of `sizes`, each of shape (B, size)."""
@@ -107,12 +113,14 @@ class Definition:
         return dict(zip(self.sizes, np.split(values, ends[:-1], axis=-1), strict=True))
 
 
-def plain_spec(arm: Arm, actuation: Actuation) -> mujoco.MjSpec:
+def plain_spec(arm: Arm, actuation: Actuation, timestep: float) -> mujoco.MjSpec:
     """Return the arm as the environments simulate it: `arm_spec` with the payload not drawn.
 
-    Whatever varies, models must be laid out alike.
+    Whatever varies, models must be laid out alike. What tension in twisted muscles adds to `torsional_stiffness`, r^2
+    times the sum of tensions, is in the model as a constant, that of the least tension in all three; `simulate` and
+    `equilibrium` follow the tensions.
     """
-    spec = arm_spec(arm, actuation)
+    spec = arm_spec(arm, actuation, timestep)
     if arm.payload:
         spec.delete(spec.geom("payload"))
     return spec

@@ -30,7 +30,6 @@ from contarm_sim.envs.dm_entity import ArmArena, ContinuumArm, PhysicsError, com
 from contarm_sim.envs.episodes import Episodes, Outcome
 from contarm_sim.envs.task import CONTROL_PERIOD
 from contarm_sim.errors import DivergenceError
-from contarm_sim.mjcf import TIMESTEP
 from contarm_sim.simulation.plant import quiet_engine
 
 ALL = tuple(TASKS)
@@ -99,7 +98,7 @@ class ArmTask(composer.Task):
         self._arena.place(self.arm)
         self._arena.mjcf_model.option.integrator = "implicitfast"
         self._aim(definition.arm)
-        self.set_timesteps(CONTROL_PERIOD, TIMESTEP)
+        self.set_timesteps(CONTROL_PERIOD, definition.timestep)
         self._ball = self._arena.add_ball(definition.arm, visible=definition.task.name != "hold")
         self._episodes = Episodes(definition, 1)
         self._outcome: Outcome | None = None
@@ -152,7 +151,7 @@ class ArmTask(composer.Task):
         force = self.definition.task.force(self._episodes.goals)
         if force is not None:
             parts = [self._arena.vector_to_world(part) for part in (force[0, :3], force[0, 3:])]
-            physics.bind(self.arm.tip).xfrc_applied = np.concatenate(parts)
+            physics.bind(self.arm.payload).xfrc_applied = np.concatenate(parts)
         self._show(physics)
 
     def before_step(self, physics: Any, action: Any, random_state: np.random.RandomState) -> None:

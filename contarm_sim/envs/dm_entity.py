@@ -13,7 +13,7 @@ from contarm_sim.arm import Arm
 from contarm_sim.envs.actions import Actions, Mode
 from contarm_sim.envs.definition import plain_spec
 from contarm_sim.envs.state import State, read
-from contarm_sim.mjcf import exact_xml
+from contarm_sim.mjcf import TIMESTEP, exact_xml
 from contarm_sim.mjcf.muscles import straight_control
 from contarm_sim.mjcf.routing import MUSCLES
 from contarm_sim.mjcf.scene import add_scene, base_quaternion
@@ -33,8 +33,8 @@ _OPTIONS = ("gravity", "timestep")
 class ContinuumArm(composer.Robot):
     """The arm, to be attached to any arena or robot; a gripper or camera attaches to its tip.
 
-    Its base frame is the frame it is attached with. Gravity and time step are the arena's: 5 ms is what the muscles'
-    servos are made for. The integrator, `implicitfast`, it brings along, unless the arena has another.
+    Its base frame is the frame it is attached with. Gravity and time step are the arena's: 5 ms, or what `arm_spec` has
+    for arms that need less. The integrator, `implicitfast`, it brings along, unless the arena has another.
 
     Args:
         arm: its parameters; default the paper's arm.
@@ -51,7 +51,7 @@ class ContinuumArm(composer.Robot):
         self._mjcf.model = name
 
     def _model(self, arm: Arm) -> Any:
-        model = mjcf.from_xml_string(exact_xml(plain_spec(arm, self._actions.actuation)))
+        model = mjcf.from_xml_string(exact_xml(plain_spec(arm, self._actions.actuation, TIMESTEP)))
         for part in (model.keyframe, model.statistic, model.size):
             part.remove()
         for option in _OPTIONS:
@@ -84,8 +84,13 @@ class ContinuumArm(composer.Robot):
 
     @property
     def tip(self) -> Any:
-        """The body at the tip."""
+        """The half link that ends in the tip plate; its centre of mass is a quarter of a pitch below the tip."""
         return self._mjcf.find("body", "tip")
+
+    @property
+    def payload(self) -> Any:
+        """The body of the payload, there without one too: `xfrc_applied` on it acts at the tip."""
+        return self._mjcf.find("body", "payload")
 
     @property
     def attachment_site(self) -> Any:

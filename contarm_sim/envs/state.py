@@ -9,7 +9,7 @@
     tip_position        3      m      L0; in the base frame
     tip_orientation     4      -      1; quaternion w x y z in the base frame
 
-Tensions are those of the engine's last step, 5 ms before the rest.
+Tensions are those of the engine's last step, 5 ms before the rest, without the servos' damping along the muscles.
 """
 
 from __future__ import annotations

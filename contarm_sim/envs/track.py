@@ -16,7 +16,6 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from contarm_sim import paths
 from contarm_sim.arm import Arm
@@ -73,6 +72,8 @@ class Track(Task):
 
     def _rested(self, bends: Array) -> Array:
         """Return resting tips [m], shape (T, 3), of bends: statics at every fourth, splines between."""
+        from scipy.interpolate import CubicSpline
+
         ticks = np.arange(len(bends))
         solved = np.unique(np.append(ticks[::EVERY], ticks[-1]))
         return CubicSpline(solved, self.resting.tips(bends[solved]))(ticks)

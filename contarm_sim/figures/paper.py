@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.statics import pressure_needed
 from contarm_sim.report.map import draw_possibility
-from contarm_sim.report.style import BLACK, BLUE, GREEN, ORANGE, RED, figure
+from contarm_sim.report.style import BLACK, BLUE, GREEN, ORANGE, RED, Files, figure
 from contarm_sim.simulation.rest import poses_at_rest
 from contarm_sim.validation.scenarios import under_load
 
@@ -25,7 +24,7 @@ ANALYTIC = {"color": BLACK, "linestyle": "--", "linewidth": 0.9}
 """A broad bright line with a thin dark one on it: both stay visible where they agree."""
 
 
-def fan(path: Path, arm: Arm) -> None:
+def fan(path: Files, arm: Arm) -> None:
     """Draw arcs of growing bend in six planes, and simulated chains at rest at two of the bends."""
     angles, planes = np.radians([30, 60, 90, 120, 150]), np.radians(np.arange(0, 360, 60))
     xi = np.linspace(0, 1, 60)
@@ -43,13 +42,13 @@ def fan(path: Path, arm: Arm) -> None:
         ax.legend(loc="upper left")
 
 
-def possibility(path: Path, arm: Arm) -> None:
+def possibility(path: Files, arm: Arm) -> None:
     """Draw the pressure-limited possibility map inside the paper's ellipse, free and loaded."""
     pulled, loaded = under_load(arm)
     draw_possibility(path, {"free": arm.unloaded, "gravity": pulled, "payload": loaded})
 
 
-def spiral(path: Path, arm: Arm) -> None:
+def spiral(path: Files, arm: Arm) -> None:
     """Draw the paper's spiral on its spherical shell, the nearest reachable tips, and the simulated ones."""
     samples = followed(arm, "sphere-spiral", "nearest")
     angles, planes = np.linspace(0, np.pi - 1e-9, 13), np.linspace(0, 2 * np.pi, 37)
@@ -64,7 +63,7 @@ def spiral(path: Path, arm: Arm) -> None:
         ax.legend(loc="upper left")
 
 
-def angles(path: Path, arm: Arm) -> None:
+def angles(path: Files, arm: Arm) -> None:
     """Draw bend and plane angle along the spiral: commanded, and as simulated lengths show them."""
     samples = followed(arm)
     measured, _ = routing.bend_from_lengths(samples.muscle_lengths, arm)
@@ -81,31 +80,34 @@ def angles(path: Path, arm: Arm) -> None:
         axes[0].legend()
 
 
-def lengths(path: Path, arm: Arm) -> None:
-    """Draw length changes of muscles 2 and 3 along the spiral: arc (paper), chain, simulated."""
+def lengths(path: Files, arm: Arm) -> None:
+    """Draw length changes of muscles 2 and 3 along the spiral, arc (paper) and simulated, and what they differ by.
+
+    Beside it what the chain of links has otherwise than the arc: next to nothing, unless muscles run in spans.
+    """
     samples = followed(arm)
-    forms = (
-        (samples.muscle_lengths - arm.length, SIMULATED),
-        (
-            _chain_deltas(samples.bend, arm),
-            {"color": GREEN, "linestyle": "-", "linewidth": 1.0, "label": "chain of links"},
-        ),
-        (muscles.deltas_from_bend(samples.bend, arm.muscle_radius), ANALYTIC | {"label": "arc (paper)"}),
-    )
-    with figure(path, figsize=(5.6, 4.2)) as fig:
-        axes = fig.subplots(2, 1, sharex=True)
-        for ax, i in zip(axes, (1, 2), strict=True):
-            for deltas, look in forms:
-                ax.plot(samples.time, MM * deltas[:, i], **look)
+    analytic = muscles.deltas_from_bend(samples.bend, arm.muscle_radius)
+    simulated, chained = samples.muscle_lengths - arm.length, _chain_deltas(samples.bend, arm)
+    with figure(path, figsize=(5.6, 5.4)) as fig:
+        *axes, off = fig.subplots(3, 1, sharex=True)
+        for ax, i, colour in zip(axes, (1, 2), (BLUE, GREEN), strict=True):
+            ax.plot(samples.time, MM * simulated[:, i], **SIMULATED)
+            ax.plot(samples.time, MM * analytic[:, i], **ANALYTIC, label="arc (paper)")
             ax.set_ylabel(f"length change\nof muscle {i + 1} [mm]")
-        axes[1].set_xlabel("time [s]")
-        axes[0].legend(loc="upper left", ncols=3)
+            name = f"muscle {i + 1}, simulated" if i == 1 else "muscle 3"
+            off.plot(samples.time, MM * (simulated - analytic)[:, i], color=colour, label=name)
+            chain = {"color": colour, "linestyle": "--", "linewidth": 0.9}
+            off.plot(samples.time, MM * (chained - analytic)[:, i], **chain, label="chain of links" if i == 1 else None)
+        off.set_ylabel("difference from\nthe arc's [mm]")
+        off.set_xlabel("time [s]")
+        axes[0].legend(loc="upper left", ncols=2)
+        off.legend(loc="upper left")
 
 
-def lengths_on_map(path: Path, arm: Arm) -> None:
+def lengths_on_map(path: Files, arm: Arm) -> None:
     """Draw the spiral's lengths over the ellipse, the bends that pressure holds shaded."""
     samples = followed(arm)
-    bends = arc.from_polar(np.radians(np.linspace(0, 179.9, 240))[:, None], np.linspace(0, 2 * np.pi, 541))
+    bends = arc.from_polar(np.radians(np.linspace(0, 179.9, 120))[:, None], np.linspace(0, 2 * np.pi, 541))
     deltas = MM * muscles.deltas_from_bend(bends, arm.muscle_radius)
     held = pressure_needed(bends, arm)[1] <= arm.muscle.max_pressure
     with figure(path, figsize=(4.4, 4.2)) as fig:
@@ -137,8 +139,8 @@ def _unwrapped(angle: Array) -> Array:
 def _space(fig: Any) -> Any:
     """Return equal three-dimensional axes in mm, nothing cut off."""
     ax = fig.add_subplot(projection="3d", computed_zorder=False)
-    ax.set_xlabel("x [mm]")
-    ax.set_ylabel("y [mm]")
+    ax.set_xlabel("x [mm]", labelpad=7)
+    ax.set_ylabel("y [mm]", labelpad=9)
     ax.set_zlabel("z [mm]")
     ax.view_init(24, -55)
     ax.set_box_aspect((1, 1, 0.75), zoom=0.86)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from contarm_sim.arm import Arm
 from contarm_sim.figures.common import DURATION, followed, quietly
 from contarm_sim.kinematics import arc
 from contarm_sim.report.figures import draw_convergence, draw_error_maps, draw_stiffness
-from contarm_sim.report.style import BLACK, BLUE, GREEN, ORANGE, RED, SKY, figure
+from contarm_sim.report.style import BLACK, BLUE, GREEN, ORANGE, RED, SKY, Files, figure
 from contarm_sim.simulation.rest import poses_at_rest
 from contarm_sim.validation import convergence as refinement
 from contarm_sim.validation import scenarios as study
@@ -22,13 +21,13 @@ from contarm_sim.validation.controllers import compare_all
 GRID = 6
 
 
-def error_map(path: Path, arm: Arm) -> None:
+def error_map(path: Files, arm: Arm) -> None:
     """Draw tip error over the dome at rest, a polar map a scenario."""
     outcomes = [study.attempt(scenario, study.dome_grid(GRID), quietly) for scenario in study.scenarios(arm)]
     draw_error_maps(path, arm, outcomes)
 
 
-def budget(path: Path, arm: Arm) -> None:
+def budget(path: Files, arm: Arm) -> None:
     """Draw the sizes of the parts of the tip error along the spiral, stacked; the error itself is their vector sum."""
     samples = followed(arm)
     comparison = compare(arm, samples)
@@ -50,12 +49,12 @@ def budget(path: Path, arm: Arm) -> None:
         ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
 
 
-def convergence(path: Path, arm: Arm) -> None:
+def convergence(path: Files, arm: Arm) -> None:
     """Draw the largest tip error over the dome against the number of links, with its slope."""
     draw_convergence(path, arm, refinement.convergence(arm, study.dome_grid(GRID), quietly))
 
 
-def controllers(path: Path, arm: Arm) -> None:
+def controllers(path: Files, arm: Arm) -> None:
     """Draw the tip error of every controller along the spiral, split by what lengths could remove."""
     from matplotlib.patches import Patch
 
@@ -82,13 +81,13 @@ def controllers(path: Path, arm: Arm) -> None:
         fig.legend(handles=[whole, removable], loc="outside upper center", ncols=2)
 
 
-def stiffness(path: Path, arm: Arm) -> None:
+def stiffness(path: Files, arm: Arm) -> None:
     """Draw tip stiffness against pressure at 60 degrees, closed form and simulated."""
     rows = stiffness_levels(arm.unloaded, arc.from_polar(np.pi / 3, 0.0), 6, quietly)
     draw_stiffness(path, rows, DIRECTIONS)
 
 
-def sag(path: Path, arm: Arm) -> None:
+def sag(path: Files, arm: Arm) -> None:
     """Draw how far gravity moves the resting tip with perfect lengths, against m g L^2/EI, at three bends."""
     weights = np.geomspace(0.02, 4.0, 9)
     pulled = replace(study.under_load(arm)[0], payload=0.0)

@@ -16,7 +16,8 @@ from contarm_sim.mechanics.statics import cocontraction, servo_control
 from contarm_sim.simulation.control import CONTROLLERS, Command, Controller, actuation_of, command, pulls_only
 from contarm_sim.simulation.feedback import Feedback, Seen, feedback_for
 from contarm_sim.simulation.plant import Plant
-from contarm_sim.simulation.run import ACCURATE, CONTROL_RATE
+from contarm_sim.simulation.run import CONTROL_RATE
+from contarm_sim.simulation.stepping import stable_substeps
 
 PERIOD = 1 / CONTROL_RATE
 """Simulated time of a control tick [s]."""
@@ -26,6 +27,7 @@ LARGEST = np.radians(170.0)
 
 _LAG = 0.2  # s, of each of two stages: a hand's jump becomes a motion that muscles can follow
 _FASTEST = 2.0  # rad/s
+_ON_ITS_WAY = 0.05  # rad, nearer to the goal, or farther, than where it was refused: it is followed again
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,7 @@ class Session:
         """Stand straight and still, at time 0, and stay so."""
         self.goal, self.problem = np.zeros(2), ""
         self._ahead, self._speed, self._feedback = np.zeros((3, 2)), np.zeros(2), None
+        self._stuck = np.inf  # what was left to the goal where it was last refused [rad]
         self.plant.reset(np.zeros(2))
         mujoco.mj_forward(self.plant.model, self.plant.data)
         self._sent = self.plant.control[0].copy()
@@ -96,7 +99,8 @@ class Session:
         """Take other parameters or another controller from here on; the pose and its speed stay.
 
         Raises:
-            InputError: another number of links, or an unknown controller; nothing is changed.
+            InputError: another number of links, an unknown controller, or an arm that no time step suits; nothing is
+                changed.
         """
         arm, controller = arm or self.arm, controller or self.controller
         if arm.links != self.arm.links or (arm.torsional_stiffness is None) != (self.arm.torsional_stiffness is None):
@@ -117,10 +121,10 @@ class Session:
     def _start(self, arm: Arm, controller: Controller) -> None:
         if controller not in CONTROLLERS:
             raise InputError("controller", repr(controller), ", ".join(CONTROLLERS))
-        stepping, actuation = (ACCURATE.timestep, ACCURATE.integrator), actuation_of(controller)
-        self.plant = Plant(arm, pulls_only(controller), *stepping, actuation)
-        self.arm, self.controller = arm, controller
-        self._substeps = ACCURATE.substeps(CONTROL_RATE)
+        plant = Plant(arm, pulls_only(controller), actuation=actuation_of(controller))
+        self._substeps = stable_substeps(plant, CONTROL_RATE, np.empty((0, 2)))
+        plant.model.opt.timestep = PERIOD / self._substeps
+        self.plant, self.arm, self.controller = plant, arm, controller
 
     def _takes_over(self, before: Plant) -> Array:
         """Return set-points with which the arm is bent as by the plant before, whose controls were of another kind."""
@@ -143,10 +147,11 @@ class Session:
         self._move_on()
         try:
             orders = self._orders()
-            self.problem = ""
+            if abs(self._way - self._stuck) > _ON_ITS_WAY:
+                self.problem = ""
         except InputError as error:  # wait where the muscles still hold
-            self.problem = str(error)
             self._ahead[:], self._speed[:] = self._ahead[0], 0.0
+            self.problem, self._stuck = str(error), self._way
             orders = None
         end = self._sent if orders is None else self._with_feedback(orders)
         model, data, control = self.plant.model, self.plant.data, self.plant.control
@@ -155,7 +160,8 @@ class Session:
             mujoco.mj_step(model, data)
             if i == 0:
                 self.reading = self._read()
-                self._correct()
+                if orders is not None:
+                    self._correct()
         self._sent = end
         try:
             self.plant.check({"controller": self.controller})
@@ -169,6 +175,11 @@ class Session:
         speed = self._speed + PERIOD * ((self.goal - self._ahead[2]) / _LAG**2 - 2 * self._speed / _LAG)
         self._speed = speed * min(1.0, _FASTEST / max(float(np.hypot(*speed)), 1e-12))
         self._ahead = np.vstack([self._ahead[1:], self._ahead[2] + PERIOD * self._speed])
+
+    @property
+    def _way(self) -> float:
+        """What is left to the goal [rad]."""
+        return float(np.hypot(*(self.goal - self._ahead[2])))
 
     def _orders(self) -> Command:
         orders = command(self.arm, self._ahead, self.controller, PERIOD)
@@ -192,9 +203,8 @@ class Session:
 
     def _correct(self) -> None:
         """Let the feedback see the beginning of this tick."""
-        if self._feedback is not None and not self.problem:
-            data = self.plant.data
-            plant = self.plant
+        if self._feedback is not None:
+            plant, data = self.plant, self.plant.data
             seen = Seen(
                 plant.muscle_lengths,
                 plant.muscle_forces,

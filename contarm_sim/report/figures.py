@@ -12,12 +12,15 @@ from contarm_sim.arm import Arm
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.pneumatics import force
-from contarm_sim.report.style import BLACK, BLUE, GREEN, MUSCLE_COLOURS, ORANGE, PURPLE, RED, figure
+from contarm_sim.report.style import BLACK, BLUE, GREEN, MUSCLE_COLOURS, ORANGE, PURPLE, RED, Files, figure
 from contarm_sim.simulation.samples import Samples
 from contarm_sim.validation.compare import Comparison
 from contarm_sim.validation.scenarios import Failure, Outcome
 
 _BUDGET = (("discretisation", BLUE, "--"), ("servo", GREEN, ":"), ("shape", ORANGE, "-."))
+
+ROUNDING = 1e-6
+"""Distance that is put down to rounding [mm]."""
 
 
 def draw_path(path: Path, arm: Arm, samples: Samples, comparison: Comparison) -> None:
@@ -92,7 +95,7 @@ def draw_muscles(path: Path, arm: Arm, samples: Samples, comparison: Comparison)
         bottom.set_xlabel("time [s]")
 
 
-def draw_error_maps(path: Path, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
+def draw_error_maps(path: Files, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
     """Draw tip error over the dome, one polar map a scenario: bend angle outwards, bending plane around.
 
     A scenario without rest poses has a panel that says so.
@@ -138,7 +141,7 @@ def draw_error_maps(path: Path, arm: Arm, outcomes: Sequence[Outcome | Failure])
             bar.ax.tick_params(labelsize=6.5)
 
 
-def draw_convergence(path: Path, arm: Arm, study: dict[str, Any]) -> None:
+def draw_convergence(path: Files, arm: Arm, study: dict[str, Any]) -> None:
     """Draw the largest tip error over the dome against the number of links, with the slope of second order."""
     links = np.array(study["links"])
     with figure(path, figsize=(4.2, 3.4)) as fig:
@@ -147,7 +150,11 @@ def draw_convergence(path: Path, arm: Arm, study: dict[str, Any]) -> None:
             ("max_error_vs_arc_m", BLACK, "o", "simulated vs arc"),
             ("max_error_vs_chain_m", BLUE, "s", "simulated vs chain form"),
         ):
-            ax.loglog(links, 1e3 * np.array(study[key]), color=colour, marker=marker, label=label)
+            error = 1e3 * np.array(study[key])
+            if error.max() < ROUNDING:  # it would squeeze the others
+                ax.plot([], [], color=colour, label=f"{label}: below {ROUNDING:g} mm")
+                continue
+            ax.loglog(links, error, color=colour, marker=marker, label=label)
         first = 1e3 * study["max_error_vs_arc_m"][0]
         ax.loglog(links, 1.5 * first * (links[0] / links) ** 2.0, color="#888888", linestyle="--", label="slope -2")
         ax.set_xticks(links, [str(n) for n in links])
@@ -181,7 +188,7 @@ def draw_muscle_law(path: Path, arm: Arm, pressures: tuple[float, ...], kind: st
         ax.legend()
 
 
-def draw_stiffness(path: Path, rows: list[dict[str, Any]], directions: tuple[str, ...]) -> None:
+def draw_stiffness(path: Files, rows: list[dict[str, Any]], directions: tuple[str, ...]) -> None:
     """Draw tip stiffness against mean pressure, a panel a direction: simulated as marks, closed form as lines."""
     pressure = [row["mean_pressure_pa"] / 1e3 for row in rows]
     with figure(path, figsize=(2.6 * len(directions), 2.9)) as fig:

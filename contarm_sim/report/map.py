@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
 from contarm_sim.arm import Arm
 from contarm_sim.kinematics import arc, muscles
 from contarm_sim.mechanics.statics import pressure_needed
-from contarm_sim.report.style import BLACK, RED, figure
+from contarm_sim.report.style import BLACK, RED, Files, figure
 
 
-def draw_possibility(path: Path, arms: dict[str, Arm]) -> None:
+def draw_possibility(path: Files, arms: dict[str, Arm]) -> None:
     """Draw, over the lengths of muscles 2 and 3, the pressure that holds each bend, one panel an arm.
 
     The outer ellipse is the paper's, bends of 180 deg.
     """
-    angles, planes = np.radians(np.linspace(0, 179.9, 240)), np.linspace(0, 2 * np.pi, 541)
+    angles, planes = np.radians(np.linspace(0, 179.9, 120)), np.linspace(0, 2 * np.pi, 541)
     bend = arc.from_polar(angles[:, None], planes)
     with figure(path, figsize=(3.2 * len(arms), 3.7)) as fig:
         axes = fig.subplots(1, len(arms), sharey=True, squeeze=False)[0]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -33,12 +33,15 @@ _STYLE = {
     "pdf.fonttype": 42,
 }
 
+Files = Path | Sequence[Path]
+"""Where a figure is saved: one file, or several of other kinds."""
+
 
 @contextmanager
-def figure(path: Path, kind: str | None = None, **kwargs: Any) -> Iterator[Any]:
+def figure(path: Files, kind: str | None = None, **kwargs: Any) -> Iterator[Any]:
     """Yield a matplotlib figure in the project's style and save it; no display, no global state.
 
-    The kind of file (png, pdf, svg) is that of the path's ending unless given.
+    The kind of file (png, pdf, svg) is that of each path's ending unless given.
     """
     from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -48,4 +51,6 @@ def figure(path: Path, kind: str | None = None, **kwargs: Any) -> Iterator[Any]:
         canvas = Figure(**kwargs)
         FigureCanvasAgg(canvas)
         yield canvas
-        canvas.savefig(path, format=kind)
+        for one in [path] if isinstance(path, Path) else path:
+            canvas.savefig(one, format=kind)
+            canvas.set_layout_engine("none")  # laid out once: all files show the same

@@ -16,7 +16,11 @@ from contarm_sim.mechanics.statics import pressure_needed
 from contarm_sim.simulation.equilibrium import equilibrium
 from contarm_sim.validation.held import Resting
 
-_ANGLES = np.radians(np.arange(0, 180, 0.25))
+COARSE, FINE = np.radians(1.0), np.radians(0.25)
+"""Steps in which bend angles are tried [rad]: all of them coarsely, those after the largest that is held finely."""
+
+_ANGLES = np.arange(0, np.pi - 0.5 * COARSE, COARSE)
+_LAST = float(np.pi - FINE)
 
 _STEP = np.radians(2.0)
 """Between bends that are tried to find a largest one's neighbourhood."""
@@ -32,19 +36,24 @@ def largest_bends(arm: Arm, planes: Array) -> tuple[Array, Array]:
     exact without gravity (0.1 deg); under gravity the arm is taken to bend evenly, which is off by 1 deg under the
     default arm's weight, by 2.5 deg with 100 g at its tip. `largest_bends_at_rest` knows better.
     """
-    needs = pressure_needed(arc.from_polar(_ANGLES[:, None], planes), arm)
-    return _largest(needs[0], arm), _largest(needs[1], arm)
+    inflated, vented = pressure_needed(arc.from_polar(_ANGLES[:, None], planes), arm)
+    return _largest(inflated, 0, arm, planes), _largest(vented, 1, arm, planes)
 
 
-def _largest(need: Array, arm: Arm) -> Array:
+def _largest(needed: Array, which: int, arm: Arm, planes: Array) -> Array:
+    """Return the largest angles [rad], shape (P,), of pressures needed [Pa], shape (angles, P), of one of two kinds."""
     limit = arm.muscle.max_pressure
-    held = need <= limit
+    held = needed <= limit
     last = len(_ANGLES) - 1 - held[::-1].argmax(axis=0)  # of those that are held
-    found = _ANGLES[last]
-    for j in np.flatnonzero(held.any(axis=0) & (last < len(_ANGLES) - 1)):
+    angles = np.minimum(_ANGLES[last] + FINE * np.arange(round(COARSE / FINE) + 1)[:, None], _LAST)
+    need = pressure_needed(arc.from_polar(angles, planes), arm)[which]
+    end = len(angles) - 1
+    last = end - (need <= limit)[::-1].argmax(axis=0)
+    found = np.take_along_axis(angles, last[None], 0)[0]
+    for j in np.flatnonzero(held.any(axis=0) & (last < end)):
         below, above = need[last[j], j], need[last[j] + 1, j]
         if np.isfinite(above) and above > below:
-            found[j] += (_ANGLES[1] - _ANGLES[0]) * (limit - below) / (above - below)
+            found[j] += FINE * (limit - below) / (above - below)
     return np.where(held.any(axis=0), found, 0.0)
 
 
@@ -80,7 +89,7 @@ def _limit(room: Callable[[float], float], angle: float) -> float:
     """Return the angle near a guess [rad] where `room` falls to zero, 0 or the largest one tried if it does not."""
     from scipy.optimize import brentq
 
-    end = float(_ANGLES[-1])
+    end = _LAST
     if room(angle) >= 0:
         while angle < end and room(min(angle + _STEP, end)) >= 0:
             angle = min(angle + _STEP, end)
