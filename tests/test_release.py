@@ -10,7 +10,8 @@ from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
 from contarm_sim.load import Load, Muscles, Wrench
 from contarm_sim.simulation.course import forces_over_time, ramp_down
-from contarm_sim.simulation.equilibrium import equilibrium, interpolate
+from contarm_sim.simulation.equilibrium import equilibrium
+from contarm_sim.simulation.extrapolation import interpolate
 from contarm_sim.simulation.modes import bare, beam_frequencies, natural_frequencies, small_swing
 from contarm_sim.simulation.release import release
 from contarm_sim.simulation.swing_error import judged_release

@@ -161,7 +161,7 @@ def remarks(summary: dict[str, Any]) -> list[str]:
     """Return what a reader must know beside the verdict, a line each."""
     found, muscle, pulling = [], summary["muscle"], pulls_only(summary["controller"])
     if summary["motion"] is None:
-        found.append("motion share unavailable: a commanded pose is unstable at rest")
+        found.append("motion share unavailable: the arm cannot rest in one of the commanded poses")
     if muscle["pushes"]:
         depth = f"muscles push in {100 * muscle['push_fraction']:.2g} % of muscle samples, up to "
         why = "damping along a slack muscle does" if pulling else "plain position servos do; not judged"

@@ -19,9 +19,9 @@ from contarm_sim.errors import DivergenceError, InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array, as_vectors
 from contarm_sim.simulation.control import Command, Controller, command
-from contarm_sim.simulation.extrapolate import coarser, extrapolated
 from contarm_sim.simulation.feedback import feedback_for
 from contarm_sim.simulation.loop import EVERY, Pass, Snapshot
+from contarm_sim.simulation.motion_extrapolation import coarser, extrapolated
 from contarm_sim.simulation.plan import plan_motion
 from contarm_sim.simulation.plant import Plant, engine_room
 from contarm_sim.simulation.recorder import Recorder
