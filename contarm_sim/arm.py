@@ -8,21 +8,16 @@ from __future__ import annotations
 
 import math
 import operator
-from dataclasses import dataclass, field, fields, replace
-from typing import Any, Literal, get_args
+from dataclasses import dataclass, field, replace
+from typing import Literal, get_args
 
 from contarm_sim.errors import InputError
-
-Vector = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
+from contarm_sim.parameters import Quaternion, Vector, check_numbers, check_vector, number
 
 MAX_LINKS = 400
 
 Path = Literal["parallel", "spans"]
 PATHS: tuple[Path, ...] = get_args(Path)
-
-LARGEST = 1e9
-"""Largest value of any parameter, in its SI unit: beyond it arithmetic, not mechanics, decides."""
 
 GUIDE = 1 / math.sqrt(6)
 """Height of a link's guide above its middle [link pitches], where muscles run in straight spans.
@@ -38,56 +33,6 @@ SERVO_TIME = 0.005
 """Least damping along a muscle over its servo's gain [s]: keeps one at its force limit from hunting at 5 ms steps."""
 
 
-def _number(
-    default: float | None,
-    unit: str,
-    meaning: str,
-    *,
-    above: float | None = None,
-    least: float | None = None,
-    below: float | None = None,
-) -> Any:
-    """Declare a scalar parameter: its default, unit and meaning, and the interval it must lie in."""
-    bounds = {"above": above, "least": least, "below": below}
-    return field(default=default, metadata={"unit": unit, "help": meaning, "bounds": bounds})
-
-
-def _allowed(bounds: dict[str, float | None]) -> str:
-    words = {"above": "greater than", "least": "at least", "below": "below"}
-    said = [f"{words[key]} {value:g}" for key, value in bounds.items() if value is not None]
-    return f"a finite number, {' and '.join([*said, f'at most {LARGEST:g}'])}"
-
-
-def _check_number(owner: Any, name: str, prefix: str, bounds: dict[str, float | None], optional: bool) -> None:
-    value = getattr(owner, name)
-    if value is None and optional:
-        return
-    ok = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-    ok = ok and (bounds["above"] is None or value > bounds["above"])
-    ok = ok and (bounds["least"] is None or value >= bounds["least"])
-    ok = ok and (bounds["below"] is None or value < bounds["below"]) and abs(value) <= LARGEST
-    if not ok:
-        raise InputError(prefix + name, value, _allowed(bounds))
-    object.__setattr__(owner, name, float(value))
-
-
-def _check_numbers(owner: Any, prefix: str = "") -> None:
-    for item in fields(owner):
-        if "bounds" in item.metadata:
-            _check_number(owner, item.name, prefix, item.metadata["bounds"], item.default is None)
-
-
-def _check_vector(owner: Any, name: str, size: int) -> None:
-    value = getattr(owner, name)
-    try:
-        vector = () if isinstance(value, (str, dict)) else tuple(float(x) for x in value)
-    except (TypeError, ValueError):
-        vector = ()
-    if len(vector) != size or not all(abs(x) <= LARGEST for x in vector):
-        raise InputError(name, value, f"{size} finite numbers, at most {LARGEST:g}")
-    object.__setattr__(owner, name, vector)
-
-
 @dataclass(frozen=True, kw_only=True)
 class Muscle:
     """One pneumatic muscle (PMA) and the length servo that stands for its valve and controller.
@@ -97,27 +42,27 @@ class Muscle:
     through few disks run.
     """
 
-    inner_diameter: float = _number(0.009, "m", "bladder bore (paper: 9 mm)", above=0)
-    wall: float = _number(0.002, "m", "bladder wall thickness (paper: 2 mm)", above=0)
-    braid_min_diameter: float = _number(0.010, "m", "smallest diameter of the braid (paper: 10 mm)", above=0)
-    max_contraction: float = _number(
+    inner_diameter: float = number(0.009, "m", "bladder bore (paper: 9 mm)", above=0)
+    wall: float = number(0.002, "m", "bladder wall thickness (paper: 2 mm)", above=0)
+    braid_min_diameter: float = number(0.010, "m", "smallest diameter of the braid (paper: 10 mm)", above=0)
+    max_contraction: float = number(
         0.25, "-", "contraction at which the force vanishes (paper: 25 %)", above=0, below=0.42
     )
-    min_pressure: float = _number(90e3, "Pa", "lowest gauge pressure but none (paper: 90 kPa)", above=0)
-    max_pressure: float = _number(700e3, "Pa", "highest gauge pressure (paper: 700 kPa)", above=0)
-    mount_contraction: float = _number(
+    min_pressure: float = number(90e3, "Pa", "lowest gauge pressure but none (paper: 90 kPa)", above=0)
+    max_pressure: float = number(700e3, "Pa", "highest gauge pressure (paper: 700 kPa)", above=0)
+    mount_contraction: float = number(
         0.05, "-", "contraction in the straight arm, so that a muscle can also lengthen", least=0, below=0.42
     )
-    min_tension: float = _number(5.0, "N", "tension that the slackest muscle is held at", above=0)
-    passive_stiffness: float | None = _number(
+    min_tension: float = number(5.0, "N", "tension that the slackest muscle is held at", above=0)
+    passive_stiffness: float | None = number(
         None, "N/m", "of the silicone stretched beyond its rest length; omitted: bending_stiffness has it", above=0
     )
-    braid_friction: float | None = _number(None, "N", "dry friction of braid and guides; omitted: none", above=0)
-    valve_time: float = _number(0.05, "s", "time constant of valve and filling", above=0)
-    servo_stiffness: float | None = _number(
+    braid_friction: float | None = number(None, "N", "dry friction of braid and guides; omitted: none", above=0)
+    valve_time: float = number(0.05, "s", "time constant of valve and filling", above=0)
+    servo_stiffness: float | None = number(
         None, "N/m", "gain of the muscle's length servo; omitted: 180 times what the bent arm resists with", above=0
     )
-    servo_time: float | None = _number(
+    servo_time: float | None = number(
         None, "s", "damping along the muscle over the servo's gain; omitted: 5 ms, more for slow arms", least=0
     )
     path: Path = field(
@@ -130,7 +75,7 @@ class Muscle:
     )
 
     def __post_init__(self) -> None:
-        _check_numbers(self, "muscle.")
+        check_numbers(self, "muscle.")
         if self.path not in PATHS:
             raise InputError("muscle.path", repr(self.path), ", ".join(PATHS))
         if self.min_pressure >= self.max_pressure:
@@ -182,19 +127,19 @@ class Arm:
         InputError: a parameter is not a finite number in its stated interval.
     """
 
-    length: float = _number(0.37, "m", "backbone length L0 (paper)", above=0)
+    length: float = number(0.37, "m", "backbone length L0 (paper)", above=0)
     links: int = field(
         default=24, metadata={"unit": "-", "help": f"joints of the rigid-link backbone, 2 to {MAX_LINKS}"}
     )
-    mass: float = _number(0.3, "kg", "mass of the whole arm, spread evenly", above=0)
-    bending_stiffness: float = _number(0.1, "N m^2", "EI of backbone and passive muscles", above=0)
-    torsional_stiffness: float | None = _number(None, "N m^2", "GJ; omitted: rigid, as the paper claims", above=0)
-    damping_time: float = _number(0.05, "s", "Kelvin-Voigt time: joint damping over joint stiffness", least=0)
-    joint_friction: float | None = _number(
+    mass: float = number(0.3, "kg", "mass of the whole arm, spread evenly", above=0)
+    bending_stiffness: float = number(0.1, "N m^2", "EI of backbone and passive muscles", above=0)
+    torsional_stiffness: float | None = number(None, "N m^2", "GJ; omitted: rigid, as the paper claims", above=0)
+    damping_time: float = number(0.05, "s", "Kelvin-Voigt time: joint damping over joint stiffness", least=0)
+    joint_friction: float | None = number(
         None, "N m", "dry friction of each hinge, which creeps; omitted: none", above=0
     )
-    muscle_radius: float = _number(0.018, "m", "radius r of the muscles' attachment circle (paper)", above=0)
-    section_radius: float | None = _number(
+    muscle_radius: float = number(0.018, "m", "radius r of the muscles' attachment circle (paper)", above=0)
+    section_radius: float | None = number(
         None, "m", "radius of the round section that the mass fills (rotary inertia); omitted: the disks'", above=0
     )
     gravity: Vector = field(
@@ -208,11 +153,11 @@ class Arm:
             "help": "quaternion w x y z of the drawn base; omitted: gravity points down the picture",
         },
     )
-    payload: float = _number(0.0, "kg", "point mass at the tip", least=0)
+    payload: float = number(0.0, "kg", "point mass at the tip", least=0)
     muscle: Muscle = field(default_factory=Muscle)
 
     def __post_init__(self) -> None:
-        _check_numbers(self)
+        check_numbers(self)
         try:
             links = 0 if isinstance(self.links, bool) else operator.index(self.links)
         except TypeError:
@@ -220,9 +165,9 @@ class Arm:
         if not 2 <= links <= MAX_LINKS:
             raise InputError("links", self.links, f"a whole number from 2 to {MAX_LINKS}")
         object.__setattr__(self, "links", links)
-        _check_vector(self, "gravity", 3)
+        check_vector(self, "gravity", 3)
         if self.base_orientation is not None:
-            _check_vector(self, "base_orientation", 4)
+            check_vector(self, "base_orientation", 4)
             norm = math.hypot(*self.base_orientation)
             if norm == 0:
                 raise InputError("base_orientation", self.base_orientation, "a quaternion w x y z, not zero")

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from numbers import Real
 from typing import Any, Literal, get_args
 
-from contarm_sim.arm import Vector
 from contarm_sim.errors import InputError
+from contarm_sim.parameters import Vector
 
 Drive = Literal["off", "deltas", "tensions", "pressures", "bend"]
 DRIVES: tuple[Drive, ...] = get_args(Drive)

@@ -706,23 +706,8 @@ def test_without_an_encoder_a_run_leaves_an_animated_picture(contarm, tmp_path, 
 
 def test_a_run_through_poses_that_have_no_rest_is_kept_and_says_so(contarm, tmp_path):
     """Muscles of 177 N cannot hold 4 kg out sideways."""
-    words = [
-        "run",
-        "--gravity",
-        "0",
-        "0",
-        "9.81",
-        "--payload",
-        "4",
-        "--duration",
-        "2",
-        "--turns",
-        "1",
-        "--no-video",
-        "--out",
-        "r",
-    ]
-    code, out, _ = contarm(*words)
+    load, path = ("--gravity", 0, 0, 9.81, "--payload", 4), ("--duration", 2, "--turns", 1, "--no-video")
+    code, out, _ = contarm("run", *load, *path, "--out", "r")
     assert code in (0, 1)
     assert "motion share unavailable: the arm cannot rest in one of the commanded poses" in out
     assert "motion: simulated tip vs at rest" not in out

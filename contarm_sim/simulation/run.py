@@ -104,7 +104,8 @@ def simulate(
     if extrapolate:
         half = replace(arm, links=coarser(arm.links))
         given = (target, bend, controller, rate, stepping, on_tick, check_step)
-        return _both(simulate(arm, *given), simulate(half, *given))
+        fine = simulate(arm, *given)
+        return fine if fine.interrupted else _both(fine, simulate(half, *given))
     substeps = None if stepping is None else stepping.substeps(rate)
     if controller == "tip":
         orders = plan_motion(arm, bend, target, 1 / rate)
