@@ -70,7 +70,10 @@ class DivergenceError(ContarmError):
     def __init__(self, time: float, dof: int, joint: str, settings: dict[str, Any]) -> None:
         self.time, self.dof, self.joint, self.settings = time, dof, joint, settings
         said = ", ".join(f"{key} {value}" for key, value in settings.items())
-        super().__init__(f"the simulation diverged at t = {time:.4f} s in dof {dof} ({joint}) with {said}")
+        super().__init__(
+            f"the simulation diverged at t = {time:.4f} s in dof {dof} ({joint}) with {said}; "
+            "more damping, a slower path, fewer links or a shorter time step may help"
+        )
 
 
 class ConvergenceError(ContarmError):

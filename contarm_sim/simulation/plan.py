@@ -182,8 +182,9 @@ def planned_rest(arm: Arm, bend: Array, target: Array, ticks: Iterable[int] | No
 def plan_motion(arm: Arm, bend: Array, target: Array, period: float) -> Command:
     """Return the command that moves the tip along targets [m], shape (T, 3), one every `period` [s].
 
-    Raises:
-        ConvergenceError: as `plan_rest`.
+    Where the forces of the motion leave a pose without rest, as they do with arms that are very soft for their weight,
+    the plan is that of poses at rest; where one of these has none either, set-points are those of `servo`, and only the
+    tip's feedback is left.
     """
     from scipy.interpolate import CubicSpline
 
@@ -193,7 +194,11 @@ def plan_motion(arm: Arm, bend: Array, target: Array, period: float) -> Command:
     if len(knots) < 4:
         return plan_rest(arm, bend, target)
     at, plan = time[knots], TipPlan(arm)
-    found = _solved(arm, bend[knots], target[knots], _guess(arm, bend[knots]), 0.0, moving=True)
+    try:
+        found = _solved(arm, bend[knots], target[knots], _guess(arm, bend[knots]), 0.0, moving=True)
+    except ConvergenceError:
+        inverse = np.asarray(np.linalg.pinv(arc.jacobian(bend, arm.length)), dtype=float)
+        return replace(command(arm, bend, "servo", period), controller="tip", tip_to_bend=inverse)
     for _ in range(PASSES):
         path = CubicSpline(at, found.q)
         forces = [plan.moving_forces(*state) for state in zip(found.q, path(at, 1), path(at, 2), strict=True)]
@@ -201,7 +206,10 @@ def plan_motion(arm: Arm, bend: Array, target: Array, period: float) -> Command:
         speeds = CubicSpline(at, found.lengths)(at, 1)
         speeds[0] = 0.0
         least = least_tensions(speeds, arm.muscle.min_tension, arm)
-        found = _solved(arm, bend[knots], target[knots], found, np.array(forces), least=least, moving=True)
+        try:
+            found = _solved(arm, bend[knots], target[knots], found, np.array(forces), least=least, moving=True)
+        except ConvergenceError:
+            break
     parts = (found.setpoint, found.lengths, found.slopes, found.q)
     fine = _Planned(*(CubicSpline(at, part)(time) for part in parts))
     follow = fine.setpoint + arm.servo_time * np.gradient(fine.lengths, period, axis=0)

@@ -40,7 +40,7 @@ STEP_LIMIT = 1e-3
 _WANTED, _QUIET = 0.4 * STEP_LIMIT, 0.2 * STEP_LIMIT
 """Error of the step [lengths] that is aimed at; seen in one window, that is taken to be small everywhere."""
 
-_MOST_STEPS = 1_000_000
+_MOST_STEPS = 400_000
 """Engine steps that one motion is given at most to reach the limit."""
 
 
@@ -83,7 +83,7 @@ def simulate(
         target: the tip positions they stand for [m], shape (T, 3); passed through.
         rate: control ticks per second [Hz].
         stepping: how the engine steps; default found for this arm and motion, so that the step's own error stays below
-            `STEP_LIMIT` if a million steps are enough for that.
+            `STEP_LIMIT` if 400,000 steps are enough for that.
         on_tick: called with the number of samples recorded so far, for progress; starts again with each simulation.
         check_step: estimate the step's error; default only where the step is found.
         extrapolate: simulate a chain of half the links too, and return what both say of infinitely many.
