@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -139,6 +140,7 @@ def _solve(
         "smallest_eigenvalue": found.smallest_eigenvalue,
         "growth": found.growth if np.isfinite(found.growth) else None,
         "held": found.held,
+        "beyond": _beyond(arm, found),
         "iterations": found.iterations,
         "seconds": found.seconds,
     }
@@ -148,6 +150,18 @@ def _solve(
     if xi:
         result["xi"], result["poses"] = list(xi), interpolate(found.frames, arm.length, np.array(xi)).tolist()
     return result
+
+
+def _beyond(arm: Arm, found: Any) -> str:
+    """Say what real muscles have not got, of force or pressure; empty if they have."""
+    most, force = arm.muscle.max_pressure, arm.muscle.blocked_force
+    pressure, tension = float(found.pressures_needed(arm).max()), float(found.muscle_tensions.max())
+    if tension > force:
+        return f"a muscle pulls with {tension:.4g} N, more than its blocked force, {force:.0f} N"
+    if pressure > most * (1 + 1e-9):
+        needs = f"{pressure / 1e3:.0f} kPa" if math.isfinite(pressure) else "more than any pressure"
+        return f"a muscle needs {needs}, more than the {most / 1e3:.0f} kPa there are"
+    return ""
 
 
 def _show(results: list[dict[str, Any]]) -> None:
@@ -161,7 +175,7 @@ def _show(results: list[dict[str, Any]]) -> None:
         stable = "stable" if result["stable"] else "UNSTABLE"
         if (result["growth"] or 0.0) > 0:
             stable += f" (flutters, disturbances grow by {result['growth']:.2g} /s)"
-        pressures = "  ".join("-" if p is None else f"{p / 1e3:.0f}" for p in result["muscle_pressures"])
+        pressures = "  ".join("too much" if p is None else f"{p / 1e3:.0f}" for p in result["muscle_pressures"])
         muscles = (
             f"muscles {tensions} N, which takes {pressures} kPa"
             if any(result["muscle_tensions"])
@@ -173,8 +187,10 @@ def _show(results: list[dict[str, Any]]) -> None:
             may = "an unknown amount" if off is None else f"perhaps {1e3 * off:.2g} mm"
             kind = "extrapolated" if result["trusted"] else "NOT EXTRAPOLATED: too few links for the order to show"
             click.echo(f"{kind}; the tip is off by {may}")
+        if result["beyond"]:
+            click.echo(f"real muscles cannot: {result['beyond']}")
         if result["held"] is False:
-            click.echo("NOT HELD: a length servo is at its limit, the muscles' blocked force")
+            click.echo("NOT HELD: a length servo is at a limit: it pulls with the blocked force, or cannot push")
         softest, residual = f"{result['smallest_eigenvalue']:.3g} N m/rad", f"{result['residual']:.1g} N m"
         took = f"{result['iterations']} iterations, {1e3 * result['seconds']:.1f} ms"
         click.echo(f"{stable}, softest mode {softest}; residual {residual} after {took}")

@@ -33,7 +33,7 @@ def possibility(arm: Arm, out: str | None, as_json: bool) -> None:
     from contarm_sim.cli.terminal import command_line, say, table, track
     from contarm_sim.report.map import draw_possibility
     from contarm_sim.report.output import OutputFolder, check_output, default_folder, to_json, versions
-    from contarm_sim.validation.possibility import every_bend, held_off, largest_bends_at_rest
+    from contarm_sim.validation.possibility import every_bend, fallen_from, held_off, largest_bends_at_rest
     from contarm_sim.validation.scenarios import under_load
 
     target = Path(out) if out is not None else default_folder("possibility")
@@ -43,9 +43,11 @@ def possibility(arm: Arm, out: str | None, as_json: bool) -> None:
     planes = 2 * np.pi * np.arange(PLANES) / PLANES
     rows: list[dict[str, Any]] = []
     least: dict[str, float] = {}
+    fallen: dict[str, list[float]] = {}
     for name, one in arms.items():
         inflated, vented = (np.degrees(bends) for bends in largest_bends_at_rest(one, planes))
         least[name] = float(np.degrees(every_bend(one)))
+        fallen[name] = np.degrees(fallen_from(one, np.radians(least[name]))).tolist()
         for i in track(range(PLANES), name):
             row = {"load": name, "plane_deg": float(np.degrees(planes[i])), "inflated_deg": float(inflated[i])}
             row["vented_deg"] = float(vented[i])
@@ -54,6 +56,7 @@ def possibility(arm: Arm, out: str | None, as_json: bool) -> None:
     summary: dict[str, Any] = {
         "rows": rows,
         "every_bend_to_deg": least,
+        "smaller_bends_not_held_deg": fallen,
         "arm": arm_to_dict(arm),
         "versions": versions(),
         "command": command_line(),
@@ -69,6 +72,10 @@ def possibility(arm: Arm, out: str | None, as_json: bool) -> None:
         table(f"largest bends that {limits} hold", columns, [_cells(row) for row in rows])
         said = ", ".join(f"{name} {angle:.1f}" for name, angle in least.items())
         click.echo(f"in every plane, all muscles inflated, the largest bend is at least: {said} deg")
+        for name, angles in fallen.items():
+            if angles:
+                tried = ", ".join(f"{angle:.0f}" for angle in angles)
+                click.echo(f"{name}: smaller bends are NOT all held, the arm falls over: tried {tried} deg")
     say(f"written: {opened.target}")
 
 

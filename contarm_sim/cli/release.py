@@ -123,8 +123,14 @@ def release(arm: Arm, wrench: Any, muscles: str, ramp_down: float | None, forces
         "timestep": timestep, "duration": duration, "sample_period": sample_period, "arm": arm_to_dict(arm),
         "versions": versions(), "command": command_line(),
     }  # fmt: skip
-    good = percent["total"] <= LIMIT and (not passive or grown <= GROWTH * max(lost, 0.0) + rounding)
-    summary["verdict"] = "pass" if good else "fail"
+    reasons = []
+    if not percent["total"] <= LIMIT:
+        reasons.append(
+            f"the tip error is {percent['total']:.3g} % of length (limit {LIMIT:g}): take smaller steps or more links"
+        )
+    if passive and not grown <= GROWTH * max(lost, 0.0) + rounding:
+        reasons.append(f"energy grows by {grown:.2g} J: smaller steps")
+    summary |= {"verdict": "fail" if reasons else "pass", "reasons": reasons}
     with OutputFolder(target) as opened:
         (opened.folder / "summary.json").write_text(to_json(summary) + "\n")
         header, columns = swing_columns(found)
@@ -135,7 +141,7 @@ def release(arm: Arm, wrench: Any, muscles: str, ramp_down: float | None, forces
     else:
         _show(summary, arm, passive)
     say(f"written: {opened.target}")
-    return 0 if good else 1
+    return 1 if reasons else 0
 
 
 def _check(duration: float, timestep: float, sample_period: float, ramp_down: float | None, forces: str | None) -> None:
@@ -210,4 +216,5 @@ def _show(summary: dict[str, Any], arm: Arm, passive: bool) -> None:
         click.echo(
             f"energy: {lost:.4g} J lost in {summary['duration']:g} s, largest growth between samples {grown:.1g} J"
         )
-    click.echo(f"verdict: {summary['verdict'].upper()}")
+    reasons = f": {'; '.join(summary['reasons'])}" if summary["reasons"] else ""
+    click.echo(f"verdict: {summary['verdict'].upper()}{reasons}")

@@ -193,6 +193,6 @@ def _show(summary: dict[str, Any]) -> None:
     muscle, degrees, speed = summary["muscle"], summary["orientation_error_deg"], summary["real_time_factor"]
     forces = f"{muscle['min_force_n']:.1f} to {muscle['max_force_n']:.1f} N"
     shares = f"pushes {100 * muscle['push_fraction']:.3g} %, slack {100 * muscle['slack_fraction']:.3g} %"
-    click.echo(f"orientation error {degrees:.3f} deg max; muscles {forces}, {shares}; {speed:.0f} x real time")
+    click.echo(f"orientation error {degrees:.3f} deg max; muscles {forces}, {shares}; {speed:.3g} x real time")
     for remark in remarks(summary):
         click.echo(remark)

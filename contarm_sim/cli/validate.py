@@ -149,7 +149,8 @@ def _finding(outcome: Any) -> str:
     if "constant_curvature" not in summary:
         return f"{name}: {simulation}"
     weight = summary["weight_over_stiffness"]
-    under = f" at m g L^2/EI = {weight:.2f}" if weight and not summary["constant_curvature"]["holds"] else ""
+    mass = "(m + payload)" if summary["arm"].get("payload") else "m"
+    under = f" at {mass} g L^2/EI = {weight:.2f}" if weight and not summary["constant_curvature"]["holds"] else ""
     return (
         f"{name}: constant curvature {curvature_words(summary['constant_curvature'])}{under}; simulation {simulation}"
     )

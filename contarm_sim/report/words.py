@@ -45,9 +45,11 @@ def curvature_words(found: dict[str, Any]) -> str:
     error, limit = found["error_percent"], found["limit_percent"]
     if found["holds"]:
         return f"holds within {error:.2f} % of length (limit {limit:g} %)"
-    parts = [f"{name} {found[key]:.1f} %" for name in ("sag", "motion") if found[key := f"{name}_percent"] is not None]
+    names = {"the chain of links": "discretisation", "sag": "sag", "motion": "motion"}
+    known = {said: found.get(f"{name}_percent") for said, name in names.items()}
+    parts = [f"{said} {part:.1f} %" for said, part in known.items() if part is not None and part > 0.1 * error]
     said = f"does not hold: {error:.1f} % of length (limit {limit:g} %)"
-    return said + (f", of which {', '.join(parts)}" if parts else "")
+    return said + (f"; alone, {', '.join(parts)}" if parts else "")
 
 
 def simulation_words(summary: dict[str, Any]) -> str:
@@ -91,7 +93,7 @@ def in_short(summary: dict[str, Any]) -> str:
     holds = f"{'holds within' if found['holds'] else 'does not hold:'} {found['error_percent']:.2f} % of length"
     good = summary["explained"] and summary["converged"] is not False
     left = summary["unexplained"]
-    within = f" within {left['max_percent']:.2f} %" if good and left is not None else ""
+    within = f" within {left['max_percent']:.3f} %" if good and left is not None else ""
     missed = "" if summary["targets_met"] else "   targets off the dome"
     return f"constant curvature {holds}   simulation {'' if good else 'not '}explained{within}{missed}"
 
@@ -176,6 +178,6 @@ def remarks(summary: dict[str, Any]) -> list[str]:
         count = f"in {muscle['below_min_pressure']} of {summary['samples']} samples"
         found.append(
             f"{count} a muscle needs less than {least:.0f} kPa; available {available(summary)}; "
-            "the controller `pressure` keeps to that"
+            "the controller `pressure` keeps to that, or says that it cannot"
         )
     return found

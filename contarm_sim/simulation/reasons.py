@@ -10,10 +10,18 @@ from contarm_sim.errors import NoRestError
 BUCKLING = 7.84
 """Weight times length^2 over EI from which on an upright arm without payload buckles (Greenhill)."""
 
+AT_TIP = 3.18
+"""What a mass at the tip counts more than one that is spread evenly: BUCKLING over (pi/2)^2 (Euler)."""
+
 
 def heaviness(arm: Arm) -> float:
-    """Return weight times length^2 over EI, see `BUCKLING`."""
-    return (arm.mass + arm.payload) * math.hypot(*arm.gravity) * arm.length**2 / arm.bending_stiffness
+    """Return weight times length^2 over EI, a payload counted as it counts for buckling, see `BUCKLING`."""
+    mass = arm.mass + AT_TIP * arm.payload
+    return mass * math.hypot(*arm.gravity) * arm.length**2 / arm.bending_stiffness
+
+
+def _said(arm: Arm) -> str:
+    return f"(m + {AT_TIP} payload) g L^2/EI" if arm.payload else "m g L^2/EI"
 
 
 def unstable(arm: Arm, softest: float) -> NoRestError:
@@ -22,7 +30,7 @@ def unstable(arm: Arm, softest: float) -> NoRestError:
     if weight > BUCKLING:
         reason = (
             f"an unstable one alone (softest mode {softest:.3g} N m/rad), the arm buckles under its own weight: "
-            f"m g L^2/EI is {weight:.3g}, upright it carries {BUCKLING}; a stiffer, shorter or lighter arm stands"
+            f"{_said(arm)} is {weight:.3g}, upright it carries {BUCKLING}; a stiffer, shorter or lighter arm stands"
         )
     else:
         reason = f"an unstable one alone (softest mode {softest:.3g} N m/rad); less load or tension would help"
@@ -32,7 +40,7 @@ def unstable(arm: Arm, softest: float) -> NoRestError:
 def unsettled(arm: Arm, residual: float, allowed: float, iterations: int) -> NoRestError:
     """Return the error of an arm that did not come to rest within the steps allowed."""
     return NoRestError(
-        f"settling left {residual:.3g} N m after {iterations} iterations (allowed: {allowed:.2g}) with m g L^2/EI "
+        f"settling left {residual:.3g} N m after {iterations} iterations (allowed: {allowed:.2g}) with {_said(arm)} "
         f"{heaviness(arm):.3g} and {arm.links} links; a stiffer arm, or a guess nearer to the pose, would help",
         residual,
         allowed,

@@ -75,9 +75,26 @@ class Resting:
         return held.at(level_range(held, self._arm)[0]) / held.per_pascal
 
     def needed(self, bend: Array) -> tuple[float, float]:
-        """Return the highest of them [Pa]: (all muscles inflated, one may be vented); inf where none hold it."""
+        """Return the highest of them [Pa]: (all muscles inflated, one may be vented); inf where none hold it.
+
+        Servos hold lengths whatever the load; under constant pressures the same pose may be one that the arm leaves.
+        """
         try:
-            inflated, vented = balance_pressure(self.balance(bend), self._arm)
+            held = self.balance(bend)
         except ConvergenceError:
             return np.inf, np.inf
+        if not self._stays(held):
+            return np.inf, np.inf
+        inflated, vented = balance_pressure(held, self._arm)
         return float(inflated), float(vented)
+
+    def _stays(self, held: Balance) -> bool:
+        """Tell whether the pose just balanced is stable under the least pressures that hold it."""
+        arm, lengths = self._arm, self._plant.muscle_lengths
+        tensions = held.at(level_range(held, arm)[0])
+        per_pascal = np.where(held.per_pascal > 0, held.per_pascal, np.inf)
+        slopes = pneumatics.force_slope(tensions / per_pascal, lengths, arm) + pneumatics.passive_slope(lengths, arm)
+        stiffness = self._settle.stiffness
+        stiffness.forces(tensions + pneumatics.passive_tension(lengths, arm))
+        K = stiffness.matrix(tensions, slopes)
+        return bool(np.linalg.eigvalsh(0.5 * (K + K.T))[0] > 0)

@@ -77,6 +77,16 @@ def largest_bends_at_rest(arm: Arm, planes: Array) -> tuple[Array, Array]:
     return found[0], found[1]
 
 
+def fallen_from(arm: Arm, largest: float) -> list[float]:
+    """Return which of some bend angles [rad] towards muscle 1 pressures do not hold, though they hold larger ones.
+
+    An arm that stands under too much weight falls over before it is bent far enough to be held again.
+    """
+    resting, limit = Resting(arm), arm.muscle.max_pressure
+    angles = [angle for angle in np.radians([1, 15, 30, 45, 60, 90, 120, 150]).tolist() if angle < largest]
+    return [angle for angle in angles if not resting.needed(arc.from_polar(angle, 0.0))[1] <= limit]
+
+
 def every_bend(arm: Arm) -> float:
     """Return the largest bend angle [rad] up to which pressures hold the arm at rest in every plane, all inflated."""
     planes = np.radians(np.arange(360))

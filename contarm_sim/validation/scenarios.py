@@ -150,7 +150,7 @@ def attempt(scenario: Scenario, bends: Array, track: Track) -> Outcome | Failure
 
 def _described(scenario: Scenario) -> dict[str, Any]:
     arm = scenario.arm
-    weight = arm.mass * math.hypot(*arm.gravity)
+    weight = (arm.mass + arm.payload) * math.hypot(*arm.gravity)
     found = {"meaning": scenario.meaning, "controller": scenario.controller, "arm": arm_to_dict(arm)}
     return found | {"weight_over_stiffness": weight * arm.length**2 / arm.bending_stiffness}
 

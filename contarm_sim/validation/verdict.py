@@ -109,7 +109,7 @@ def constant_curvature(summary: dict[str, Any]) -> dict[str, Any]:
     Parts are None where they are not known; they are largest values each, and need not add up.
     """
     error = summary["tip_error"]["max_percent"]
-    part = {name: (summary.get(name) or {}).get("max_percent") for name in ("sag", "motion")}
+    part = {name: (summary.get(name) or {}).get("max_percent") for name in ("discretisation", "sag", "motion")}
     return {
         "holds": error <= MODEL_LIMIT,
         "error_percent": error,
