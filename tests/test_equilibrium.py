@@ -82,6 +82,7 @@ def test_tangent_stiffness_is_the_derivative_of_the_forces(pull_only, torsion, p
     data.qpos += np.random.default_rng(0).normal(size=model.nq) * 0.02
     data.ctrl[:] = [-0.0195, -0.0025, 0.02]
     mujoco.mj_forward(model, data)
+    plant.stiffen_twist()
     K = TangentStiffness(plant, AppliedLoad(plant, Load()))()
     np.testing.assert_allclose(K, differenced_stiffness(plant), atol=1e-7 * np.abs(K).max())
 

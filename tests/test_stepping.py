@@ -15,6 +15,7 @@ from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.statics import holding_tensions, servo_control
 from contarm_sim.mjcf import arm_spec
 from contarm_sim.simulation.plant import Plant, engine_room
+from contarm_sim.simulation.rest import poses_at_rest
 from contarm_sim.simulation.run import STEP_LIMIT, Stepping, simulate
 
 SCENE = Path(__file__).parents[1] / "models" / "contarm" / "scene.xml"
@@ -156,3 +157,33 @@ def test_an_arm_that_no_step_suits_is_refused_with_the_remedy():
     arm = replace(Arm(), damping_time=0.0, mass=1e-9, bending_stiffness=1e3)
     with pytest.raises(InputError, match="more damping, fewer links"):
         simulate(arm, *_spiral(arm, 1.0))
+
+
+@pytest.mark.parametrize("count", [102, 115])
+def test_the_steps_error_is_seen_wherever_the_arm_is_jolted(count):
+    """The hardest moment lies at the very end of this motion, with or without a whole window before it."""
+    arm = Arm(length=0.27, bending_stiffness=0.116, mass=0.163, muscle_radius=0.0252, links=12, payload=0.045)
+    share = np.linspace(0, 1, count)
+    share = share**2 * (3 - 2 * share)
+    bend = arc.from_polar(0.3 + 0.7 * share, 2.4 - 1.5 * share)
+    run = simulate(arm, arc.position(bend, arm.length), bend, "pressure")
+    finer = simulate(arm, arc.position(bend, arm.length), bend, "pressure", stepping=Stepping(run.timestep / 8))
+    truth = _off(arm, run, finer)
+    assert truth < 0.5 * STEP_LIMIT
+    assert np.nanmax(run.step_error) / arm.length > 0.7 * truth
+
+
+def test_where_muscles_rub_the_whole_motion_is_compared():
+    arm = Arm(links=8, muscle=Muscle(braid_friction=0.5))
+    run = simulate(arm, *_spiral(arm, 3.0))
+    assert np.isfinite(run.step_error).all()
+
+
+def test_twisting_arms_stand_still_where_they_rest():
+    arm = Arm(links=12, torsional_stiffness=0.08, gravity=(9.81, 0.0, 0.0), payload=0.1)
+    bend = np.repeat(arc.from_polar(np.radians([73.0]), np.radians(271.0)), 300, axis=0)
+    target = arc.position(bend, arm.length)
+    stood = simulate(arm, target, bend, stepping=Stepping(0.005)).samples
+    rested = poses_at_rest(arm, bend[:1], target[:1])
+    assert np.linalg.norm(stood.stations[-1, -1] - rested.stations[0, -1]) < 1e-5 * arm.length
+    assert rested.muscle_tensions.min() == pytest.approx(arm.muscle.min_tension, abs=1e-6)

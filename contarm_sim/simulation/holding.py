@@ -143,6 +143,7 @@ class Holder:
         if self.least_pressures is not None:
             self.least = self.least_pressures * force(1.0, self._lengths, plant.arm)
         self._total = self.tensions + passive_tension(self._lengths, plant.arm)
+        plant.tighten(self._total)
         self.forces = self._stiffness.forces(self._total) + self.extra
         self._swing = self._stiffness.swing()
         self._error = self._meant @ (self.wanted - self._lengths)
@@ -158,7 +159,7 @@ class Holder:
         self._by_length = self._meant @ J
         free = [i for i in range(3) if i != int(np.argmax(self.least - self.tensions))]
         self._free = np.eye(3)[:, free]
-        self._by_tension = J[free].T
+        self._by_tension = (J + plant.twist_by_tension)[free].T
         weight = plant.arm.servo_stiffness
         self._matrix = K + weight * self._by_length.T @ self._by_length
         self._rest = np.column_stack([self.forces + weight * self._error @ self._by_length, self._by_tension])

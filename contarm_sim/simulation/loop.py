@@ -75,7 +75,7 @@ class Pass:
             for i in range(start, stop):
                 if i % EVERY == 0:
                     self._snapshot(i)
-                if plant.twisted is not None:
+                if plant.turning:
                     plant.stiffen_twist()
                 first, *between = ramps[count].tolist()
                 sent.append(send(first))

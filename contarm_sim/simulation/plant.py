@@ -51,8 +51,9 @@ class Plant:
         actuation: what drives the muscles.
         constant_tensions: whether controls are tensions.
         damping: of each muscle along itself [N s/m], shape (3,).
-        springs: stiffness of the joints without what twisted muscles add [N m/rad], shape (dofs,).
-        twisted: what twist does to parallel muscles; None where nothing twists them.
+        springs: stiffness of the joints without what `twisted` adds [N m/rad], shape (dofs,).
+        twisted: what twist does to parallel muscles driven by tensions or pressures; None where nothing twists them,
+            and under length servos, see `stiffen_twist`.
     """
 
     def __init__(
@@ -86,11 +87,13 @@ class Plant:
     def _follow(self, arm: Arm) -> None:
         self.arm = arm
         self.damping = self.model.tendon_damping.copy() if self.model.ntendon else np.zeros(3)
-        self.springs, self.twisted = self.model.jnt_stiffness.copy(), None
+        self.springs, self.twisted, self._helices = self.model.jnt_stiffness.copy(), None, None
         if arm.torsional_stiffness is not None:
-            self.springs[self._twisting] = arm.torsional_stiffness / arm.link_pitch
+            self._untwisting = arm.torsional_stiffness / arm.link_pitch
+            self.springs[self._twisting] = self._untwisting
             if arm.muscle.path == "parallel" and self.model.nu:
-                self.twisted = TwistedMuscles(arm, self._by_angle, self._twisting, self.data.qpos)
+                self._helices = TwistedMuscles(arm, self._by_angle, self._twisting, self.data.qpos)
+                self.twisted = None if self.actuation == "lengths" else self._helices
 
     @property
     def muscle_lengths(self) -> Array:
@@ -148,12 +151,30 @@ class Plant:
     def stiffen_twist(self) -> None:
         """Let twisted parallel muscles stiffen the engine's joints by their present tensions, as fixed tendons do not.
 
-        In motion that is all that twist does to them. What their longer way does to tension and to bending, which
-        statics have, is left out: 0.1 to 0.3 % of length at the tip of an arm twisted by 30 deg.
+        In motion that is all that twist does to them, and at rest under length servos, which measure what the engine
+        does. Under tensions and pressures statics also have what a muscle's longer way does to tension and to bending:
+        0.1 to 0.3 % of length at the tip of an arm twisted by 30 deg, more where tensions are high.
         """
-        if self.twisted is not None:
-            added = self.twisted.joint_stiffness(self.muscle_tensions)
-            self.model.jnt_stiffness[self._twisting] = self.springs[self._twisting] + added
+        if self._helices is not None:
+            added = self._helices.joint_stiffness(self.muscle_tensions)
+            self.model.jnt_stiffness[self._twisting] = self._untwisting + added
+
+    def tighten(self, tensions: Array) -> None:
+        """Let tensions [N], shape (3,), stiffen the twisting joints' `springs`, where no `twisted` does it all."""
+        if self._helices is not None and self.twisted is None:
+            self.springs[self._twisting] = self._untwisting + self._helices.joint_stiffness(tensions)
+
+    @property
+    def twist_by_tension(self) -> Array | float:
+        """What a newton of each muscle adds to the moment against twist by `tighten` [m], shape (3, dofs), or 0."""
+        if self._helices is None or self.twisted is not None:
+            return 0.0
+        return self._helices.against_twist()
+
+    @property
+    def turning(self) -> bool:
+        """Whether `stiffen_twist` does anything."""
+        return self._helices is not None
 
     @property
     def stations(self) -> Array:

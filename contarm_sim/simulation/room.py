@@ -3,12 +3,48 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import lru_cache
+from threading import Lock
 
 import mujoco
 from threadpoolctl import ThreadpoolController
+
+
+class _Shared:
+    """What threads share while any of them is inside: entered by the first, left by the last."""
+
+    def __init__(self, enter: Callable[[], Callable[[], None]]) -> None:
+        self._enter, self._lock, self._inside = enter, Lock(), 0
+
+    @contextmanager
+    def __call__(self) -> Iterator[None]:
+        with self._lock:
+            self._inside += 1
+            if self._inside == 1:
+                self._leave = self._enter()
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._inside -= 1
+                if self._inside == 0:
+                    self._leave()
+
+
+def _one_thread() -> Callable[[], None]:
+    limited = _libraries("scipy.linalg" in sys.modules).limit(limits=1, user_api="blas")
+    return limited.restore_original_limits
+
+
+def _silence() -> Callable[[], None]:
+    previous = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(_ignore)
+    return lambda: mujoco.set_mju_user_warning(previous)
+
+
+_threads, _silent = _Shared(_one_thread), _Shared(_silence)
 
 
 @contextmanager
@@ -18,7 +54,7 @@ def engine_room() -> Iterator[None]:
     `Plant.check` reads the engine's warning counters instead. The matrices here are small: a second BLAS thread gains
     nothing, and spins beside the stepping loop until that takes twice as long.
     """
-    with quiet_engine(), _libraries("scipy.linalg" in sys.modules).limit(limits=1, user_api="blas"):
+    with _silent(), _threads():
         yield
 
 
@@ -31,12 +67,8 @@ def _libraries(scipy: bool) -> ThreadpoolController:
 @contextmanager
 def quiet_engine() -> Iterator[None]:
     """Keep the engine from writing warnings to MUJOCO_LOG.TXT; its counters still tell."""
-    previous = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(_ignore)
-    try:
+    with _silent():
         yield
-    finally:
-        mujoco.set_mju_user_warning(previous)
 
 
 def _ignore(message: str) -> None:

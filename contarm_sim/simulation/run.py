@@ -1,8 +1,8 @@
 """Motion: drive the simulated arm along bends at a fixed control rate and record it, in steps that are short enough.
 
 Unless a step is given, it is found: the longest that cannot blow up, halved until the recorded tips would hardly move
-if it were halved once more. On slow paths that is checked where the tip accelerates most, for a few percent of the
-time; where the step matters, the whole motion is simulated again.
+if it were halved once more. On slow paths that is checked where the tip accelerates most, for some percent of the
+time; where the step matters, or something rubs, the whole motion is simulated again.
 """
 
 from __future__ import annotations
@@ -192,7 +192,8 @@ class _Motion:
         run = self.run(substeps)
         limit = self.arm.length * (_WANTED if refine else _QUIET)
         error = self._in_a_window(run, substeps)
-        if run.interrupted or np.nanmax(error, initial=0.0) <= self.arm.length * _QUIET:
+        quiet = np.nanmax(error, initial=0.0) <= self.arm.length * _QUIET
+        if run.interrupted or (quiet and not self._rubs):
             return replace(run, step_error=error)
         while True:
             ratio = int(np.clip(math.ceil(np.nanmax(error) / limit), 2, 8)) if refine else 2
@@ -208,6 +209,11 @@ class _Motion:
             if error.max() <= limit:
                 return replace(run, step_error=error)
 
+    @property
+    def _rubs(self) -> bool:
+        """Whether dry friction, which sticks and slips, makes a window tell little of the whole."""
+        return self.arm.joint_friction is not None or self.arm.muscle.braid_friction is not None
+
     def _in_a_window(self, run: Run, substeps: int) -> Array:
         """Estimate the step's error [m] where the tip accelerates most, by simulating that again in half the step.
 
@@ -220,13 +226,15 @@ class _Motion:
             return error
         jolt = np.zeros(count)
         jolt[1:-1] = np.linalg.norm(np.diff(tips, 2, axis=0), axis=-1)
-        before = max(self._snapshots, key=lambda snapshot: jolt[snapshot.tick : snapshot.tick + EVERY].max())
-        window = slice(before.tick, min(before.tick + EVERY, count))
-        again, recorder = self._pass(2 * substeps), Recorder(self._plant, EVERY)
+        hardest = max(range(len(self._snapshots)), key=lambda i: jolt[i * EVERY : (i + 1) * EVERY].max())
+        before = self._snapshots[max(hardest - 1, 0)]  # what the step did before has time to show
+        window = slice(before.tick, min(int(jolt.argmax()) + EVERY, count))
+        again, recorder = self._pass(2 * substeps), Recorder(self._plant, window.stop - window.start)
         again.go_back(before)
         done = again.run(recorder, window.start, window.stop)
         off = np.linalg.norm(recorder.stations[:done, -1] - tips[window][:done], axis=-1)
         rate = 0.5 * self.arm.damping_time * self.arm.bend_frequency**2  # at which the slowest mode dies out
         remembered = min(1 / max(rate, 1e-9), count / self._rate)
-        error[window.start : window.start + done] = 2 * off * max(1.0, remembered * self._rate / EVERY)
+        longer = max(1.0, remembered * self._rate / max(done, 1))
+        error[window.start : window.start + done] = 2 * off * longer
         return error

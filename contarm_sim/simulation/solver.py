@@ -136,6 +136,7 @@ class Solver:
         plant = self.plant
         plant.pose()
         self.tensions = plant.muscle_tensions
+        plant.tighten(self.tensions)
         self.forces = self.stiffness.forces(self.tensions) + self.extra
         self._unlimited, self._swing = self._servos.unlimited(), self.stiffness.swing()
         largest = float(np.abs(self.forces).max())

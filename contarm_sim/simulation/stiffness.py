@@ -59,6 +59,7 @@ class TangentStiffness:
         It is symmetric but for dead couples and follower moments, which no energy belongs to.
         """
         tensions = self._plant.muscle_tensions
+        self._plant.tighten(tensions)
         self.forces(tensions)
         return self.matrix(tensions, self._plant.muscle_slopes)
 

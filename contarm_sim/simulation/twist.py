@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 from contarm_sim.arm import Arm
 from contarm_sim.kinematics.arrays import Array
 
+_LEAST = 0.2
+"""Least share of a pitch that bending leaves of a muscle: joints bend so far on the way to a pose at most."""
+
 
 class TwistedMuscles:
     """Parallel muscles of an arm with three hinges a joint.
@@ -28,7 +31,8 @@ class TwistedMuscles:
 
     def left(self) -> Array:
         """Return what bending leaves of each muscle at each joint [m], shape (3, links)."""
-        return self._arm.link_pitch + (self._by_angle * self._qpos).reshape(3, -1, 3).sum(axis=2)
+        left = self._arm.link_pitch + (self._by_angle * self._qpos).reshape(3, -1, 3).sum(axis=2)
+        return np.maximum(left, _LEAST * self._arm.link_pitch)
 
     def stretch(self) -> Array:
         """Return what twist adds to each muscle at each joint [m], shape (3, links)."""
@@ -44,6 +48,12 @@ class TwistedMuscles:
     def joint_stiffness(self, tensions: Array) -> Array:
         """Return what tensions [N], shape (3,), add to the stiffness of joints against twist [N m/rad], (links,)."""
         return np.asarray(self._arm.muscle_radius**2 * (tensions[:, None] / self.left()).sum(axis=0))
+
+    def against_twist(self) -> Array:
+        """Return the moment against the present twist by tension [m], shape (3, dofs)."""
+        moment = np.zeros((3, self._qpos.size))
+        moment[:, self._twisting] = self._arm.muscle_radius**2 * self._qpos[self._twisting] / self.left()
+        return moment
 
     def stiffness(self, tensions: Array) -> Array:
         """Return what tensions [N], shape (3,), add to the stiffness matrix [N m/rad], shape (dofs, dofs)."""
