@@ -32,29 +32,33 @@ def _standing(rng, links=60, weight=np.inf):
 
 
 def _moves(rng, controller, links=60, weight=np.inf):
+    """Move an arm; return whether its step is said to be short enough, which a quarter of it then confirms."""
     arm, bend = _standing(rng, links, weight)
     targets = arc.position(bend, arm.length)
     run = simulate(arm, targets, bend, controller)
+    if np.nanmax(run.step_error) >= STEP_LIMIT * arm.length:
+        return False
     finer = simulate(arm, targets, bend, controller, stepping=Stepping(0.25 * run.timestep))
     off = np.linalg.norm(run.samples.stations[:, -1] - finer.samples.stations[:, -1], axis=1).max()
     assert off < STEP_LIMIT * arm.length, (arm, controller, run.timestep)
-    assert np.nanmax(run.step_error) < STEP_LIMIT * arm.length
     assert run.samples.muscle_tensions.max() < 1.5 * arm.muscle.blocked_force or controller in ("paper", "chain")
+    return True
 
 
 @pytest.mark.parametrize("controller", ["chain", "feedforward", "servo", "tip"])
 def test_random_arms_that_can_stand_move(controller):
-    _moves(np.random.default_rng(CONTROLLERS.index(controller)), controller, links=10, weight=10.0)
+    assert _moves(np.random.default_rng(CONTROLLERS.index(controller)), controller, links=10, weight=10.0)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("controller", CONTROLLERS)
 def test_nearly_all_random_arms_that_can_stand_move(controller):
-    """Pressures may not be enough, which is said; by lengths at least 85 % run."""
+    """At least 85 % do, but for those whose pressures are not enough, which is said; the step of some is not found."""
     rng, failed, count = np.random.default_rng(100 + CONTROLLERS.index(controller)), [], 25
     for _ in range(count):
         try:
-            _moves(rng, controller)
+            if not _moves(rng, controller):
+                failed.append("time step")
         except ContarmError as error:
             failed.append(str(error))
     said = [message for message in failed if "kPa" in message or "length it cannot take" in message]

@@ -187,7 +187,8 @@ class _Motion:
         """Simulate in so many steps per control tick, or in more if `refine`, and estimate the step's error.
 
         The engine's error is of first order in the step, so that of the finer of two runs is their difference over the
-        ratio of their steps less one.
+        ratio of their steps less one. With dry friction it is of no order: there it is taken to be the whole
+        difference, and where that no longer falls, shorter steps are not tried.
         """
         run = self.run(substeps)
         limit = self.arm.length * (_WANTED if refine else _QUIET)
@@ -195,6 +196,7 @@ class _Motion:
         quiet = np.nanmax(error, initial=0.0) <= self.arm.length * _QUIET
         if run.interrupted or (quiet and not self._rubs):
             return replace(run, step_error=error)
+        before = np.inf
         while True:
             ratio = int(np.clip(math.ceil(np.nanmax(error) / limit), 2, 8)) if refine else 2
             if substeps * ratio * len(self._bend) > _MOST_STEPS:
@@ -202,12 +204,13 @@ class _Motion:
             finer = self.run(substeps * ratio)
             if finer.interrupted:
                 return replace(run, interrupted=True, step_error=error)
-            off = np.linalg.norm(run.samples.stations[:, -1] - finer.samples.stations[:, -1], axis=-1) / (ratio - 1)
+            off = np.linalg.norm(run.samples.stations[:, -1] - finer.samples.stations[:, -1], axis=-1)
             if not refine:
-                return replace(run, step_error=ratio * off)
-            run, error, substeps = finer, off, substeps * ratio
-            if error.max() <= limit:
+                return replace(run, step_error=off if self._rubs else off * ratio / (ratio - 1))
+            run, error, substeps = finer, off if self._rubs else off / (ratio - 1), substeps * ratio
+            if error.max() <= limit or (self._rubs and error.max() > 0.7 * before):
                 return replace(run, step_error=error)
+            before = error.max()
 
     @property
     def _rubs(self) -> bool:
