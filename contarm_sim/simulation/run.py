@@ -196,7 +196,7 @@ class _Motion:
         quiet = np.nanmax(error, initial=0.0) <= self.arm.length * _QUIET
         if run.interrupted or (quiet and not self._rubs):
             return replace(run, step_error=error)
-        before = np.inf
+        before = np.full(len(run.samples), np.inf)
         while True:
             ratio = int(np.clip(math.ceil(np.nanmax(error) / limit), 2, 8)) if refine else 2
             if substeps * ratio * len(self._bend) > _MOST_STEPS:
@@ -208,9 +208,11 @@ class _Motion:
             if not refine:
                 return replace(run, step_error=off if self._rubs else off * ratio / (ratio - 1))
             run, error, substeps = finer, off if self._rubs else off / (ratio - 1), substeps * ratio
-            if error.max() <= limit or (self._rubs and error.max() > 0.7 * before):
+            if error.max() <= limit:
                 return replace(run, step_error=error)
-            before = error.max()
+            if self._rubs and error.max() > 0.7 * before.max():
+                return replace(run, step_error=np.maximum(error, before))
+            before = error
 
     @property
     def _rubs(self) -> bool:
