@@ -187,11 +187,11 @@ class _Motion:
         """Simulate in so many steps per control tick, or in more if `refine`, and estimate the step's error.
 
         The engine's error is of first order in the step, so that of the finer of two runs is their difference over the
-        ratio of their steps less one. With dry friction it is of no order: there it is taken to be the whole
+        ratio of their steps less one. With dry friction it is of no order: there it is taken to be twice the
         difference, and where that no longer falls, shorter steps are not tried.
         """
         run = self.run(substeps)
-        limit = self.arm.length * (_WANTED if refine else _QUIET)
+        limit = self.arm.length * _WANTED * (2 if self._rubs else 1)
         error = self._in_a_window(run, substeps)
         quiet = np.nanmax(error, initial=0.0) <= self.arm.length * _QUIET
         if run.interrupted or (quiet and not self._rubs):
@@ -206,8 +206,8 @@ class _Motion:
                 return replace(run, interrupted=True, step_error=error)
             off = np.linalg.norm(run.samples.stations[:, -1] - finer.samples.stations[:, -1], axis=-1)
             if not refine:
-                return replace(run, step_error=off if self._rubs else off * ratio / (ratio - 1))
-            run, error, substeps = finer, off if self._rubs else off / (ratio - 1), substeps * ratio
+                return replace(run, step_error=2 * off if self._rubs else off * ratio / (ratio - 1))
+            run, error, substeps = finer, 2 * off if self._rubs else off / (ratio - 1), substeps * ratio
             if error.max() <= limit:
                 return replace(run, step_error=error)
             if self._rubs and error.max() > 0.7 * before.max():
