@@ -1,8 +1,8 @@
 """Slow corrections of set-points: what a controller does about what it sees.
 
-A feedback's `value` is added to the command's set-points. In motion it is updated once a control tick with the gain
-tick / `time`, a time constant [s]; at rest with gain 1 until its `error`, in units of its tolerance, is at most 1.
-`memory` is what it has summed up; another of its kind, made for other samples or another arm, may take it over.
+A feedback's `value` is added to the command's set-points, and updated once a control tick with the gain tick / `time`,
+a time constant [s]. `memory` is what it has summed up; another of its kind, made for other samples or another arm, may
+take it over.
 """
 
 from __future__ import annotations
@@ -54,11 +54,6 @@ class LengthFeedback:
         self._per_newton = 1 / arm.servo_stiffness
         self.shift, self.value = np.zeros(3), np.zeros(3)
         self._shift, self._value = memoryview(self.shift), memoryview(self.value)  # type: ignore[arg-type]
-        self._off, self._slack = (np.inf, np.inf, np.inf), np.inf
-
-    def restart(self) -> None:
-        """Forget all corrections."""
-        self.shift[:] = self.value[:] = 0.0
 
     @property
     def memory(self) -> Memory:
@@ -69,11 +64,6 @@ class LengthFeedback:
     def memory(self, memory: Memory) -> None:
         self.shift[:], self.value[:] = memory or (0.0, 0.0)
 
-    @property
-    def error(self) -> float:
-        """What was off when last updated: 1 is 1 nm of length difference, 1 mN of slack."""
-        return max(*(abs(e) for e in self._off), 1e-6 * abs(self._slack)) / 1e-9
-
     def update(self, index: int, seen: Seen, gain: float) -> None:
         """Integrate one interval of sample `index`."""
         # Plain floats: this runs every tick, where an array operation on three numbers costs as much as ten on floats.
@@ -82,10 +72,10 @@ class LengthFeedback:
         s1, s2, s3 = self._shift
         e1, e2, e3 = w1 + s1 - m1, w2 + s2 - m2, w3 + s3 - m3
         mean, weakest = (e1 + e2 + e3) / 3, min(seen.pulls)
-        self._slack = slack = max(self._least - min(seen.tensions), SERVO_SHARE * self._least - weakest)
+        slack = max(self._least - min(seen.tensions), SERVO_SHARE * self._least - weakest)
         common = gain * slack * self._per_newton
         free = gain if weakest > 0 and max(seen.pulls) < self._blocked else 0.0
-        self._off = e1, e2, e3 = e1 - mean, e2 - mean, e3 - mean
+        e1, e2, e3 = e1 - mean, e2 - mean, e3 - mean
         value = self._value
         value[0] += free * e1 - common
         value[1] += free * e2 - common
@@ -107,11 +97,6 @@ class TipFeedback:
         self.time = max(0.2, 2 * self._lengths.time)  # half of it shakes an upright arm with 100 g
         self._offset, self.value = np.zeros(2), np.zeros(3)
 
-    def restart(self) -> None:
-        """Forget all corrections."""
-        self._offset[:] = self.value[:] = 0.0
-        self._lengths.restart()
-
     @property
     def memory(self) -> Memory:
         """What has been summed up."""
@@ -122,11 +107,6 @@ class TipFeedback:
         self._offset[:], *lengths = memory or (0.0,)
         self._lengths.memory = tuple(lengths)
         np.add(self._lengths.value, self._lengths.shift, out=self.value)
-
-    @property
-    def error(self) -> float:
-        """What lengths were off by when last updated, as `LengthFeedback` has it."""
-        return self._lengths.error
 
     def update(self, index: int, seen: Seen, gain: float) -> None:
         """Integrate one interval of sample `index`."""
@@ -141,9 +121,6 @@ class PressureFeedback:
 
     The moment that a bend is short of takes tensions, and these pressures, all through the closed forms of the
     commanded bend. Co-contraction stays the least that keeps every muscle at its lowest pressure and tension.
-
-    Attributes:
-        error: what was off when last updated: 1 is 0.1 microradian of bend.
     """
 
     def __init__(self, arm: Arm, command: Command, bend: Array) -> None:
@@ -161,11 +138,7 @@ class PressureFeedback:
         self._by_level = held.cocontraction / held.per_pascal
         self._least = np.maximum(arm.muscle.min_pressure, arm.muscle.min_tension / held.per_pascal)
         self._highest = arm.muscle.max_pressure
-        self._offset, self.value, self.error = np.zeros(2), np.zeros(3), np.inf
-
-    def restart(self) -> None:
-        """Forget all corrections."""
-        self._offset[:] = self.value[:] = 0.0
+        self._offset, self.value = np.zeros(2), np.zeros(3)
 
     @property
     def memory(self) -> Memory:
@@ -178,13 +151,11 @@ class PressureFeedback:
 
     def update(self, index: int, seen: Seen, gain: float) -> None:
         """Integrate one interval of sample `index`."""
-        error = self._to_bend[index] @ (self._wanted[index] - seen.lengths)
-        self._offset += gain * error
+        self._offset += gain * (self._to_bend[index] @ (self._wanted[index] - seen.lengths))
         base, by_level = self._base[index], self._by_level[index]
         asked = base + self._by_bend[index] @ self._offset
         level = max(((self._least[index] - asked) / by_level).tolist())
         self.value[:] = np.minimum(asked + level * by_level, self._highest) - base
-        self.error = float(np.hypot(error[0], error[1])) / 1e-7
 
 
 Feedback = LengthFeedback | TipFeedback | PressureFeedback

@@ -135,7 +135,7 @@ class Pass:
         return look, seen
 
     def _ramps(self, start: int, stop: int) -> Array:
-        """Return the controls of every engine step before feedback, shape (ticks, substeps, nu)."""
+        """Return the controls of every engine step before feedback, shape (ticks, substeps, 3)."""
         setpoint = self.orders.setpoint
         ahead = np.diff(setpoint, axis=0, append=setpoint[-1:])[start:stop, None]
         ramps = setpoint[start:stop, None] + np.arange(self.substeps)[:, None] / self.substeps * ahead
