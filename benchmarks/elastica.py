@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from contarm_sim.simulation.equilibrium import equilibrium
-from contarm_sim.simulation.extrapolation import extrapolated
+from contarm_sim.statics.equilibrium import equilibrium
+from contarm_sim.statics.extrapolation import extrapolated
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 

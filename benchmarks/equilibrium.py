@@ -10,12 +10,12 @@ import numpy as np
 from scipy.optimize import root
 
 from contarm_sim import Arm
-from contarm_sim.load import Load, Muscles, Wrench
+from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.mjcf import arm_spec
-from contarm_sim.simulation.equilibrium import driven_plant, equilibrium
-from contarm_sim.simulation.extrapolation import extrapolated
-from contarm_sim.simulation.plant import Plant, engine_room
-from contarm_sim.simulation.solver import Solver
+from contarm_sim.model.load import Load, Muscles, Wrench
+from contarm_sim.statics.equilibrium import driven_plant, equilibrium
+from contarm_sim.statics.extrapolation import extrapolated
+from contarm_sim.statics.solver import Solver
 
 
 def case(rng, links):

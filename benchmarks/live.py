@@ -5,11 +5,11 @@ import time
 import numpy as np
 
 from contarm_sim import Arm
+from contarm_sim.control.command import CONTROLLERS
+from contarm_sim.engine.plant import engine_room
 from contarm_sim.kinematics import arc
-from contarm_sim.live.page import page
-from contarm_sim.live.session import PERIOD, Session
-from contarm_sim.simulation.control import CONTROLLERS
-from contarm_sim.simulation.plant import engine_room
+from contarm_sim.view.live.page import page
+from contarm_sim.view.live.session import PERIOD, Session
 
 SECONDS, PICTURES, PLOTS = 10.0, 30.0, 8.0
 

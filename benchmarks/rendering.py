@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from contarm_sim import paths
-from contarm_sim.arm import Arm
 from contarm_sim.kinematics import dome
-from contarm_sim.rendering.draw import ArmRenderer
-from contarm_sim.rendering.encode import encoder, encoding
-from contarm_sim.rendering.film import Look, frame_indices
-from contarm_sim.rendering.video import Shot, write_video
-from contarm_sim.simulation.run import simulate
+from contarm_sim.model.arm import Arm
+from contarm_sim.motion.simulate import simulate
+from contarm_sim.view.rendering.draw import ArmRenderer
+from contarm_sim.view.rendering.encode import encoder, encoding
+from contarm_sim.view.rendering.film import Look, frame_indices
+from contarm_sim.view.rendering.video import Shot, write_video
 
 REPEATS = 3
 

@@ -6,9 +6,9 @@ import mujoco
 import numpy as np
 
 from contarm_sim import Arm, poses_at_rest
+from contarm_sim.engine.plant import Plant
 from contarm_sim.kinematics import arc
-from contarm_sim.simulation.plant import Plant
-from contarm_sim.validation.scenarios import dome_grid
+from contarm_sim.studies.scenarios import dome_grid
 
 
 def main():

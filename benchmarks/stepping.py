@@ -10,14 +10,14 @@ import mujoco
 import numpy as np
 
 from contarm_sim import Arm, paths
-from contarm_sim.arm import Muscle
+from contarm_sim.control.command import command
+from contarm_sim.control.feedback import feedback_for
+from contarm_sim.engine.plant import Plant, engine_room
+from contarm_sim.engine.recorder import Recorder
 from contarm_sim.kinematics import dome
-from contarm_sim.simulation.control import command
-from contarm_sim.simulation.feedback import feedback_for
-from contarm_sim.simulation.loop import Pass
-from contarm_sim.simulation.plant import Plant, engine_room
-from contarm_sim.simulation.recorder import Recorder
-from contarm_sim.simulation.run import CONTROL_RATE, simulate
+from contarm_sim.model.arm import Muscle
+from contarm_sim.motion.loop import Pass
+from contarm_sim.motion.simulate import CONTROL_RATE, simulate
 
 DURATION, REPEATS = 2.0, 25
 LINKS = (6, 12, 24, 48, 96)

@@ -6,7 +6,7 @@ import numpy as np
 from contarm_sim import Arm, paths
 from contarm_sim.errors import DivergenceError
 from contarm_sim.kinematics import dome
-from contarm_sim.simulation.run import Stepping, simulate
+from contarm_sim.motion.simulate import Stepping, simulate
 
 STEPS = (0.001, 0.002, 0.005, 0.01)
 INTEGRATORS = {

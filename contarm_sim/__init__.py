@@ -19,22 +19,22 @@ from importlib import import_module
 from typing import Any
 
 _HOMES = {
-    "Arm": "arm",
-    "Muscle": "arm",
-    "load_arm": "arm_file",
+    "Arm": "model.arm",
+    "Muscle": "model.arm",
+    "load_arm": "model.arm_file",
     "ContarmError": "errors",
     "arm_spec": "mjcf",
     "scene_spec": "mjcf",
     "spec": "mjcf",
-    "simulate": "simulation.run",
-    "poses_at_rest": "simulation.rest",
-    "equilibrium": "simulation.equilibrium",
-    "Load": "load",
-    "Muscles": "load",
-    "Wrench": "load",
-    "compare": "validation.compare",
+    "simulate": "motion.simulate",
+    "poses_at_rest": "motion.rest",
+    "equilibrium": "statics.equilibrium",
+    "Load": "model.load",
+    "Muscles": "model.load",
+    "Wrench": "model.load",
+    "compare": "results.compare",
 }
-_MODULES = ("envs", "kinematics", "mechanics", "mjcf", "paths", "rendering", "simulation", "validation", "waypoints")
+_MODULES = ("envs", "kinematics", "mechanics", "mjcf", "paths")
 
 __all__ = [*_HOMES, "kinematics", "paths"]
 

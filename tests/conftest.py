@@ -1,9 +1,9 @@
 import pytest
 
-from contarm_sim import engine
-from contarm_sim.arm import Arm
+from contarm_sim import libmujoco
+from contarm_sim.model.arm import Arm
 
-engine.load()
+libmujoco.load()
 
 
 @pytest.fixture(scope="session")

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from contarm_sim.load import Load, Muscles, Wrench
-from contarm_sim.simulation.equilibrium import equilibrium
+from contarm_sim.model.load import Load, Muscles, Wrench
+from contarm_sim.statics.equilibrium import equilibrium
 
 
 def simulated(case, links, path="parallel"):

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from rod import ANGLES, NoEquilibriumError, parallel_rod
 
-from contarm_sim.arm import Arm, Muscle
+from contarm_sim.model.arm import Arm, Muscle
 
 MARGIN = 0.1
 """Least eigenvalue of an arm that can stand, as a share of the least stiffness, EI or GJ: further from buckling."""

@@ -6,7 +6,7 @@ from itertools import islice
 import numpy as np
 from rod import ANGLES, NoEquilibriumError, Rod, parallel_rod, spans_rod
 
-from contarm_sim.arm import Arm
+from contarm_sim.model.arm import Arm
 
 MARGIN = 0.2
 """Least eigenvalue of a kept case, as a share of the least stiffness, EI or GJ: nearer to a fold small errors grow."""

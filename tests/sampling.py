@@ -3,9 +3,9 @@
 import mujoco
 import numpy as np
 
-from contarm_sim.arm import Arm, Muscle
 from contarm_sim.kinematics import arc
 from contarm_sim.mechanics.pneumatics import passive_tension
+from contarm_sim.model.arm import Arm, Muscle
 
 HEAVY = Arm(
     links=9, payload=0.2, torsional_stiffness=0.03, gravity=(1.0, 2.0, 9.0), length=1 / 3, joint_friction=1 / 700,

@@ -11,28 +11,27 @@ ROOT = Path(__file__).parents[1] / "contarm_sim"
 MAY = {
     "errors": set(),
     "stopping": set(),
+    "libmujoco": set(),
     "files": {"stopping"},
-    "engine": set(),
-    "parameters": {"errors"},
-    "arm": {"errors", "parameters"},
-    "arm_file": {"arm", "errors"},
+    "model": {"errors"},
     "kinematics": {"errors"},
-    "load": {"errors", "parameters"},
+    "mechanics": {"errors", "model", "kinematics"},
+    "mjcf": {"errors", "libmujoco", "model"},
     "paths": {"errors", "kinematics"},
-    "waypoints": {"errors", "kinematics", "paths"},
-    "mechanics": {"errors", "arm", "kinematics"},
-    "mjcf": {"errors", "engine", "arm"},
-    "simulation": {"errors", "engine", "arm", "load", "kinematics", "mechanics", "mjcf"},
-    "validation": {"errors", "arm", "arm_file", "load", "kinematics", "mechanics", "paths", "simulation"},
-    "rendering": {"errors", "engine", "files", "arm", "kinematics", "mjcf", "simulation"},
-    "report": {"errors", "files", "stopping", "arm", "arm_file", "kinematics", "mechanics", "mjcf", "simulation",
-               "validation", "rendering"},
-    "figures": {"errors", "arm", "kinematics", "mechanics", "paths", "simulation", "validation", "report"},
-    "live": {"errors", "arm", "kinematics", "mechanics", "mjcf", "simulation", "rendering"},
-    "cli": {"errors", "files", "stopping", "arm", "arm_file", "load", "kinematics", "mechanics", "paths", "waypoints",
-            "mjcf", "simulation", "validation", "rendering", "report", "figures", "live", "envs"},
-    "envs": {"errors", "engine", "arm", "arm_file", "kinematics", "mechanics", "paths", "mjcf", "simulation",
-             "rendering"},
+    "results": {"errors", "model", "kinematics", "mechanics", "paths"},
+    "engine": {"errors", "libmujoco", "model", "kinematics", "mechanics", "mjcf", "results"},
+    "statics": {"errors", "libmujoco", "model", "kinematics", "mechanics", "mjcf", "engine"},
+    "control": {"errors", "model", "kinematics", "mechanics", "mjcf", "engine", "statics"},
+    "motion": {"errors", "libmujoco", "model", "kinematics", "mechanics", "mjcf", "results", "engine", "statics",
+               "control"},
+    "studies": {"errors", "model", "kinematics", "mechanics", "paths", "results", "engine", "statics", "control",
+                "motion"},
+    "view": {"errors", "stopping", "libmujoco", "files", "model", "kinematics", "mechanics", "mjcf", "paths", "results",
+             "engine", "statics", "control", "motion", "studies"},
+    "envs": {"errors", "libmujoco", "model", "kinematics", "mechanics", "mjcf", "paths", "engine", "statics", "control",
+             "view"},
+    "cli": {"errors", "stopping", "files", "model", "kinematics", "mechanics", "mjcf", "paths", "results", "statics",
+            "motion", "studies", "view", "envs"},
 }  # fmt: skip
 
 
@@ -76,6 +75,6 @@ def test_the_command_line_and_the_package_load_nothing_heavy():
 
 def test_the_simulation_loads_scipy_only_where_it_needs_it():
     """Half a second of a first `contarm run` is not spent on splines that no part of it asks for."""
-    parts = "run, rest, plan, release, equilibrium"
-    loaded = _loaded_after(f"from contarm_sim.simulation import {parts}; import contarm_sim.validation.controllers")
+    motion = "from contarm_sim.motion import release, rest, simulate"
+    loaded = _loaded_after(f"{motion}; import contarm_sim.statics.equilibrium, contarm_sim.studies.controllers")
     assert not [name for name in loaded if name.startswith("scipy")]

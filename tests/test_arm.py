@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from contarm_sim.arm import Arm, Muscle
-from contarm_sim.arm_file import arm_from_dict, arm_to_dict, arm_to_toml, load_arm
 from contarm_sim.errors import InputError
+from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.arm_file import arm_from_dict, arm_to_dict, arm_to_toml, load_arm
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,10 @@ import pytest
 from sampling import HEAVY
 
 import contarm_sim
-from contarm_sim.arm import Arm
+from contarm_sim.engine.plant import engine_room
 from contarm_sim.errors import InputError
 from contarm_sim.mjcf import arm_spec, spec, straight_control
-from contarm_sim.simulation.plant import engine_room
+from contarm_sim.model.arm import Arm
 
 SMALL = Arm(links=6, bending_stiffness=0.05, mass=0.2, length=0.25)
 TURN = np.array([0.5, -0.5, 0.1, 0.7]) / np.linalg.norm([0.5, -0.5, 0.1, 0.7])

@@ -382,7 +382,7 @@ def test_ctrl_c_in_a_run_keeps_a_whole_folder(tmp_path):
 
 
 def test_outputs_are_whole_or_absent(tmp_path):
-    from contarm_sim.report.output import OutputFolder, output_file
+    from contarm_sim.view.report.output import OutputFolder, output_file
 
     def fail(open_output, error):
         with open_output as opened:
@@ -399,7 +399,7 @@ def test_outputs_are_whole_or_absent(tmp_path):
 
 
 def test_numbers_shown_are_finite():
-    from contarm_sim.report.output import to_json
+    from contarm_sim.view.report.output import to_json
 
     with pytest.raises(ValueError, match="JSON compliant"):
         to_json({"x": math.nan})
@@ -457,7 +457,7 @@ def test_equilibrium_without_one_is_exit_code_1(contarm):
 
 
 def test_a_name_taken_meanwhile_costs_no_results(tmp_path):
-    from contarm_sim.report.output import OutputFolder
+    from contarm_sim.view.report.output import OutputFolder
 
     with OutputFolder(tmp_path / "run") as one:
         with OutputFolder(tmp_path / "run") as two:
@@ -730,7 +730,7 @@ def test_without_an_optional_library_one_line_says_what_to_install(library, comm
 
 def test_the_command_line_takes_every_controller_there_is():
     from contarm_sim.cli.main import cli
-    from contarm_sim.simulation.control import CONTROLLERS
+    from contarm_sim.control.command import CONTROLLERS
 
     for name in ("run", "view"):
         taken = next(option for option in cli.commands[name].params if option.name == "controller").type.choices

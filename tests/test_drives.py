@@ -11,10 +11,10 @@ from held_bends import E, polar
 from random_drives import random_cases
 from rod import parallel_rod
 
-from contarm_sim.arm import Arm
-from contarm_sim.load import Load, Muscles, Wrench
 from contarm_sim.mjcf.backbone import joint_axes
-from contarm_sim.simulation.equilibrium import equilibrium
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.load import Load, Muscles, Wrench
+from contarm_sim.statics.equilibrium import equilibrium
 
 DRIVES = json.loads((Path(__file__).parent / "data" / "drives.json").read_text())["cases"]
 KINDS = ["tensions", "pressures"]

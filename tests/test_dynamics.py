@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from contarm_sim.arm import Arm
-from contarm_sim.load import Load, Muscles
-from contarm_sim.simulation.equilibrium import equilibrium
-from contarm_sim.simulation.modes import natural_frequencies
-from contarm_sim.simulation.release import release
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.load import Load, Muscles
+from contarm_sim.motion.modes import natural_frequencies
+from contarm_sim.motion.release import release
+from contarm_sim.statics.equilibrium import equilibrium
 
 CLAMPED_FREE = np.array([1.8751041, 4.6940911, 7.8547574])  # roots of cosh x cos x = -1
 

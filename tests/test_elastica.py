@@ -9,20 +9,20 @@ import numpy as np
 import pytest
 from random_drives import random_cases
 
-from contarm_sim.arm import Arm
+from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import ConvergenceError, InputError
 from contarm_sim.kinematics import arc, chain
-from contarm_sim.load import Load, Muscles, Wrench, load_from_dict
 from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.pneumatics import force, force_slope, pressure_for
 from contarm_sim.mechanics.statics import holding_tensions
-from contarm_sim.simulation.continuation import Whole
-from contarm_sim.simulation.equilibrium import driven_plant, equilibrium
-from contarm_sim.simulation.extrapolation import extrapolated, interpolate
-from contarm_sim.simulation.loads import AppliedLoad
-from contarm_sim.simulation.plant import Plant
-from contarm_sim.simulation.solver import RESIDUAL, Solver, tolerance
-from contarm_sim.simulation.stiffness import TangentStiffness
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.load import Load, Muscles, Wrench, load_from_dict
+from contarm_sim.statics.continuation import Whole
+from contarm_sim.statics.equilibrium import driven_plant, equilibrium
+from contarm_sim.statics.extrapolation import extrapolated, interpolate
+from contarm_sim.statics.loads import AppliedLoad
+from contarm_sim.statics.solver import RESIDUAL, Solver, tolerance
+from contarm_sim.statics.stiffness import TangentStiffness
 
 REFERENCE = json.loads((Path(__file__).parent / "data" / "elastica.json").read_text())
 ROD = REFERENCE["parameters"]

@@ -10,13 +10,13 @@ import pytest
 
 pytest.importorskip("gymnasium")
 
-from contarm_sim.arm import Arm
 from contarm_sim.envs.actions import MAX_BEND
 from contarm_sim.envs.baseline import baseline, random_policy
 from contarm_sim.envs.definition import TASKS, define
 from contarm_sim.envs.scores import score
 from contarm_sim.envs.vector import ArmVectorEnv
 from contarm_sim.kinematics import arc
+from contarm_sim.model.arm import Arm
 
 HANGING = replace(Arm(), gravity=(0.0, 0.0, 9.81))
 LENGTH = Arm().length

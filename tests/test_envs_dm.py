@@ -17,13 +17,13 @@ from dataclasses import replace
 import dm_env
 import mujoco
 
-from contarm_sim.arm import Arm
 from contarm_sim.envs import dm
 from contarm_sim.envs.actions import MODES
 from contarm_sim.envs.definition import plain_spec
 from contarm_sim.envs.dm_entity import composer
 from contarm_sim.envs.gym import ArmEnv
 from contarm_sim.errors import DivergenceError, InputError
+from contarm_sim.model.arm import Arm
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")
@@ -174,7 +174,7 @@ def test_the_arm_attaches_to_another_arena_and_carries_another_entity():
 def test_the_viewers_ways_in():
     """A loader, specs, and a physics that draws from its cameras."""
     from contarm_sim.errors import RenderingError
-    from contarm_sim.rendering.gl import choose_backend
+    from contarm_sim.view.rendering.gl import choose_backend
 
     env = dm.load("reach", random=0)
     env.reset()

@@ -16,7 +16,6 @@ from dataclasses import replace  # noqa: E402
 from gymnasium.utils.env_checker import check_env  # noqa: E402
 from gymnasium.vector import AutoresetMode  # noqa: E402
 
-from contarm_sim.arm import Arm  # noqa: E402
 from contarm_sim.envs.actions import MODES, Actions  # noqa: E402
 from contarm_sim.envs.definition import TASKS, define, plain_spec  # noqa: E402
 from contarm_sim.envs.gym import ArmEnv  # noqa: E402
@@ -27,6 +26,7 @@ from contarm_sim.errors import DivergenceError, InputError, RenderingError  # no
 from contarm_sim.kinematics import arc, dome, muscles  # noqa: E402
 from contarm_sim.mechanics import statics  # noqa: E402
 from contarm_sim.mechanics.statics import wrench_moment  # noqa: E402
+from contarm_sim.model.arm import Arm  # noqa: E402
 
 CASES = [(task, mode) for task, kind in TASKS.items() for mode in kind.modes]
 
@@ -393,7 +393,7 @@ def random_steps(count, arm):
 
 @pytest.mark.gl
 def test_pictures_show_arm_and_target():
-    from contarm_sim.rendering.gl import choose_backend
+    from contarm_sim.view.rendering.gl import choose_backend
 
     try:
         choose_backend()

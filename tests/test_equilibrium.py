@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 from sampling import bends, differenced_stiffness
 
-from contarm_sim.arm import Arm, Muscle
+from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import ConvergenceError
 from contarm_sim.kinematics import arc, chain, hinges, muscles
-from contarm_sim.load import Load
 from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.statics import holding_tensions
 from contarm_sim.mjcf.routing import MUSCLES
-from contarm_sim.simulation.loads import AppliedLoad
-from contarm_sim.simulation.plant import Plant
-from contarm_sim.simulation.rest import poses_at_rest
-from contarm_sim.simulation.solver import RESIDUAL, Solver
-from contarm_sim.simulation.stiffness import TangentStiffness
+from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.load import Load
+from contarm_sim.motion.rest import poses_at_rest
+from contarm_sim.statics.loads import AppliedLoad
+from contarm_sim.statics.solver import RESIDUAL, Solver
+from contarm_sim.statics.stiffness import TangentStiffness
 
 ELASTICA = json.loads((Path(__file__).parent / "data" / "elastica.json").read_text())
 ROD = ELASTICA["parameters"]

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from contarm_sim import paths
-from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import dome
-from contarm_sim.simulation.run import ACCURATE, simulate
+from contarm_sim.model.arm import Arm
+from contarm_sim.motion.simulate import ACCURATE, simulate
 
 
 def _rms(one, other):

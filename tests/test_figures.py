@@ -5,9 +5,9 @@ from xml.etree import ElementTree
 
 import pytest
 
-from contarm_sim.arm import Arm
-from contarm_sim.figures import FIGURES, common, studies
-from contarm_sim.report.style import MUSCLE_COLOURS
+from contarm_sim.model.arm import Arm
+from contarm_sim.view.figures import FIGURES, common, studies
+from contarm_sim.view.report.style import MUSCLE_COLOURS
 
 UNITS = r"\[(mm|deg|kPa|N|N/m|s|-|% of length)\]"
 

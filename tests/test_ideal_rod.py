@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from rod import parallel_rod
 
-from contarm_sim.arm import Arm
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.muscles import deltas_from_bend
 from contarm_sim.mechanics.rod import SEGMENTS, rod_tips
+from contarm_sim.model.arm import Arm
 
 BENDS = arc.from_polar(np.radians([0.0, 30.0, 90.0, 150.0, 170.0]), np.radians([0.0, 20.0, 200.0, 300.0, 77.0]))
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from sampling import HEAVY
 
-from contarm_sim.arm import Arm
+from contarm_sim.engine.plant import engine_room
 from contarm_sim.mjcf import ACTUATIONS, arm_spec, exact_xml, scene_spec, write_models
-from contarm_sim.simulation.plant import engine_room
+from contarm_sim.model.arm import Arm
 
 MODELS = Path(__file__).parents[1] / "models"
 FOLDERS = (("contarm", "lengths"), ("contarm_pneumatic", "pressures"))

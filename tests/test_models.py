@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from random_arms import random_arm
 
-from contarm_sim.arm import Arm
+from contarm_sim.engine.plant import Plant
+from contarm_sim.libmujoco import models
 from contarm_sim.mjcf import TIMESTEP, arm_spec
-from contarm_sim.simulation import models
-from contarm_sim.simulation.plant import Plant
+from contarm_sim.model.arm import Arm
 
 
 def _arrays(model):

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from sampling import bends
 from scipy.spatial.transform import Rotation
 
-from contarm_sim.arm import GUIDE
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, chain, hinges, muscles, spans
+from contarm_sim.model.arm import GUIDE
 
 LENGTH, RADIUS = 0.37, 0.018
 angle = st.floats(0, 3.14)

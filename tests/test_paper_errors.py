@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from sampling import bends
 
-from contarm_sim.arm import Arm
 from contarm_sim.errors import UnreachableError
 from contarm_sim.kinematics import arc, dome, muscles
+from contarm_sim.model.arm import Arm
 
 L0, R = 0.37, 0.018
 

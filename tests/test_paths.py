@@ -6,7 +6,8 @@ import pytest
 from contarm_sim import paths
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, dome
-from contarm_sim.waypoints import from_waypoints, read_csv
+from contarm_sim.paths import shapes
+from contarm_sim.paths.waypoints import from_waypoints, read_csv
 
 LENGTH = 0.37
 
@@ -25,7 +26,7 @@ def test_paths_start_and_stop_softly_and_keep_an_even_speed(name):
     assert speed[0] < 0.02 * speed.max()
     assert speed[-1] < 0.02 * speed.max()
     acceleration = np.abs(np.diff(speed)) * 100
-    assert acceleration.max() < 8 * speed.max() / (paths.RAMP * 8.0)
+    assert acceleration.max() < 8 * speed.max() / (shapes.RAMP * 8.0)
 
 
 def test_tight_turns_are_taken_slowly():

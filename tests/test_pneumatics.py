@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from sampling import bends, differenced_stiffness
 
-from contarm_sim.arm import Arm, Muscle
+from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, chain
-from contarm_sim.load import Load, Muscles, Wrench
 from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.pneumatics import force, force_slope, passive_tension, pressure_for
 from contarm_sim.mechanics.routing import length_jacobian
@@ -24,11 +23,12 @@ from contarm_sim.mechanics.statics import (
     weight_moment,
 )
 from contarm_sim.mjcf import arm_spec, exact_xml
-from contarm_sim.simulation.equilibrium import equilibrium
-from contarm_sim.simulation.loads import AppliedLoad
-from contarm_sim.simulation.plant import Plant
-from contarm_sim.simulation.stiffness import TangentStiffness
-from contarm_sim.validation.possibility import held_off, largest_bends
+from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.load import Load, Muscles, Wrench
+from contarm_sim.statics.equilibrium import equilibrium
+from contarm_sim.statics.loads import AppliedLoad
+from contarm_sim.statics.stiffness import TangentStiffness
+from contarm_sim.studies.possibility import held_off, largest_bends
 
 HANGING = {"gravity": (0.0, 0.0, 9.81), "payload": 0.1}
 

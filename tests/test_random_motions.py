@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from random_arms import can_stand, random_arm
 
+from contarm_sim.control.command import CONTROLLERS
 from contarm_sim.errors import ContarmError
 from contarm_sim.kinematics import arc
-from contarm_sim.simulation.control import CONTROLLERS
-from contarm_sim.simulation.run import STEP_LIMIT, Stepping, simulate
+from contarm_sim.motion.simulate import STEP_LIMIT, Stepping, simulate
 
 RATE = 100.0
 

@@ -53,7 +53,7 @@ def test_there_are_commands_and_no_gaps_left():
 def test_every_parameter_has_its_reason():
     from dataclasses import fields
 
-    from contarm_sim.arm import Arm, Muscle
+    from contarm_sim.model.arm import Arm, Muscle
 
     table = README.split("## Assumptions")[1].split("## ")[0]
     for name in [item.name for kind in (Arm, Muscle) for item in fields(kind)]:

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from swinging_rod import SwingingRod, released, straight
 
-from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
-from contarm_sim.load import Load, Muscles, Wrench
-from contarm_sim.simulation.course import forces_over_time, ramp_down
-from contarm_sim.simulation.equilibrium import equilibrium
-from contarm_sim.simulation.extrapolation import interpolate
-from contarm_sim.simulation.modes import bare, beam_frequencies, natural_frequencies, small_swing
-from contarm_sim.simulation.release import release
-from contarm_sim.simulation.swing_error import judged_release
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.load import Load, Muscles, Wrench
+from contarm_sim.motion.course import forces_over_time, ramp_down
+from contarm_sim.motion.modes import bare, beam_frequencies, natural_frequencies, small_swing
+from contarm_sim.motion.release import release
+from contarm_sim.motion.swing_error import judged_release
+from contarm_sim.statics.equilibrium import equilibrium
+from contarm_sim.statics.extrapolation import interpolate
 
 THIN = Arm(bending_stiffness=0.05, mass=0.1, section_radius=0.004, damping_time=0.01)
 TIME = np.arange(101) / 100

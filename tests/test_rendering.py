@@ -10,18 +10,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError, RenderingError
 from contarm_sim.kinematics import arc
 from contarm_sim.mjcf import scene_spec
-from contarm_sim.rendering.caption import Caption
-from contarm_sim.rendering.draw import ArmRenderer, Overlays, still, trace_colours
-from contarm_sim.rendering.encode import encoder
-from contarm_sim.rendering.film import Look, Scale, frame_indices
-from contarm_sim.rendering.gl import choose_backend
-from contarm_sim.rendering.overlays import thin
-from contarm_sim.rendering.video import Shot, write_gif, write_still, write_video, write_webp
-from contarm_sim.simulation.samples import Samples
+from contarm_sim.model.arm import Arm
+from contarm_sim.results.samples import Samples
+from contarm_sim.view.rendering.caption import Caption
+from contarm_sim.view.rendering.draw import ArmRenderer, Overlays, still, trace_colours
+from contarm_sim.view.rendering.encode import encoder
+from contarm_sim.view.rendering.film import Look, Scale, frame_indices
+from contarm_sim.view.rendering.gl import choose_backend
+from contarm_sim.view.rendering.overlays import thin
+from contarm_sim.view.rendering.video import Shot, write_gif, write_still, write_video, write_webp
 
 NOTHING = Overlays(path=False, trace=False, target=False, ghost=False, frames=False)
 DOWNS = [(0.0, 0.0, 0.0), (0.0, 0.0, 9.81), (9.81, 0.0, 0.0)]
@@ -105,7 +105,7 @@ def run_python(code, **environment):
 CHOOSE = """
 import json
 from contarm_sim.errors import RenderingError
-from contarm_sim.rendering.gl import choose_backend
+from contarm_sim.view.rendering.gl import choose_backend
 try:
     backend = choose_backend()
 except RenderingError as error:
@@ -135,9 +135,9 @@ def test_egl_and_osmesa_draw_the_same_picture(tmp_path):
     needs("libOSMesa.so.8")
     code = """
 import numpy as np
-from contarm_sim.arm import Arm
-from contarm_sim.rendering.draw import ArmRenderer
-from contarm_sim.rendering.gl import choose_backend
+from contarm_sim.model.arm import Arm
+from contarm_sim.view.rendering.draw import ArmRenderer
+from contarm_sim.view.rendering.gl import choose_backend
 with ArmRenderer(Arm(), 160, 120) as renderer:
     np.save({path!r}, renderer.pose(renderer.bent([1.5, 0.5])))
 print(choose_backend().name)
@@ -198,13 +198,13 @@ def test_the_physics_needs_no_gl_library_whatever_the_user_wishes(wish, tmp_path
     (tmp_path / "OpenGL.py").write_text("raise AttributeError('as PyOpenGL does without its library')")
     broken = f"import os, sys; sys.path.insert(0, {str(tmp_path)!r})\n"
     assert run_python(broken + "import mujoco", MUJOCO_GL=wish).returncode != 0  # what there is to protect from
-    done = run_python(broken + "import contarm_sim.simulation.run; print(os.environ['MUJOCO_GL'])", MUJOCO_GL=wish)
+    done = run_python(broken + "import contarm_sim.motion.simulate; print(os.environ['MUJOCO_GL'])", MUJOCO_GL=wish)
     assert (done.stdout.strip(), done.stderr) == (wish, "")
 
 
 def test_importing_the_package_loads_no_engine():
     heavy = "{'mujoco', 'mediapy', 'PIL', 'scipy'}"
-    done = run_python(f"import sys, contarm_sim.rendering.video; print(*{heavy}.intersection(sys.modules))")
+    done = run_python(f"import sys, contarm_sim.view.rendering.video; print(*{heavy}.intersection(sys.modules))")
     assert (done.stdout.strip(), done.stderr) == ("", "")
 
 
@@ -583,9 +583,9 @@ def test_a_failing_encoder_is_quoted(gl, tmp_path):
 import sys
 sys.path.insert(0, {str(Path(__file__).parent)!r})
 from pathlib import Path
-from contarm_sim.arm import Arm
+from contarm_sim.model.arm import Arm
 from contarm_sim.errors import RenderingError
-from contarm_sim.rendering.video import write_video
+from contarm_sim.view.rendering.video import write_video
 from test_rendering import shot
 try:
     write_video(shot(Arm(), size=(320, 240)), Path({str(folder)!r}) / "v.mp4")

@@ -11,10 +11,10 @@ import pytest
 from browser import BROWSER
 
 from contarm_sim import paths
-from contarm_sim.arm import Arm
 from contarm_sim.kinematics import dome
-from contarm_sim.report.run import RunReport
-from contarm_sim.simulation.run import simulate
+from contarm_sim.model.arm import Arm
+from contarm_sim.motion.simulate import simulate
+from contarm_sim.view.report.run import RunReport
 
 
 @pytest.fixture(scope="module")

@@ -7,17 +7,17 @@ import pytest
 from random_arms import can_stand, random_arm
 from rod import parallel_rod
 
-from contarm_sim.arm import Arm, Muscle
+from contarm_sim.control.command import command
+from contarm_sim.control.feedback import LengthFeedback, Seen
+from contarm_sim.control.tip_plan import plan_motion, plan_rest
+from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import ConvergenceError, NoRestError
 from contarm_sim.kinematics import arc
 from contarm_sim.mechanics import pneumatics, routing
 from contarm_sim.mechanics.statics import servo_tensions
-from contarm_sim.simulation.control import command
-from contarm_sim.simulation.feedback import LengthFeedback, Seen
-from contarm_sim.simulation.plan import plan_motion, plan_rest
-from contarm_sim.simulation.plant import Plant
-from contarm_sim.simulation.rest import poses_at_rest
-from contarm_sim.simulation.solver import Solver, tolerance
+from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.motion.rest import poses_at_rest
+from contarm_sim.statics.solver import Solver, tolerance
 
 
 def _random_bend(rng):

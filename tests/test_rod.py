@@ -12,9 +12,9 @@ from random_drives import random_cases
 from rod import ANGLES, NoEquilibriumError, parallel_rod, spans_rod
 from scipy.integrate import solve_ivp
 
-from contarm_sim.arm import Arm
 from contarm_sim.kinematics import arc
 from contarm_sim.mechanics.pneumatics import force, force_slope
+from contarm_sim.model.arm import Arm
 
 DATA = Path(__file__).parent / "data"
 DRIVES = json.loads((DATA / "drives.json").read_text())["cases"]

@@ -4,7 +4,7 @@ from threading import Barrier, Thread
 
 import mujoco
 
-from contarm_sim.simulation.room import engine_room
+from contarm_sim.engine.room import engine_room
 
 
 def test_threads_that_overlap_leave_the_engine_as_it_was():

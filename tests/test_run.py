@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from contarm_sim import paths
-from contarm_sim.arm import Arm, Muscle
+from contarm_sim.control.tip_plan import plan_rest
+from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import DivergenceError, InputError
 from contarm_sim.kinematics import arc, dome
 from contarm_sim.mechanics import routing
-from contarm_sim.simulation.plan import plan_rest
-from contarm_sim.simulation.plant import Plant
-from contarm_sim.simulation.rest import poses_at_rest
-from contarm_sim.simulation.run import ACCURATE, FAST, STEP_LIMIT, Stepping, simulate
-from contarm_sim.simulation.samples import Samples
+from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.motion.rest import poses_at_rest
+from contarm_sim.motion.simulate import ACCURATE, FAST, STEP_LIMIT, Stepping, simulate
+from contarm_sim.results.samples import Samples
 
 
 def _spiral(arm, duration=1.0, **shape):

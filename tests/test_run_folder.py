@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from contarm_sim import paths
-from contarm_sim.arm import Arm
-from contarm_sim.arm_file import arm_to_toml
 from contarm_sim.cli.main import main
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import dome
-from contarm_sim.simulation.run import simulate
-from contarm_sim.simulation.samples import Samples
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.arm_file import arm_to_toml
+from contarm_sim.motion.simulate import simulate
+from contarm_sim.results.samples import Samples
 
 
 @pytest.fixture(scope="module")

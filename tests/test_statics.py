@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from sampling import bends
 
-from contarm_sim.arm import Arm, Muscle
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
-from contarm_sim.load import Load, Muscles
 from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.compliance import tip_compliance
 from contarm_sim.mechanics.pneumatics import force, force_slope, pressure_for
 from contarm_sim.mechanics.routing import length_jacobian
 from contarm_sim.mechanics.statics import cocontraction, holding_pressures, holding_tensions
-from contarm_sim.simulation.equilibrium import equilibrium
+from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.load import Load, Muscles
+from contarm_sim.statics.equilibrium import equilibrium
 
 STEP = 1e-6
 

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from contarm_sim import paths
-from contarm_sim.arm import Arm, Muscle
+from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.errors import DivergenceError, InputError
 from contarm_sim.kinematics import arc, dome
 from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.statics import holding_tensions, servo_control
 from contarm_sim.mjcf import arm_spec
-from contarm_sim.simulation.plant import Plant, engine_room
-from contarm_sim.simulation.rest import poses_at_rest
-from contarm_sim.simulation.run import STEP_LIMIT, Stepping, simulate
+from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.motion.rest import poses_at_rest
+from contarm_sim.motion.simulate import STEP_LIMIT, Stepping, simulate
 
 SCENE = Path(__file__).parents[1] / "models" / "contarm" / "scene.xml"
 HANGING = {"gravity": (0.0, 0.0, 9.81), "payload": 0.1}

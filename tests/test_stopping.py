@@ -86,10 +86,10 @@ def test_an_interruption_that_python_swallows_comes_again():
 
 
 PLACES = {
-    "report.figures.draw_path": NUMBERS,
-    "report.figures.draw_muscles": NUMBERS | {"path.png", "budget.png"},
-    "report.page._traces": NUMBERS | FIGURES,
-    "report.run.RunReport.film": NUMBERS | FIGURES | {"report.html"},
+    "view.report.figures.draw_path": NUMBERS,
+    "view.report.figures.draw_muscles": NUMBERS | {"path.png", "budget.png"},
+    "view.report.page._traces": NUMBERS | FIGURES,
+    "view.report.run.RunReport.film": NUMBERS | FIGURES | {"report.html"},
 }
 
 
@@ -98,16 +98,16 @@ PLACES = {
 )
 def test_numbers_are_whole_before_anything_is_drawn(contarm, monkeypatch, tmp_path, place, number):
     parts = place.split(".")
-    module = "contarm_sim." + ".".join(parts[:2])
-    if parts[1] == "figures":
-        module = "contarm_sim.report.run"
+    module = "contarm_sim." + ".".join(parts[:3])
+    if parts[2] == "figures":
+        module = "contarm_sim.view.report.run"
 
     def stop(*given):
         if isinstance(given[0], os.PathLike):
             given[0].write_text("half a picture")
         signal.raise_signal(number)
 
-    monkeypatch.setattr(f"{module}.{'.'.join(parts[2:])}", stop)
+    monkeypatch.setattr(f"{module}.{'.'.join(parts[3:])}", stop)
     code, out, err = contarm(*RUN, "--json")
     assert code == 128 + number
     assert os.listdir(tmp_path) == ["r"]
@@ -126,7 +126,7 @@ def test_numbers_are_whole_before_anything_is_drawn(contarm, monkeypatch, tmp_pa
 @pytest.mark.parametrize("words", ["run --duration 1 --turns 0.2 --out s", "render r --out r.mp4"])
 def test_an_interruption_that_a_library_takes_for_a_failure_is_one(contarm, monkeypatch, tmp_path, words):
     from contarm_sim.errors import RenderingError
-    from contarm_sim.rendering import video
+    from contarm_sim.view.rendering import video
 
     def failing(*given):
         with suppress(KeyboardInterrupt):
@@ -143,7 +143,7 @@ def test_an_interruption_that_a_library_takes_for_a_failure_is_one(contarm, monk
 
 
 def test_a_signal_while_numbers_are_written_waits_for_them(contarm, monkeypatch, tmp_path):
-    from contarm_sim.simulation.samples import Samples
+    from contarm_sim.results.samples import Samples
 
     save = Samples.save
 
@@ -160,7 +160,7 @@ def test_a_signal_while_numbers_are_written_waits_for_them(contarm, monkeypatch,
 
 @pytest.mark.parametrize("number", SIGNALS)
 def test_a_stopped_recording_is_kept_to_where_it_came(contarm, monkeypatch, tmp_path, number):
-    from contarm_sim.simulation.feedback import LengthFeedback
+    from contarm_sim.control.feedback import LengthFeedback
 
     update, came = LengthFeedback.update, []
 
@@ -185,7 +185,7 @@ def test_a_stopped_recording_is_kept_to_where_it_came(contarm, monkeypatch, tmp_
 def test_other_commands_leave_nothing_and_say_one_line(contarm, monkeypatch, tmp_path, number, words):
     from matplotlib.figure import Figure
 
-    import contarm_sim.report.samples_csv as written
+    import contarm_sim.view.report.samples_csv as written
 
     monkeypatch.setattr(Figure, "savefig", lambda *given, **kinds: signal.raise_signal(number))
     monkeypatch.setattr(written, "write_samples", lambda *given: signal.raise_signal(number))

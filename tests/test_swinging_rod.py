@@ -7,7 +7,7 @@ import pytest
 from rod import parallel_rod
 from swinging_rod import released, straight
 
-from contarm_sim.arm import Arm
+from contarm_sim.model.arm import Arm
 
 THIN = Arm(bending_stiffness=0.05, mass=0.1, section_radius=0.004, damping_time=0.02)
 SIDEWAYS = ((0.5, (0, 0.2, 0.1), (0, 0, 0)), (1.0, (0.2, 0, 0), (0, 0, 0)))

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from held_bends import held, polar, stiffness
 
-from contarm_sim.arm import Arm
 from contarm_sim.mechanics.compliance import tip_compliance
 from contarm_sim.mechanics.pneumatics import force_slope
 from contarm_sim.mechanics.statics import holding_pressures
-from contarm_sim.validation.cocontraction import stiffness_levels
+from contarm_sim.model.arm import Arm
+from contarm_sim.studies.cocontraction import stiffness_levels
 
 RATIOS = [1.4426, 1.5597, 1.0000]
 """Most over least co-contraction at 60 degrees towards a muscle: in bending, sideways and along."""

@@ -5,13 +5,13 @@ import json
 import numpy as np
 import pytest
 
-from contarm_sim.arm import Arm, Muscle
 from contarm_sim.errors import ConvergenceError
 from contarm_sim.kinematics import arc, chain
-from contarm_sim.simulation.rest import poses_at_rest
-from contarm_sim.validation.compare import rotation_angle
-from contarm_sim.validation.convergence import attempt_convergence, convergence
-from contarm_sim.validation.scenarios import Failure, attempt, dome_grid, examine, scenarios, stepping_speed
+from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.motion.rest import poses_at_rest
+from contarm_sim.results.compare import rotation_angle
+from contarm_sim.studies.convergence import attempt_convergence, convergence
+from contarm_sim.studies.scenarios import Failure, attempt, dome_grid, examine, scenarios, stepping_speed
 
 
 def _silent(steps, what):
@@ -126,7 +126,7 @@ def test_a_scenario_without_rest_poses_is_a_failure_with_its_reason():
 
 
 def test_a_link_error_that_cannot_be_found_costs_nothing_else(monkeypatch):
-    from contarm_sim.validation import scenarios as module
+    from contarm_sim.studies import scenarios as module
 
     def none_for_more_links(arm, *given):
         if arm.links == 48:

@@ -7,15 +7,23 @@ import numpy as np
 import pytest
 
 from contarm_sim import paths
-from contarm_sim.arm import Arm
 from contarm_sim.kinematics import dome
-from contarm_sim.report.run import RunReport
-from contarm_sim.report.words import budget, curvature_words, in_short, noted, remarks, simulation_words, targets_words
-from contarm_sim.simulation.run import STEP_LIMIT, Run, simulate
-from contarm_sim.validation import verdict as limits
-from contarm_sim.validation.checks import ideal_checks, loaded_checks
-from contarm_sim.validation.scenarios import examine, scenarios
-from contarm_sim.validation.verdict import FAR_LIMIT, MODEL_LIMIT, at_most, verdict
+from contarm_sim.model.arm import Arm
+from contarm_sim.motion.simulate import STEP_LIMIT, Run, simulate
+from contarm_sim.studies import verdict as limits
+from contarm_sim.studies.checks import ideal_checks, loaded_checks
+from contarm_sim.studies.scenarios import examine, scenarios
+from contarm_sim.studies.verdict import FAR_LIMIT, MODEL_LIMIT, at_most, verdict
+from contarm_sim.view.report.run import RunReport
+from contarm_sim.view.report.words import (
+    budget,
+    curvature_words,
+    in_short,
+    noted,
+    remarks,
+    simulation_words,
+    targets_words,
+)
 
 HANGING = Arm(gravity=(0.0, 0.0, 9.81))
 

@@ -15,14 +15,14 @@ import numpy as np
 import pytest
 from browser import BROWSER, Page, wait_for
 
-from contarm_sim.arm import Arm
+from contarm_sim.control.command import CONTROLLERS
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
-from contarm_sim.live.page import free_port
-from contarm_sim.live.session import LARGEST, Session
-from contarm_sim.live.wishes import Wishes
-from contarm_sim.simulation.control import CONTROLLERS
-from contarm_sim.simulation.rest import poses_at_rest
+from contarm_sim.model.arm import Arm
+from contarm_sim.motion.rest import poses_at_rest
+from contarm_sim.view.live.page import free_port
+from contarm_sim.view.live.session import LARGEST, Session
+from contarm_sim.view.live.wishes import Wishes
 
 BEND = np.array([0.9, 0.5])
 

@@ -12,8 +12,8 @@ import pytest
 from browser import wait_for
 
 from contarm_sim.errors import GuardError
-from contarm_sim.live.page import free_port, page
-from contarm_sim.live.session import Session
+from contarm_sim.view.live.page import free_port, page
+from contarm_sim.view.live.session import Session
 
 viser = pytest.importorskip("viser")
 msgspec = pytest.importorskip("msgspec")

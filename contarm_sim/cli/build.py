@@ -7,8 +7,8 @@ from typing import Any
 
 import click
 
-from contarm_sim.arm import Arm
 from contarm_sim.cli.options import Command, arm_options, json_option, out_option
+from contarm_sim.model.arm import Arm
 
 
 @click.command(cls=Command)
@@ -28,9 +28,9 @@ def build(arm: Arm, actuation: Any, out: str | None, as_json: bool) -> None:
     contarm build --actuation pressures --out my_pneumatic_arm
     python -m mujoco.viewer --mjcf=my_arm/scene.xml
     """
-    from contarm_sim.arm_file import arm_to_toml
     from contarm_sim.mjcf import write_models
-    from contarm_sim.report.output import OutputFolder, check_output, default_folder, to_json
+    from contarm_sim.model.arm_file import arm_to_toml
+    from contarm_sim.view.report.output import OutputFolder, check_output, default_folder, to_json
 
     target = Path(out) if out is not None else default_folder("build")
     check_output(target)

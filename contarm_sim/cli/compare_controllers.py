@@ -7,8 +7,8 @@ from typing import Any
 
 import click
 
-from contarm_sim.arm import Arm
 from contarm_sim.cli.options import Command, arm_options, json_option, out_option
+from contarm_sim.model.arm import Arm
 
 
 @click.command(cls=Command, name="compare-controllers")
@@ -24,10 +24,10 @@ def compare_controllers(arm: Arm, duration: float, out: str | None, as_json: boo
     tip can reach under that load; what lies across it no lengths can remove, for it is not the dome of the targets.
     Exit code 1 if a controller could not follow the spiral; a line says why.
     """
-    from contarm_sim.arm_file import arm_to_dict
     from contarm_sim.cli.terminal import command_line, say, table, track
-    from contarm_sim.report.output import OutputFolder, check_output, default_folder, to_json, versions
-    from contarm_sim.validation.controllers import compare_all
+    from contarm_sim.model.arm_file import arm_to_dict
+    from contarm_sim.studies.controllers import compare_all
+    from contarm_sim.view.report.output import OutputFolder, check_output, default_folder, to_json, versions
 
     target = Path(out) if out is not None else default_folder("compare-controllers")
     check_output(target)

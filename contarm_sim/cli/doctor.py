@@ -16,7 +16,7 @@ def doctor(as_json: bool) -> int:
 
     Exit code 1 if pictures or video cannot be made here; numbers can all the same.
     """
-    from contarm_sim.report.output import to_json, versions
+    from contarm_sim.view.report.output import to_json, versions
 
     found: dict[str, Any] = {"versions": versions(), "cores": _cores(), "gl": _gl(), "encoder": _encoder()}
     found["verdict"] = "pass" if found["gl"]["backend"] and found["encoder"]["works"] else "fail"
@@ -42,7 +42,7 @@ def _cores() -> int:
 
 def _gl() -> dict[str, Any]:
     from contarm_sim.errors import RenderingError
-    from contarm_sim.rendering.gl import choose_backend
+    from contarm_sim.view.rendering.gl import choose_backend
 
     try:
         backend = choose_backend()
@@ -59,7 +59,7 @@ def _encoder() -> dict[str, Any]:
     import subprocess
 
     from contarm_sim.errors import RenderingError
-    from contarm_sim.rendering.video import encoder
+    from contarm_sim.view.rendering.video import encoder
 
     try:
         program = encoder()

@@ -30,8 +30,8 @@ def draw(job: Any, folder: Path, summary: dict[str, Any]) -> list[str]:
         the names of what an interruption left out.
     """
     from contarm_sim.files import write_whole
-    from contarm_sim.report.output import to_json
     from contarm_sim.stopping import breakable
+    from contarm_sim.view.report.output import to_json
 
     filming = summary["video"] == NOT_YET
     try:

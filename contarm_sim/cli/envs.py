@@ -6,9 +6,9 @@ from typing import Any
 
 import click
 
-from contarm_sim.arm import Arm
 from contarm_sim.cli.options import Command, arm_options, json_option
 from contarm_sim.errors import MissingError
+from contarm_sim.model.arm import Arm
 
 
 @click.command(cls=Command)
@@ -44,7 +44,7 @@ def envs(arm: Arm, seeds: int, actions: Any, no_scores: bool, as_json: bool) -> 
             raise
         raise MissingError("gymnasium", "gym") from None
     from contarm_sim.cli.terminal import progress, table
-    from contarm_sim.report.output import to_json
+    from contarm_sim.view.report.output import to_json
 
     found = []
     for name in TASKS:

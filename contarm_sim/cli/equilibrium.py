@@ -9,9 +9,9 @@ from typing import Any
 
 import click
 
-from contarm_sim.arm import Arm
 from contarm_sim.cli.options import Command, arm_options, json_option, muscles_from_words, muscles_option
 from contarm_sim.errors import ConvergenceError, InputError
+from contarm_sim.model.arm import Arm
 
 
 @click.command(cls=Command)
@@ -55,8 +55,8 @@ def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: A
     A case in a file: {"gravity": [0, 0, 9.81], "payload": 0.1, "wrenches": [{"xi": 1, "force": [0.2, 0, 0]}],
     "follower_moment": [0, 0, 0], "actuation_moment": [0, 0.05], "muscles": {"kind": "off"}}.
     """
-    from contarm_sim.load import Load, Wrench
-    from contarm_sim.report.output import to_json
+    from contarm_sim.model.load import Load, Wrench
+    from contarm_sim.view.report.output import to_json
 
     if extrapolate and method != "auto":
         raise InputError("method", f"{method} beside --extrapolate", "--extrapolate with the method auto")
@@ -89,7 +89,7 @@ def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: A
 def _read(file: str, arm: Arm) -> list[tuple[Arm, Any]]:
     import json
 
-    from contarm_sim.load import load_from_dict
+    from contarm_sim.model.load import load_from_dict
 
     allowed = "a JSON list of load cases"
     try:
@@ -117,8 +117,8 @@ def _solve(
 ) -> dict[str, Any]:
     import numpy as np
 
-    from contarm_sim.simulation.equilibrium import equilibrium
-    from contarm_sim.simulation.extrapolation import extrapolated, interpolate
+    from contarm_sim.statics.equilibrium import equilibrium
+    from contarm_sim.statics.extrapolation import extrapolated, interpolate
 
     arm, load = case
     try:

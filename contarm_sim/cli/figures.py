@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
-from contarm_sim.arm import Arm
 from contarm_sim.cli.options import Command, arm_options, json_option, out_option
 from contarm_sim.errors import InputError
+from contarm_sim.model.arm import Arm
 
 KINDS = ("png", "pdf", "svg")
 
@@ -30,8 +30,8 @@ def figures(arm: Arm, names: tuple[str, ...], listing: bool, kind: tuple[str, ..
     contarm figures lengths possibility --kind pdf --links 48
     """
     from contarm_sim.cli.terminal import say, table, track
-    from contarm_sim.figures import FIGURES
-    from contarm_sim.report.output import OutputFolder, check_output, default_folder, to_json
+    from contarm_sim.view.figures import FIGURES
+    from contarm_sim.view.report.output import OutputFolder, check_output, default_folder, to_json
 
     if listing:
         if as_json:

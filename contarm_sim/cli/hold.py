@@ -7,9 +7,9 @@ from typing import Any
 
 import click
 
-from contarm_sim.arm import Arm
 from contarm_sim.cli.options import Command, arm_options, json_option
 from contarm_sim.errors import InputError
+from contarm_sim.model.arm import Arm
 
 NEAR = math.radians(10)
 """How far from a bend, which is balanced as a whole under load, the simulated arm still counts as held there [rad]."""
@@ -39,7 +39,7 @@ def hold(arm: Arm, bend: Any, share: float, as_json: bool) -> int:
     from contarm_sim.kinematics import arc
     from contarm_sim.mechanics import routing
     from contarm_sim.mechanics.statics import balance, holding_pressures, level_range, weight_moment
-    from contarm_sim.report.output import to_json
+    from contarm_sim.view.report.output import to_json
 
     if not 0 <= share <= 1:
         raise InputError("share", share, "0 to 1")
@@ -74,9 +74,9 @@ def _off(arm: Arm, bend: Any, pressures: Any) -> float | None:
     import numpy as np
 
     from contarm_sim.errors import ConvergenceError
-    from contarm_sim.load import Load, Muscles
     from contarm_sim.mechanics import routing
-    from contarm_sim.simulation.equilibrium import equilibrium
+    from contarm_sim.model.load import Load, Muscles
+    from contarm_sim.statics.equilibrium import equilibrium
 
     try:
         found = equilibrium(arm, Load(muscles=Muscles(kind="pressures", values=tuple(pressures))))

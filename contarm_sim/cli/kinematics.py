@@ -7,9 +7,9 @@ from typing import Any
 
 import click
 
-from contarm_sim.arm import Arm
 from contarm_sim.cli.options import Command, arm_options, json_option
 from contarm_sim.errors import InputError, UnreachableError
+from contarm_sim.model.arm import Arm
 
 DELTA_TOLERANCE = 1e-6
 """Largest mean of muscle length changes that is taken for rounding [m]."""
@@ -49,7 +49,7 @@ def fk(arm: Arm, deltas: Any, bend: Any, xi: tuple[float, ...], as_json: bool) -
     if xi:
         solution["xi"] = list(xi)
     if as_json:
-        from contarm_sim.report.output import to_json
+        from contarm_sim.view.report.output import to_json
 
         click.echo(to_json(solution))
     else:
@@ -93,7 +93,7 @@ def ik(
     import numpy as np
 
     from contarm_sim.kinematics import arc, dome
-    from contarm_sim.report.output import check_output, to_json
+    from contarm_sim.view.report.output import check_output, to_json
 
     if (tip is None) == (file is None):
         raise InputError("input", "both" if tip else "neither of --tip and --file", "just one of --tip, --file")
@@ -150,7 +150,7 @@ def _targets(tip: Any, file: str | None) -> tuple[Any, list[str] | None]:
 
     if file is None:
         return np.array([tip]), None
-    from contarm_sim.waypoints import read_csv
+    from contarm_sim.paths.waypoints import read_csv
 
     waypoints = read_csv(file)
     return waypoints.positions, waypoints.places
@@ -198,7 +198,7 @@ def _show(solution: dict[str, Any], frames: list[tuple[str, Any]]) -> None:
 def _write(out: Path, solutions: list[dict[str, Any]]) -> None:
     import csv
 
-    from contarm_sim.report.output import output_file
+    from contarm_sim.view.report.output import output_file
 
     header = ["target_x_m", "target_y_m", "target_z_m", "bend_angle_rad", "plane_angle_rad", "curvature_1_per_m"]
     header += [f"l{i}_m" for i in (1, 2, 3)] + [f"tip_{a}_m" for a in "xyz"] + ["miss_m", "reachable"]

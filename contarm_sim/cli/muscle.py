@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from contarm_sim.arm import Arm
 from contarm_sim.cli.options import Command, arm_options, json_option
+from contarm_sim.model.arm import Arm
 
 PRESSURES = (100e3, 200e3, 300e3, 400e3, 500e3, 600e3, 700e3)
 
@@ -33,7 +33,7 @@ def muscle(arm: Arm, pressure: tuple[float, ...], out: str | None, as_json: bool
     from contarm_sim.cli.terminal import table
     from contarm_sim.errors import InputError
     from contarm_sim.mechanics.pneumatics import force
-    from contarm_sim.report.output import check_output, output_file, to_json
+    from contarm_sim.view.report.output import check_output, output_file, to_json
 
     given = pressure or tuple(p for p in PRESSURES if p <= arm.muscle.max_pressure) or (arm.muscle.max_pressure,)
     for p in given:
@@ -46,7 +46,7 @@ def muscle(arm: Arm, pressure: tuple[float, ...], out: str | None, as_json: bool
     contraction = np.linspace(-arm.muscle.max_stretch, arm.muscle.max_contraction, 9)
     forces = force(np.array(given)[:, None], arm.muscle_rest_length * (1 - contraction), arm)
     if out is not None:
-        from contarm_sim.report.figures import draw_muscle_law
+        from contarm_sim.view.report.figures import draw_muscle_law
 
         with output_file(Path(out)) as scratch:
             draw_muscle_law(scratch, arm, given, Path(out).suffix[1:])

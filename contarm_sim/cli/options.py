@@ -8,8 +8,8 @@ from typing import Any
 
 import click
 
-from contarm_sim.arm import Arm, Muscle
 from contarm_sim.errors import InputError
+from contarm_sim.model.arm import Arm, Muscle
 
 _MUSCLE = "muscle__"
 _SIZES = {"gravity": (3, "GX GY GZ"), "base_orientation": (4, "W X Y Z")}
@@ -93,7 +93,7 @@ def arm_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """Add --arm and a flag for every parameter; the function receives them as `arm`, an `Arm`."""
 
     def wrapped(**given: Any) -> Any:
-        from contarm_sim.arm_file import arm_from_dict, load_arm
+        from contarm_sim.model.arm_file import arm_from_dict, load_arm
 
         names = {item.name for item in fields(Arm)} - {"muscle"}
         own = {name: value for name in names if (value := given.pop(name)) is not None}
@@ -136,7 +136,7 @@ def muscles_from_words(text: str) -> Any:
     Raises:
         InputError: an unknown kind, or the wrong numbers.
     """
-    from contarm_sim.load import Muscles
+    from contarm_sim.model.load import Muscles
 
     kind, *words = text.split() or ["off"]
     try:

@@ -7,8 +7,8 @@ from typing import Any
 
 import click
 
-from contarm_sim.arm import Arm
 from contarm_sim.cli.options import Command, arm_options, json_option, out_option
+from contarm_sim.model.arm import Arm
 
 PLANES = 12
 """Bending planes in the table."""
@@ -29,12 +29,12 @@ def possibility(arm: Arm, out: str | None, as_json: bool) -> None:
     """
     import numpy as np
 
-    from contarm_sim.arm_file import arm_to_dict
     from contarm_sim.cli.terminal import command_line, say, table, track
-    from contarm_sim.report.map import draw_possibility
-    from contarm_sim.report.output import OutputFolder, check_output, default_folder, to_json, versions
-    from contarm_sim.validation.possibility import every_bend, fallen_from, held_off, largest_bends_at_rest
-    from contarm_sim.validation.scenarios import under_load
+    from contarm_sim.model.arm_file import arm_to_dict
+    from contarm_sim.studies.possibility import every_bend, fallen_from, held_off, largest_bends_at_rest
+    from contarm_sim.studies.scenarios import under_load
+    from contarm_sim.view.report.map import draw_possibility
+    from contarm_sim.view.report.output import OutputFolder, check_output, default_folder, to_json, versions
 
     target = Path(out) if out is not None else default_folder("possibility")
     check_output(target)

@@ -8,9 +8,9 @@ from typing import Any
 
 import click
 
-from contarm_sim.arm import Arm
 from contarm_sim.cli.options import Command, arm_options, json_option, muscles_option, out_option
 from contarm_sim.errors import InputError
+from contarm_sim.model.arm import Arm
 
 LIMIT = 0.1
 """Largest mean tip error, of step and links together [% of length]."""
@@ -81,15 +81,15 @@ def release(arm: Arm, wrench: Any, muscles: str, ramp_down: float | None, forces
     """
     import numpy as np
 
-    from contarm_sim.arm_file import arm_to_dict
     from contarm_sim.cli.options import muscles_from_words
     from contarm_sim.cli.terminal import command_line, say, track
-    from contarm_sim.load import Load, Wrench
-    from contarm_sim.report.output import OutputFolder, check_output, default_folder, to_json, versions
-    from contarm_sim.report.swing import draw_swing, swing_columns, swing_dict
-    from contarm_sim.simulation.equilibrium import equilibrium
-    from contarm_sim.simulation.modes import swing_modes
-    from contarm_sim.simulation.swing_error import judged_release
+    from contarm_sim.model.arm_file import arm_to_dict
+    from contarm_sim.model.load import Load, Wrench
+    from contarm_sim.motion.modes import swing_modes
+    from contarm_sim.motion.swing_error import judged_release
+    from contarm_sim.statics.equilibrium import equilibrium
+    from contarm_sim.view.report.output import OutputFolder, check_output, default_folder, to_json, versions
+    from contarm_sim.view.report.swing import draw_swing, swing_columns, swing_dict
 
     _check(duration, timestep, sample_period, ramp_down, forces)
     target = Path(out) if out is not None else default_folder("release")
@@ -161,7 +161,7 @@ def _changing(load: Any, ramp: float | None, file: str | None, xi: float) -> tup
     """Return the load that holds the arm, and its course."""
     import numpy as np
 
-    from contarm_sim.simulation.course import forces_over_time, load_at, ramp_down, remaining
+    from contarm_sim.motion.course import forces_over_time, load_at, ramp_down, remaining
 
     if ramp is not None:
         return load, ramp_down(ramp)

@@ -44,10 +44,10 @@ def render(run_dir: str, out: str | None, beside: str | None, camera: str, size:
     contarm render runs/run-... --out end.png
     """
     from contarm_sim.cli.terminal import progress, say
-    from contarm_sim.rendering.film import Look
-    from contarm_sim.rendering.video import WRITERS, Shot, write_still
-    from contarm_sim.report.output import check_output, to_json
-    from contarm_sim.report.words import noted
+    from contarm_sim.view.rendering.film import Look
+    from contarm_sim.view.rendering.video import WRITERS, Shot, write_still
+    from contarm_sim.view.report.output import check_output, to_json
+    from contarm_sim.view.report.words import noted
 
     target = Path(out) if out is not None else Path(run_dir) / "render.mp4"
     if target.suffix not in (*WRITERS, ".png"):
@@ -80,8 +80,8 @@ def _recorded(run_dir: str) -> tuple[Any, Any]:
     Raises:
         InputError: it is no such folder.
     """
-    from contarm_sim.arm_file import load_arm
-    from contarm_sim.simulation.samples import Samples
+    from contarm_sim.model.arm_file import load_arm
+    from contarm_sim.results.samples import Samples
 
     folder = Path(run_dir)
     if not (folder / "trajectory.npz").is_file() or not (folder / "arm.toml").is_file():

@@ -9,9 +9,9 @@ from typing import Any
 
 import click
 
-from contarm_sim.arm import Arm
 from contarm_sim.cli.options import Command, arm_options, controller_option, json_option, out_option
 from contarm_sim.errors import InputError, UnreachableError
+from contarm_sim.model.arm import Arm
 
 
 @click.command(cls=Command)
@@ -63,9 +63,9 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
     """
     from contarm_sim.cli.drawing import draw, film_at_first
     from contarm_sim.cli.terminal import command_line, progress, say
-    from contarm_sim.report.output import OutputFolder, check_output, default_folder, to_json
-    from contarm_sim.simulation.run import CONTROL_RATE, simulate
+    from contarm_sim.motion.simulate import CONTROL_RATE, simulate
     from contarm_sim.stopping import break_off, exit_code, unbroken
+    from contarm_sim.view.report.output import OutputFolder, check_output, default_folder, to_json
 
     target = Path(out) if out is not None else default_folder("run")
     check_output(target)
@@ -111,8 +111,8 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
 
 def _report(arm: Arm, recorded: Any, controller: Any) -> tuple[Any, Any]:
     """Return the report of a recorded run, and the run; a signal cuts the report short, and the run counts as such."""
-    from contarm_sim.report.run import RunReport
     from contarm_sim.stopping import breakable
+    from contarm_sim.view.report.run import RunReport
 
     try:
         with breakable():
@@ -123,7 +123,7 @@ def _report(arm: Arm, recorded: Any, controller: Any) -> tuple[Any, Any]:
 
 
 def _stepping(fast: bool, timestep: float | None) -> Any:
-    from contarm_sim.simulation.run import CONTROL_RATE, FAST, Stepping
+    from contarm_sim.motion.simulate import CONTROL_RATE, FAST, Stepping
 
     if timestep is None:
         return FAST if fast else None
@@ -147,7 +147,7 @@ _SHAPE = {
 
 def _path(arm: Arm, name: str, duration: float | None, shape: dict[str, Any]) -> tuple[Any, list[str] | None]:
     from contarm_sim import paths
-    from contarm_sim.waypoints import from_waypoints, read_csv
+    from contarm_sim.paths.waypoints import from_waypoints, read_csv
 
     for flag in shape:
         if flag not in _SHAPE.get(name, set()):
@@ -163,7 +163,7 @@ def _path(arm: Arm, name: str, duration: float | None, shape: dict[str, Any]) ->
 
 def _commands(arm: Arm, path: Any, project: Any, places: list[str] | None) -> tuple[Any, Any]:
     from contarm_sim.kinematics import arc, dome
-    from contarm_sim.simulation.run import CONTROL_RATE
+    from contarm_sim.motion.simulate import CONTROL_RATE
 
     _, targets = path.targets(CONTROL_RATE)
     try:
@@ -180,7 +180,7 @@ def _commands(arm: Arm, path: Any, project: Any, places: list[str] | None) -> tu
 
 def _show(summary: dict[str, Any]) -> None:
     from contarm_sim.cli.terminal import table
-    from contarm_sim.report.words import budget, remarks, verdict_lines
+    from contarm_sim.view.report.words import budget, remarks, verdict_lines
 
     rows = [[name, *(f"{number:.4f}" for number in numbers)] for name, numbers in budget(summary)]
     title = f"{summary['path']}, {summary['duration']:g} s, controller {summary['controller']}"

@@ -7,8 +7,8 @@ from typing import Any
 
 import click
 
-from contarm_sim.arm import Arm
 from contarm_sim.cli.options import Command, arm_options, json_option, out_option
+from contarm_sim.model.arm import Arm
 
 
 @click.command(cls=Command)
@@ -28,12 +28,12 @@ def stiffness(arm: Arm, bend: Any, levels: int, out: str | None, as_json: bool) 
     """
     import numpy as np
 
-    from contarm_sim.arm_file import arm_to_dict
     from contarm_sim.cli.terminal import command_line, say, table, track
     from contarm_sim.kinematics import arc
-    from contarm_sim.report.figures import draw_stiffness
-    from contarm_sim.report.output import OutputFolder, check_output, default_folder, to_json, versions
-    from contarm_sim.validation.cocontraction import DIRECTIONS, stiffness_levels
+    from contarm_sim.model.arm_file import arm_to_dict
+    from contarm_sim.studies.cocontraction import DIRECTIONS, stiffness_levels
+    from contarm_sim.view.report.figures import draw_stiffness
+    from contarm_sim.view.report.output import OutputFolder, check_output, default_folder, to_json, versions
 
     target = Path(out) if out is not None else default_folder("stiffness")
     check_output(target)

@@ -7,8 +7,8 @@ from typing import Any
 
 import click
 
-from contarm_sim.arm import Arm
 from contarm_sim.cli.options import Command, arm_options, json_option, out_option
+from contarm_sim.model.arm import Arm
 
 
 @click.command(cls=Command)
@@ -34,11 +34,11 @@ def validate(arm: Arm, grid: int, quick: bool, out: str | None, as_json: bool) -
     contarm validate --gravity 9.81 0 0 --bending-stiffness 0.2
     """
     from contarm_sim.cli.terminal import command_line, say, table, track
-    from contarm_sim.report.output import OutputFolder, check_output, default_folder, to_json, versions
-    from contarm_sim.report.samples_csv import write_samples
-    from contarm_sim.report.words import simulation_words
-    from contarm_sim.validation.convergence import attempt_convergence
-    from contarm_sim.validation.scenarios import NO_REST, Outcome, attempt, dome_grid, scenarios
+    from contarm_sim.studies.convergence import attempt_convergence
+    from contarm_sim.studies.scenarios import NO_REST, Outcome, attempt, dome_grid, scenarios
+    from contarm_sim.view.report.output import OutputFolder, check_output, default_folder, to_json, versions
+    from contarm_sim.view.report.samples_csv import write_samples
+    from contarm_sim.view.report.words import simulation_words
 
     target = Path(out) if out is not None else default_folder("validate")
     check_output(target)
@@ -53,7 +53,7 @@ def validate(arm: Arm, grid: int, quick: bool, out: str | None, as_json: bool) -
         (folder / "summary.json").write_text(to_json(summary) + "\n")
         write_samples(folder / "samples.csv", {o.scenario.name: (o.samples, o.comparison) for o in outcomes})
         if not quick:
-            from contarm_sim.report.figures import draw_convergence, draw_error_maps
+            from contarm_sim.view.report.figures import draw_convergence, draw_error_maps
 
             draw_error_maps(folder / "error_maps.png", arm, found)
             if study["verdict"] != NO_REST:
@@ -81,8 +81,8 @@ def validate(arm: Arm, grid: int, quick: bool, out: str | None, as_json: bool) -
 
 
 def _summary(arm: Arm, outcomes: list[Any], study: dict[str, Any]) -> dict[str, Any]:
-    from contarm_sim.arm_file import arm_to_dict
-    from contarm_sim.validation.scenarios import NOT_JUDGED
+    from contarm_sim.model.arm_file import arm_to_dict
+    from contarm_sim.studies.scenarios import NOT_JUDGED
 
     judged = [o.summary["verdict"] for o in outcomes] + [study["verdict"]]
     return {
@@ -142,7 +142,7 @@ def _notes(outcomes: list[Any]) -> list[str]:
 
 def _finding(outcome: Any) -> str:
     """Say of a scenario whether constant curvature holds, and whether the simulation is explained."""
-    from contarm_sim.report.words import curvature_words, simulation_words
+    from contarm_sim.view.report.words import curvature_words, simulation_words
 
     summary, name = outcome.summary, outcome.scenario.name
     simulation = simulation_words(summary)

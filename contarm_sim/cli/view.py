@@ -6,8 +6,8 @@ from typing import Any
 
 import click
 
-from contarm_sim.arm import Arm
 from contarm_sim.cli.options import Command, arm_options, controller_option, json_option
+from contarm_sim.model.arm import Arm
 
 
 @click.command(cls=Command)
@@ -35,12 +35,12 @@ def view(arm: Arm, controller: Any, port: int | None, opened: bool, native: bool
     from contarm_sim.cli.terminal import say
 
     if native:
-        from contarm_sim.live.native import show
+        from contarm_sim.view.live.native import show
 
         show(arm, controller)
         return
-    from contarm_sim.live.server import serve
-    from contarm_sim.report.output import to_json
+    from contarm_sim.view.live.server import serve
+    from contarm_sim.view.report.output import to_json
 
     def ready(url: str) -> None:
         if as_json:

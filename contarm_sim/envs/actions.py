@@ -19,13 +19,13 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.statics import balance, holding_tensions, level_range, servo_control
 from contarm_sim.mjcf import Actuation
+from contarm_sim.model.arm import Arm
 
 Mode = Literal["bend", "lengths", "tensions", "pressures"]
 MODES: tuple[Mode, ...] = get_args(Mode)

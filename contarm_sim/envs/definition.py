@@ -9,7 +9,6 @@ from typing import Any, Literal, get_args
 import mujoco
 import numpy as np
 
-from contarm_sim.arm import Arm
 from contarm_sim.envs import variations as variation
 from contarm_sim.envs.actions import Actions, Mode
 from contarm_sim.envs.hold import Hold
@@ -20,6 +19,7 @@ from contarm_sim.envs.track import Track
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf import Actuation, arm_spec
+from contarm_sim.model.arm import Arm
 
 TASKS: dict[str, type[Task]] = {kind.name: kind for kind in (Reach, Track, Hold)}
 

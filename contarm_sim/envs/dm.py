@@ -23,14 +23,14 @@ import dm_env
 import numpy as np
 from dm_env import specs
 
-from contarm_sim.arm import Arm
+from contarm_sim.engine.plant import quiet_engine
 from contarm_sim.envs.actions import Mode
 from contarm_sim.envs.definition import TASKS, Definition, Reward, define
 from contarm_sim.envs.dm_entity import ArmArena, ContinuumArm, PhysicsError, composer, observable
 from contarm_sim.envs.episodes import Episodes, Outcome
 from contarm_sim.envs.task import CONTROL_PERIOD
 from contarm_sim.errors import DivergenceError
-from contarm_sim.simulation.plant import quiet_engine
+from contarm_sim.model.arm import Arm
 
 ALL = tuple(TASKS)
 """Names that `load` takes."""

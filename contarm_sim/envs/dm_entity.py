@@ -8,8 +8,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from contarm_sim import engine
-from contarm_sim.arm import Arm
+from contarm_sim import libmujoco
 from contarm_sim.envs.actions import Actions, Mode
 from contarm_sim.envs.definition import plain_spec
 from contarm_sim.envs.state import State, read
@@ -17,9 +16,10 @@ from contarm_sim.mjcf import TIMESTEP, exact_xml
 from contarm_sim.mjcf.muscles import straight_control
 from contarm_sim.mjcf.routing import MUSCLES
 from contarm_sim.mjcf.scene import add_scene, base_quaternion
-from contarm_sim.rendering.draw import TARGET
+from contarm_sim.model.arm import Arm
+from contarm_sim.view.rendering.draw import TARGET
 
-engine.load()
+libmujoco.load()
 with warnings.catch_warnings():  # of GLFW, where there is no display
     warnings.simplefilter("ignore")
     from dm_control import composer, mjcf

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contarm_sim.arm import Arm
 from contarm_sim.envs import variations as variation
 from contarm_sim.envs.definition import NEAR, TOLERANCE, Definition
 from contarm_sim.envs.state import State
 from contarm_sim.envs.task import CONTROL_PERIOD, Goals
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
 
 SETTLE = 1.0
 """Beginning of an episode that is not judged, where errors are judged over time [s]."""

@@ -19,8 +19,7 @@ import numpy as np
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.spaces import Box
 
-from contarm_sim import engine
-from contarm_sim.arm import Arm
+from contarm_sim import libmujoco
 from contarm_sim.envs.actions import Mode
 from contarm_sim.envs.definition import Definition, Reward, define
 from contarm_sim.envs.episodes import Episodes
@@ -30,8 +29,9 @@ from contarm_sim.envs.registration import register
 from contarm_sim.envs.task import CONTROL_PERIOD, LIMIT
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
 
-engine.load()
+libmujoco.load()
 register()
 
 

@@ -21,7 +21,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from contarm_sim.arm import Arm
 from contarm_sim.envs.actions import Mode
 from contarm_sim.envs.state import State
 from contarm_sim.envs.task import LIMIT, Goals, Task, even_bend, even_direction, norm
@@ -33,6 +32,7 @@ from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.pneumatics import force_slope, passive_slope
 from contarm_sim.mechanics.routing import length_jacobian
 from contarm_sim.mechanics.statics import Balance, balance, level_range, wrench_moment
+from contarm_sim.model.arm import Arm
 
 MAX_BEND = float(np.radians(80))
 MAX_FORCE, MAX_COUPLE = 0.3, 0.02

@@ -9,12 +9,12 @@ import numpy as np
 from mujoco.batch import Batch
 from numpy.typing import NDArray
 
-from contarm_sim.arm import Arm
+from contarm_sim.engine.plant import FATAL, quiet_engine
 from contarm_sim.envs.definition import Definition
 from contarm_sim.envs.state import ENGINE_FIELDS, State, read
 from contarm_sim.errors import DivergenceError
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.simulation.plant import FATAL, quiet_engine
+from contarm_sim.model.arm import Arm
 
 
 class Single:

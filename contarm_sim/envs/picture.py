@@ -5,8 +5,8 @@ from __future__ import annotations
 from contextlib import ExitStack
 from typing import Any, Protocol
 
-from contarm_sim.arm import Arm
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
 
 RENDER_MODES = ("rgb_array", "human")
 SIZE = (640, 480)
@@ -36,7 +36,7 @@ class Pixels:
     """Draws arrays, shape (480, 640, 3)."""
 
     def __init__(self, arm: Arm) -> None:
-        from contarm_sim.rendering.draw import ArmRenderer
+        from contarm_sim.view.rendering.draw import ArmRenderer
 
         self._renderer = ArmRenderer(arm, *SIZE)
 
@@ -60,7 +60,7 @@ class Window:
         import mujoco
 
         from contarm_sim.mjcf import scene_spec
-        from contarm_sim.rendering.window import window
+        from contarm_sim.view.rendering.window import window
 
         self._model = scene_spec(arm).compile()
         self._data = mujoco.MjData(self._model)
@@ -72,8 +72,8 @@ class Window:
         """Show the pose and the target."""
         import mujoco
 
-        from contarm_sim.rendering.draw import TARGET
-        from contarm_sim.rendering.overlays import add_ball
+        from contarm_sim.view.rendering.draw import TARGET
+        from contarm_sim.view.rendering.overlays import add_ball
 
         with self._viewer.lock():
             self._data.qpos[:] = qpos

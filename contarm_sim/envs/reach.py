@@ -15,12 +15,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from contarm_sim.arm import Arm
 from contarm_sim.envs.actions import MAX_BEND, Mode
 from contarm_sim.envs.state import State
 from contarm_sim.envs.task import Goals, Task, even_bend, norm
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array, as_vectors
+from contarm_sim.model.arm import Arm
 
 
 class Reach(Task):

@@ -10,15 +10,15 @@ from functools import cached_property
 
 import numpy as np
 
-from contarm_sim.arm import Arm
+from contarm_sim.control.tip_plan import TipPlan
+from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.envs.actions import Actions, shortened
 from contarm_sim.errors import ConvergenceError, InputError
 from contarm_sim.kinematics import arc, dome
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.muscles import bend_of_lengths
-from contarm_sim.simulation.plan import TipPlan
-from contarm_sim.simulation.plant import Plant, engine_room
-from contarm_sim.simulation.solver import Solver
+from contarm_sim.model.arm import Arm
+from contarm_sim.statics.solver import Solver
 
 CORRECTIONS = 8
 """Of a bend towards given set-points; each leaves about a hundredth of the error."""

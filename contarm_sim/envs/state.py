@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.arm import Arm
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf.routing import counted_from
+from contarm_sim.model.arm import Arm
 
 State = dict[str, Array]
 

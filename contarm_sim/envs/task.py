@@ -8,11 +8,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from contarm_sim.arm import Arm
 from contarm_sim.envs.actions import Actions, Mode
 from contarm_sim.envs.resting import Resting
 from contarm_sim.envs.state import State
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
 
 CONTROL_PERIOD = 0.05
 """Time between actions [s]; controls are held in between."""

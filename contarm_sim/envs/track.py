@@ -18,13 +18,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from contarm_sim import paths
-from contarm_sim.arm import Arm
 from contarm_sim.envs.actions import Mode
 from contarm_sim.envs.state import State
 from contarm_sim.envs.task import CONTROL_PERIOD, Goals, Task, norm
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, dome
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
 
 BENDS = (np.radians(30), np.radians(120))
 AHEAD = 5

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.arm import Arm
-from contarm_sim.arm_file import arm_from_dict
 from contarm_sim.errors import InputError
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.arm_file import arm_from_dict
 
 VARIED = (
     "mass",

@@ -13,8 +13,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from contarm_sim import engine
-from contarm_sim.arm import Arm
+from contarm_sim import libmujoco
 from contarm_sim.envs.actions import Mode
 from contarm_sim.envs.definition import Reward, define
 from contarm_sim.envs.episodes import Episodes, Flags, Outcome
@@ -24,8 +23,9 @@ from contarm_sim.envs.picture import Picture, picture
 from contarm_sim.envs.task import CONTROL_PERIOD
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
 
-engine.load()
+libmujoco.load()
 
 
 class ArmVectorEnv(VectorEnv[Array, Array, Any]):

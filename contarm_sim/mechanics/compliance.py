@@ -19,11 +19,11 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array, as_vectors
 from contarm_sim.kinematics.muscles import DIRECTIONS
+from contarm_sim.model.arm import Arm
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 

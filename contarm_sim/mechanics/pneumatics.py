@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.arm import Arm
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
 
 
 def force(pressure: Any, length: Any, arm: Arm) -> Array:

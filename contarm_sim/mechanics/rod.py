@@ -13,8 +13,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.polynomial import legendre
 
-from contarm_sim.arm import Arm
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
 
 SEGMENTS = 32
 """Pieces of the rod: the sag of one is off by a thousandth of itself."""

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.arm import Arm
 from contarm_sim.kinematics import chain, hinges, muscles, spans
 from contarm_sim.kinematics.arrays import Array, as_vectors
+from contarm_sim.model.arm import Arm
 
 
 def joint_angles(bend: Any, arm: Arm) -> tuple[Array, Array]:

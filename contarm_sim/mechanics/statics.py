@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array, as_vectors, sinc
 from contarm_sim.mechanics import pneumatics, routing
 from contarm_sim.mechanics.compliance import buckling_tension
 from contarm_sim.mechanics.routing import length_jacobian
+from contarm_sim.model.arm import Arm
 
 BUCKLING_SHARE = 0.95
 """Of the tension that buckles an arm between the disks of straight spans, what is used at most."""

@@ -1,8 +1,8 @@
 """The generated MJCF of the arm. Never imports the kinematics: the comparison is between two derivations."""
 
-from contarm_sim import engine
+from contarm_sim import libmujoco
 
-engine.load()
+libmujoco.load()
 
 from contarm_sim.mjcf.build import TIMESTEP, arm_spec, scene_spec, spec  # noqa: E402
 from contarm_sim.mjcf.muscles import ACTUATIONS, Actuation, straight_control  # noqa: E402

@@ -13,7 +13,7 @@ import math
 
 import mujoco
 
-from contarm_sim.arm import Arm
+from contarm_sim.model.arm import Arm
 
 AXES = {"x": [1.0, 0.0, 0.0], "y": [0.0, 1.0, 0.0], "z": [0.0, 0.0, 1.0]}
 VISUAL, COLLISION = "visual", "collision"

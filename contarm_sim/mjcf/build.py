@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import mujoco
 
-from contarm_sim.arm import Arm
 from contarm_sim.mjcf.backbone import add_backbone, add_defaults
 from contarm_sim.mjcf.muscles import Actuation, add_muscles, add_sensors, straight_control
 from contarm_sim.mjcf.scene import add_scene, base_quaternion, world_gravity
 from contarm_sim.mjcf.stability import longest_step
+from contarm_sim.model.arm import Arm
 
 TIMESTEP = 0.005
 """Longest time step [s]: errs by at most 0.02 % of length along the default arm's spiral, hanging with 100 g too."""

@@ -7,9 +7,9 @@ from typing import Any, Literal, get_args
 
 import mujoco
 
-from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
 from contarm_sim.mjcf.routing import MUSCLES, add_tendons, counted_from
+from contarm_sim.model.arm import Arm
 
 Actuation = Literal["lengths", "pressures", "tensions", "none"]
 ACTUATIONS: tuple[Actuation, ...] = get_args(Actuation)

@@ -13,8 +13,8 @@ import math
 
 import mujoco
 
-from contarm_sim.arm import Arm
 from contarm_sim.mjcf.backbone import HARD, VISUAL
+from contarm_sim.model.arm import Arm
 
 MUSCLES = ("muscle_1", "muscle_2", "muscle_3")
 COLOURS = ([0.84, 0.15, 0.16, 1.0], [0.17, 0.50, 0.72, 1.0], [0.95, 0.63, 0.10, 1.0])

@@ -7,7 +7,7 @@ import math
 import mujoco
 import numpy as np
 
-from contarm_sim.arm import Arm
+from contarm_sim.model.arm import Arm
 
 OFFSCREEN = (1920, 1080)
 """Largest picture [pixels] that the model's offscreen buffer holds."""

@@ -9,9 +9,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from contarm_sim.arm import Arm
 from contarm_sim.errors import InputError
 from contarm_sim.mjcf.muscles import Actuation, stiffest
+from contarm_sim.model.arm import Arm
 
 MARGIN = 1.3
 """Factor by which a step stays below what linear theory calls unstable: the arm bends, and its inertia changes."""

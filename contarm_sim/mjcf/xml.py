@@ -13,9 +13,9 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 
-from contarm_sim.arm import Arm
 from contarm_sim.mjcf.build import arm_spec, scene_spec
 from contarm_sim.mjcf.muscles import Actuation
+from contarm_sim.model.arm import Arm
 
 _RENAMED = {"diaginertia": "inertia"}
 _ATTRIBUTES_OF = {"general": "actuator", "spatial": "tendon", "fixed": "tendon", "inertial": "body"}

@@ -1,0 +1,1 @@
+"""From bends to controls, and corrections by what is seen."""

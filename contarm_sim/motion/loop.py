@@ -1,0 +1,168 @@
+"""The stepping loop: set-points to the engine, what it senses to the feedback and the recording, and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from contarm_sim.control.command import Command
+from contarm_sim.control.feedback import Feedback, Memory, Seen
+from contarm_sim.engine.plant import FATAL, Plant
+from contarm_sim.engine.recorder import Recorder
+from contarm_sim.kinematics.arrays import Array
+
+EVERY = 25
+"""Control ticks between snapshots."""
+
+_STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """All that a motion goes on from: control tick, engine state, and what the feedback has summed up."""
+
+    tick: int
+    state: Array
+    memory: Memory
+
+
+@dataclass
+class Pass:
+    """One motion on its way.
+
+    Attributes:
+        plant: the arm, in the state that the motion starts from.
+        orders: set-points of all samples.
+        feedback: corrects them, or None.
+        rate: control ticks per second [Hz].
+        substeps: engine steps per control tick.
+        snapshots: taken every `EVERY` ticks, from the first on.
+        setpoint: controls sent at the ticks of the last `run`, shape (ticks, 3).
+    """
+
+    plant: Plant
+    orders: Command
+    feedback: Feedback | None
+    rate: float
+    substeps: int
+    snapshots: list[Snapshot] = field(default_factory=list)
+    setpoint: Array = field(default_factory=lambda: np.empty((0, 3)))
+
+    def run(self, recorder: Recorder, start: int, stop: int, on_tick: Callable[[int], object] | None = None) -> int:
+        """Step from tick `start` to before `stop`; return the number of ticks recorded, fewer if Ctrl-C ended it.
+
+        `mj_step` leaves poses and forces of the time that it started from, so those of a tick's first step belong to
+        the tick. Between ticks set-points move in a straight line: a staircase would jolt the muscles by tens of
+        newtons.
+
+        Raises:
+            DivergenceError: the engine met a bad state.
+        """
+        plant, model, data, feedback = self.plant, self.plant.model, self.plant.data, self.feedback
+        step, warned, (position, velocity, acceleration) = mujoco.mj_step, plant.warned, FATAL
+        sensors, centres = data.sensordata, plant.centres
+        sensed, stations = recorder.sensed, recorder.stations
+        gain = 0.0 if feedback is None else 1 / (self.rate * feedback.time)
+        send, (look, seen) = self._hand(), self._eyes(recorder)
+        ramps, sent = self._ramps(start, stop), []
+        count = 0
+        try:
+            for i in range(start, stop):
+                if i % EVERY == 0:
+                    self._snapshot(i)
+                if plant.turning:
+                    plant.stiffen_twist()
+                first, *between = ramps[count].tolist()
+                sent.append(send(first))
+                step(model, data)
+                sensed[count] = sensors
+                stations[count] = centres
+                if feedback is not None:
+                    look()
+                    feedback.update(i, seen, gain)
+                for row in between:
+                    send(row)
+                    step(model, data)
+                if warned[position] or warned[velocity] or warned[acceleration]:
+                    plant.check(self._settings())
+                count += 1
+                if on_tick is not None:
+                    on_tick(count)
+        except KeyboardInterrupt:
+            pass
+        self.setpoint = np.array(sent[:count]).reshape(count, 3)
+        return count
+
+    # Plain floats in and out of the engine's memory: these run every tick, where an array operation on three numbers
+    # costs as much as a tenth of a step.
+
+    def _hand(self) -> Callable[[list[float]], tuple[float, float, float]]:
+        """Return a function that sends set-points, corrected and limited, to the engine and returns what it sent."""
+        control: Any = memoryview(self.plant.data.ctrl)
+        value: Any = memoryview(np.zeros(3) if self.feedback is None else self.feedback.value)  # type: ignore[arg-type]
+        double = len(control) > 3
+        low, high = self.orders.limits(self.plant.arm) or (-np.inf, np.inf)
+
+        def send(row: list[float]) -> tuple[float, float, float]:
+            one, two, three = row
+            one, two, three = one + value[0], two + value[1], three + value[2]
+            if not (low <= one <= high and low <= two <= high and low <= three <= high):
+                one, two, three = (min(max(x, low), high) for x in (one, two, three))
+            control[0], control[1], control[2] = one, two, three
+            if double:
+                control[3], control[4], control[5] = one, two, three
+            return one, two, three
+
+        return send
+
+    def _eyes(self, recorder: Recorder) -> tuple[Callable[[], None], Seen]:
+        """Return a function that brings what the feedback sees up to date, and that."""
+        sensors = memoryview(self.plant.data.sensordata)[recorder.muscles]
+        zero, damping = recorder.zero, float(self.plant.damping[0])
+        seen = Seen((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), self.plant.centres[-1])
+
+        def look() -> None:
+            l1, l2, l3, v1, v2, v3, f1, f2, f3 = sensors
+            seen.lengths = l1 + zero, l2 + zero, l3 + zero
+            seen.tensions = damping * v1 - f1, damping * v2 - f2, damping * v3 - f3
+            seen.pulls = -f1, -f2, -f3
+
+        return look, seen
+
+    def _ramps(self, start: int, stop: int) -> Array:
+        """Return the controls of every engine step before feedback, shape (ticks, substeps, 3)."""
+        setpoint = self.orders.setpoint
+        ahead = np.diff(setpoint, axis=0, append=setpoint[-1:])[start:stop, None]
+        ramps = setpoint[start:stop, None] + np.arange(self.substeps)[:, None] / self.substeps * ahead
+        return np.asarray(ramps)
+
+    def _snapshot(self, tick: int) -> None:
+        state = np.empty(self._size)
+        mujoco.mj_getState(self.plant.model, self.plant.data, state, _STATE)
+        self.snapshots.append(Snapshot(tick, state, None if self.feedback is None else self.feedback.memory))
+
+    @cached_property
+    def _size(self) -> int:
+        return mujoco.mj_stateSize(self.plant.model, _STATE)
+
+    def go_back(self, snapshot: Snapshot) -> None:
+        """Go on from a snapshot of the same motion, taken with this or another number of substeps."""
+        model, data = self.plant.model, self.plant.data
+        mujoco.mj_setState(model, data, snapshot.state, _STATE)
+        mujoco.mj_forward(model, data)  # tensions, which stiffen a twisting arm
+        mujoco.mj_setState(model, data, snapshot.state, _STATE)
+        if self.feedback is not None and snapshot.memory is not None:
+            self.feedback.memory = snapshot.memory
+
+    def _settings(self) -> dict[str, Any]:
+        option = self.plant.model.opt
+        return {
+            "timestep": option.timestep,
+            "integrator": mujoco.mjtIntegrator(option.integrator).name,
+            "servo_stiffness": self.plant.arm.servo_stiffness,
+        }

@@ -1,0 +1,65 @@
+"""Richardson's extrapolation of a motion: chains of N and N/2 links say where one of infinitely many would be.
+
+The chain's error is of second order in 1/N, so x_N + (x_N - x_n)/((N/n)^2 - 1) is of fourth order where both chains are
+fine enough for the motion: the least are some eight and four links.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.results.samples import Samples
+
+LEAST_LINKS = 8
+"""Fewest links of the finer chain."""
+
+
+def coarser(links: int) -> int:
+    """Return the link count of the coarser chain.
+
+    Raises:
+        InputError: too few links to extrapolate from.
+    """
+    if links < LEAST_LINKS:
+        raise InputError("links", links, f"at least {LEAST_LINKS}, half of which make the coarser chain")
+    return links // 2
+
+
+def extrapolated(fine: Samples, coarse: Samples) -> Samples:
+    """Return the samples of a chain improved by those of a coarser one at the same times.
+
+    Stations, tip orientations, muscle lengths, tensions and pressures are; controls and joint angles stay those of the
+    finer chain. Between stations of the coarser chain the difference is interpolated by cubic splines.
+    """
+    from scipy.interpolate import CubicSpline
+    from scipy.spatial.transform import Rotation
+
+    count = min(len(fine), len(coarse))
+    fine, coarse = first(fine, count), first(coarse, count)
+    links, fewer = fine.stations.shape[1] - 1, coarse.stations.shape[1] - 1
+    gain = 1 / ((links / fewer) ** 2 - 1)
+    shape = CubicSpline(np.linspace(0, 1, links + 1), fine.stations, axis=1)(np.linspace(0, 1, fewer + 1))
+    difference = CubicSpline(np.linspace(0, 1, fewer + 1), shape - coarse.stations, axis=1)
+    here, there = Rotation.from_matrix(fine.tip_rotation), Rotation.from_matrix(coarse.tip_rotation)
+
+    def better(one: Array, other: Array) -> Array:
+        with np.errstate(invalid="ignore"):  # pressures that no muscle has
+            return np.where(np.isfinite(one) & np.isfinite(other), one + gain * (one - other), one)
+
+    return replace(
+        fine,
+        stations=fine.stations + gain * difference(np.linspace(0, 1, links + 1)),
+        tip_rotation=(here * Rotation.from_rotvec(gain * (there.inv() * here).as_rotvec())).as_matrix(),
+        muscle_lengths=better(fine.muscle_lengths, coarse.muscle_lengths),
+        muscle_tensions=better(fine.muscle_tensions, coarse.muscle_tensions),
+        pressure=better(fine.pressure, coarse.pressure),
+    )
+
+
+def first(samples: Samples, count: int) -> Samples:
+    """Return the first `count` samples."""
+    return Samples(**{name: value[:count] for name, value in vars(samples).items()})

@@ -1,0 +1,60 @@
+"""How the engine steps: how long a step is, and the longest that an arm can stand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from contarm_sim.engine.plant import Plant
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mjcf import TIMESTEP
+from contarm_sim.mjcf.stability import SHORTEST, is_stable, unstable
+
+
+@dataclass(frozen=True)
+class Stepping:
+    """How the engine steps: time step [s] and integrator."""
+
+    timestep: float = TIMESTEP
+    integrator: mujoco.mjtIntegrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+
+    def substeps(self, rate: float) -> int:
+        """Return engine steps per control tick.
+
+        Raises:
+            InputError: the tick is no whole number of steps.
+        """
+        steps = 1 / (rate * self.timestep)
+        if round(steps) < 1 or abs(steps - round(steps)) > 1e-6:
+            raise InputError(
+                "timestep", f"{self.timestep:g} s", f"a whole fraction of the control period, {1 / rate:g} s"
+            )
+        return round(steps)
+
+
+ACCURATE = Stepping()
+FAST = Stepping(0.01)
+
+
+def stable_substeps(plant: Plant, rate: float, bends: Array) -> int:
+    """Return the least number of steps per control tick, at most `TIMESTEP` each, at which the arm cannot blow up.
+
+    Args:
+        bends: uniform bends [rad], shape (B, 2), that are tried beside the straight pose.
+
+    Raises:
+        InputError: no step is stable; says what to change.
+    """
+    count = math.ceil(1 / (rate * TIMESTEP) - 1e-9)
+    for bend in np.vstack([np.zeros(2), bends]):
+        plant.reset(bend)
+        mujoco.mj_forward(plant.model, plant.data)
+        while not is_stable(plant.model, plant.data, plant.arm, plant.actuation, 1 / (rate * count)):
+            count *= 2
+            if 1 / (rate * count) < SHORTEST:
+                raise unstable(plant.arm)
+    return count

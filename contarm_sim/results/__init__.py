@@ -1,0 +1,1 @@
+"""What a simulation found, and its comparison with the closed forms. Opens without MuJoCo."""

@@ -1,5 +1,0 @@
-"""The simulated arm: plant, controllers, rest and motion."""
-
-from contarm_sim import engine
-
-engine.load()

@@ -1,0 +1,5 @@
+"""Poses at rest: loads, stiffness, solvers."""
+
+from contarm_sim import libmujoco
+
+libmujoco.load()

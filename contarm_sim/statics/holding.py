@@ -1,0 +1,211 @@
+"""Poses at rest that meet given muscle lengths, joint angles and tensions found by one Newton.
+
+What a controller that corrects its set-points ends in is an arm whose length differences are met and whose slackest
+muscle has its least tension: the lowest energy of all poses with these lengths, tensions being the multipliers. With C
+the muscles but the slackest, and G the differences,
+
+    K dq + J^T C dT = Q      G J dq = G (wanted - lengths)
+
+solved through K + w (G J)^T G J, which the same step solves and which is positive where the pose is a minimum. The
+set-points follow from lengths and tensions.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics.pneumatics import force, passive_slope, passive_tension
+from contarm_sim.mechanics.statics import servo_control
+from contarm_sim.statics.descent import descend
+from contarm_sim.statics.reasons import too_much_pressure, too_short, too_strong, unsettled, unstable
+from contarm_sim.statics.solver import Solver, tolerance
+from contarm_sim.statics.stiffness import TangentStiffness
+
+DIFFERENCES = np.array([[2.0, -1.0, -1.0], [0.0, 1.0, -1.0]]) / np.sqrt([[6.0], [2.0]])
+"""What is wanted of three lengths, shape (2, 3): all but what they have in common."""
+
+
+class Holder:
+    """Moves a plant to rest at muscle lengths, from its current pose downhill.
+
+    Attributes:
+        extra: generalised forces beside weight and springs [N m], shape (dofs,); 0 unless set.
+        least: lowest tension of each muscle's actuator [N], shape (3,); the slackest has it.
+        least_pressures: lowest pressures [Pa], shape (3,), where these say what the lowest tensions are; or None.
+        tensions: of the actuators, without the silicone's [N], shape (3,).
+        iterations: evaluations of the stiffness matrix since the last call.
+        tolerance: largest generalised force left at rest [N m].
+    """
+
+    def __init__(self, solver: Solver) -> None:
+        self.plant = plant = solver.plant
+        self._solver = solver
+        self._stiffness = TangentStiffness(plant, self._solver.load)
+        self.tolerance = tolerance(plant.arm)
+        self._per_metre = plant.arm.servo_stiffness * plant.arm.muscle_radius
+        self.extra: Array | float = 0.0
+        self.least = np.full(3, plant.arm.muscle.min_tension)
+        self.least_pressures: Array | None = None
+        self.tensions = self.least.copy()
+        self.wanted, self._meant = np.zeros(3), DIFFERENCES
+        self.forces = self._error = np.zeros(0)
+        self._lengths = np.zeros(3)
+        self.iterations = 0
+
+    def __call__(self, lengths: Array, meant: Array = DIFFERENCES) -> None:
+        """Come to rest at muscle lengths [m], shape (3,).
+
+        Args:
+            meant: what is wanted of them, orthonormal rows, shape (2, 3).
+
+        Raises:
+            NoRestError: no pose at rest was found.
+        """
+        self.wanted, self._meant, self.iterations = lengths, meant, 0
+        residual, minimum = descend(self, self._solver.steps)
+        if residual > self.tolerance:
+            raise unsettled(self.plant.arm, residual, self.tolerance, self.iterations)
+        if not minimum:
+            raise unstable(self.plant.arm, float(np.linalg.eigvalsh(self._matrix)[0]))
+
+    def by_lengths(self) -> Array:
+        """Return the derivative of joint angles by what is meant of muscle lengths [rad/m], shape (dofs, 3)."""
+        return np.asarray(self._bent @ np.linalg.solve(self._turned, self._meant))
+
+    def setpoints(self, checked: bool = True) -> Array:
+        """Return the controls of length servos that hold the pose, length changes [m], shape (3,).
+
+        Args:
+            checked: refuse what servos cannot follow.
+
+        Raises:
+            NoRestError: they are out of the servos' range, or take more than the muscles' blocked force.
+        """
+        arm = self.plant.arm
+        control = servo_control(self.plant.muscle_lengths, self.tensions, arm)
+        if not checked:
+            return control
+        if self.tensions.max() > arm.muscle.blocked_force:
+            raise too_strong(arm, float(self.tensions.max()))
+        low, high = arm.setpoint_range
+        beyond = np.maximum(low - control, control - high)
+        if beyond.max() > 0:
+            raise too_short(arm, float(control[beyond.argmax()]))
+        return control
+
+    def excess(self) -> float:
+        """Return how far the pose is beyond what length servos can hold [N]; 0 if they can."""
+        arm = self.plant.arm
+        control, (low, high) = servo_control(self.plant.muscle_lengths, self.tensions, arm), arm.setpoint_range
+        beyond = np.maximum(low - control, control - high) * arm.servo_stiffness
+        return max(0.0, float(beyond.max()), float(self.tensions.max()) - arm.muscle.blocked_force)
+
+    def pressures(self) -> Array:
+        """Return the pressures that hold the pose [Pa], shape (3,).
+
+        Raises:
+            NoRestError: one is higher than there is.
+        """
+        arm = self.plant.arm
+        per_pascal = force(1.0, self.plant.muscle_lengths, arm)
+        pressures = np.divide(self.tensions, per_pascal, out=np.full(3, np.inf), where=per_pascal > 0)
+        if pressures.max() > arm.muscle.max_pressure:
+            raise too_much_pressure(arm, float(pressures.max()))
+        return pressures
+
+    def check(self) -> None:
+        """Settle under the plant's own controls, which must be set: they hold the pose that was found, and it stays.
+
+        Raises:
+            NoRestError: they do not, or it would not stay.
+        """
+        residual = self._solver.evaluate()
+        if residual > 100 * self.tolerance:
+            raise unsettled(self.plant.arm, residual, self.tolerance, self.iterations)
+        if not self._solver.positive():
+            raise unstable(self.plant.arm, self._solver.softest())
+
+    # What `descend` asks for.
+
+    def evaluate(self) -> float:
+        """Derive forces and lengths; return the largest force left, what a length's error would pull included [N m]."""
+        plant = self.plant
+        data = plant.data
+        data.qvel[:] = 0
+        mujoco.mj_kinematics(plant.model, data)
+        mujoco.mj_comPos(plant.model, data)
+        mujoco.mj_tendon(plant.model, data)
+        self._lengths = plant.muscle_lengths
+        if self.least_pressures is not None:
+            self.least = self.least_pressures * force(1.0, self._lengths, plant.arm)
+        self._total = self.tensions + passive_tension(self._lengths, plant.arm)
+        plant.tighten(self._total)
+        self.forces = self._stiffness.forces(self._total) + self.extra
+        self._swing = self._stiffness.swing()
+        self._error = self._meant @ (self.wanted - self._lengths)
+        largest = max(float(np.abs(self.forces).max()), self._per_metre * float(np.abs(self._error).max()))
+        return largest if np.isfinite(largest) else np.inf
+
+    def linearise(self) -> None:
+        """Derive the stiffness, and what tensions and lengths have to do with joint angles."""
+        self.iterations += 1
+        plant = self.plant
+        K = self._stiffness.matrix(self._total, passive_slope(self._lengths, plant.arm))
+        J = plant.muscle_jacobian
+        self._by_length = self._meant @ J
+        free = [i for i in range(3) if i != int(np.argmax(self.least - self.tensions))]
+        self._free = np.eye(3)[:, free]
+        self._by_tension = (J + plant.twist_by_tension)[free].T
+        weight = plant.arm.servo_stiffness
+        self._matrix = K + weight * self._by_length.T @ self._by_length
+        self._rest = np.column_stack([self.forces + weight * self._error @ self._by_length, self._by_tension])
+
+    def step(self, damping: float) -> Array | None:
+        """Return the change of joint angles [rad] and tensions [N], or None, see `Descent`."""
+        K = self._matrix
+        if damping:
+            K = K.copy()
+            K.reshape(-1)[:: len(K) + 1] += damping * self._solver.scale
+        try:
+            np.linalg.cholesky(K)
+        except np.linalg.LinAlgError:
+            return None
+        solved = np.linalg.solve(K, self._rest)
+        bent, free = solved[:, 1:], solved[:, 0]
+        turned = self._by_length @ bent
+        pull = np.linalg.solve(turned, self._by_length @ free - self._error)
+        step = free - bent @ pull
+        share = self._solver.share(step)
+        self._bent, self._turned = bent, turned
+        return np.concatenate([share * step, share * (self._free @ pull)])
+
+    def lift(self) -> float:
+        """Return a damping that lifts the softest mode to as far above zero as it is below."""
+        return self._solver.lifting(self._matrix)
+
+    def state(self) -> tuple[Any, ...]:
+        """Return joint angles [rad], forces [N m], tensions [N], errors of length [m], and of the dead loads."""
+        return self.plant.data.qpos.copy(), self.forces, self.tensions, self._error, self._swing
+
+    def restore(self, state: tuple[Any, ...]) -> None:
+        """Go back to a state."""
+        self.plant.data.qpos[:], self.forces, self.tensions, self._error, self._swing = state
+
+    def move(self, step: Array) -> None:
+        """Change joint angles [rad] and tensions [N]; the slackest muscle has the least."""
+        self.plant.data.qpos += step[:-3]
+        tensions = self.tensions + step[-3:]
+        self.tensions = tensions + (self.least - tensions).max()
+
+    def released(self, before: tuple[Any, ...], step: Array) -> tuple[float, float]:
+        """Return the energy that a step released and what was expected [J]; lengths that are met do no work."""
+        _, forces, tensions, error, swing = before
+        weight, turn = 0.5 * self.plant.arm.servo_stiffness, step[:-3]
+        sought = weight * float(error @ error)
+        work = 0.5 * float((forces + self.forces) @ turn) + sought - weight * float(self._error @ self._error)
+        work += self._stiffness.work(swing, self._swing, turn, 0.5 * (tensions + self.tensions))
+        return work, float(0.5 * forces @ turn) + sought

@@ -1,0 +1,81 @@
+"""Why an arm has no pose at rest, in one line that says what would help."""
+
+from __future__ import annotations
+
+import math
+
+from contarm_sim.errors import NoRestError
+from contarm_sim.model.arm import Arm
+
+BUCKLING = 7.84
+"""Weight times length^2 over EI from which on an upright arm without payload buckles (Greenhill)."""
+
+AT_TIP = 3.18
+"""What a mass at the tip counts more than one that is spread evenly: BUCKLING over (pi/2)^2 (Euler)."""
+
+
+def heaviness(arm: Arm) -> float:
+    """Return weight times length^2 over EI, a payload counted as it counts for buckling, see `BUCKLING`."""
+    mass = arm.mass + AT_TIP * arm.payload
+    return mass * math.hypot(*arm.gravity) * arm.length**2 / arm.bending_stiffness
+
+
+def _said(arm: Arm) -> str:
+    return f"(m + {AT_TIP} payload) g L^2/EI" if arm.payload else "m g L^2/EI"
+
+
+def unstable(arm: Arm, softest: float) -> NoRestError:
+    """Return the error of an arm whose only pose found would not stay: its softest mode is below 0 [N m/rad]."""
+    weight = heaviness(arm)
+    if weight > BUCKLING:
+        reason = (
+            f"an unstable one alone (softest mode {softest:.3g} N m/rad), the arm buckles under its own weight: "
+            f"{_said(arm)} is {weight:.3g}, upright it carries {BUCKLING}; a stiffer, shorter or lighter arm stands"
+        )
+    else:
+        reason = f"an unstable one alone (softest mode {softest:.3g} N m/rad); less load or tension would help"
+    return NoRestError(reason, softest, 0.0)
+
+
+def unsettled(arm: Arm, residual: float, allowed: float, iterations: int) -> NoRestError:
+    """Return the error of an arm that did not come to rest within the steps allowed."""
+    return NoRestError(
+        f"settling left {residual:.3g} N m after {iterations} iterations (allowed: {allowed:.2g}) with {_said(arm)} "
+        f"{heaviness(arm):.3g} and {arm.links} links; a stiffer arm, or a guess nearer to the pose, would help",
+        residual,
+        allowed,
+    )
+
+
+def too_strong(arm: Arm, needed: float) -> NoRestError:
+    """Return the error of a pose that takes a larger tension [N] than muscles have."""
+    limit = arm.muscle.blocked_force
+    return NoRestError(
+        f"a muscle is at its limit of {limit:.0f} N and would need {needed:.4g} N; bend or carry less, or take a "
+        "larger muscle radius, thicker muscles or more pressure",
+        needed,
+        limit,
+    )
+
+
+def too_short(arm: Arm, control: float) -> NoRestError:
+    """Return the error of a pose whose set-point [m] is out of its range."""
+    low, high = arm.setpoint_range
+    return NoRestError(
+        f"a muscle would need a set-point of {1e3 * control:.4g} mm, out of {1e3 * low:.4g} to {1e3 * high:.4g} mm; "
+        "bend less, or take a smaller muscle radius",
+        control,
+        high if control > high else low,
+    )
+
+
+def too_much_pressure(arm: Arm, needed: float) -> NoRestError:
+    """Return the error of a pose that takes more pressure [Pa] than there is."""
+    limit = arm.muscle.max_pressure
+    said = f"would need {1e-3 * needed:.4g} kPa" if math.isfinite(needed) else "is too short to pull at any pressure"
+    return NoRestError(
+        f"a muscle {said}, the most is {1e-3 * limit:.4g} kPa; bend or carry less, or take a larger muscle radius, "
+        "thicker muscles or more pressure",
+        needed,
+        limit,
+    )

@@ -1,0 +1,172 @@
+"""The arm's generalised forces at rest and their tangent stiffness, in closed form on the engine's kinematics.
+
+For a chain of hinges with axes a_j through anchors o_j, a dead force f at p on a body distal to j has the
+generalised force a_j . ((p - o_j) x f); its derivative by q_i, i proximal or equal to j, is a_i . c_j with
+c_j = D_j a_j - tr(D_j) a_j, D_j the sum of (p - o_j) (x) f over the bodies distal to j. Gravity is such a
+load. Parallel muscles add only what their stretching does, for their lengths are linear in the joint angles; straight
+spans add what their turning does too. One cumulative sum serves forces and stiffness.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contarm_sim.engine.plant import Plant
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mjcf.routing import MUSCLES
+from contarm_sim.statics.loads import AppliedLoad, axial, beyond
+
+SMALL = 1e-3
+"""Change of a joint angle up to which the mean force tells the work well enough [rad]."""
+
+Swing = tuple[Array, float, Array]
+"""Of dead loads: their part of Q [N m] and their potential [J]; the lengths of straight spans [m]."""
+
+_NONE = np.zeros(0)
+
+
+class TangentStiffness:
+    """Evaluates forces Q [N m], shape (dofs,), and K = -dQ/dq [N m/rad], shape (dofs, dofs), at the plant's positions.
+
+    Call `forces` first, then `matrix` at the same pose and tensions; calling the object does both with the plant's own.
+
+    Attributes:
+        potential: of weight and dead forces at the last `forces` [J].
+        dead: their part of Q, straight spans' included [N m], shape (dofs,).
+    """
+
+    def __init__(self, plant: Plant, load: AppliedLoad) -> None:
+        self._plant, self._load = plant, load
+        self._model, self._data = plant.model, plant.data
+        model, data, links = plant.model, plant.data, plant.arm.links
+        base = model.body("base").id
+        self._bodies = slice(base, base + links + 2)  # of stations 0 .. N and the payload
+        self._axes, self._anchors, self._centres = data.xaxis, data.xanchor, data.xipos[self._bodies]
+        self._mass, self._gravity = model.body_mass[self._bodies, None], model.opt.gravity
+        self._station_of_dof = model.dof_bodyid - base
+        self._sum_of_dof = links + 1 - self._station_of_dof  # sums run from the payload inwards
+        self._sums = np.zeros((links + 2, 12))
+        self._upper = np.triu(np.ones((model.nv, model.nv), dtype=bool))
+        self.straight = plant.arm.muscle.path == "spans" and model.ntendon > 0
+        if self.straight:
+            names = [model.body(base + s).name for s in range(links + 1)]
+            self._sites = np.array([[model.site(f"{name}_{muscle}").id for muscle in MUSCLES] for name in names])
+        self.symmetric = not (load.any_moment or load.any_follower)
+
+    def __call__(self) -> Array:
+        """Return K; positions and actuator forces must be up to date.
+
+        It is symmetric but for dead couples and follower moments, which no energy belongs to.
+        """
+        tensions = self._plant.muscle_tensions
+        self._plant.tighten(tensions)
+        self.forces(tensions)
+        return self.matrix(tensions, self._plant.muscle_slopes)
+
+    def forces(self, tensions: Array) -> Array:
+        """Return Q at the plant's positions [N m], shape (dofs,), of springs, weight, loads and tensions [N], (3,)."""
+        sums, load, axes = self._sums, self._load, self._axes
+        weight = self._mass * self._gravity
+        sums[:, :3] = weight
+        dyads = sums[:, 3:].reshape(-1, 3, 3)
+        np.multiply(self._centres[:, :, None], weight[:, None, :], out=dyads)
+        if load.any_force:
+            load.add_forces(sums[:, :3], dyads)
+        self.potential = -float(sums[:, 3::4].sum())  # traces of dyads
+        self._turning = self.straight and bool(tensions.any())
+        if self._turning:
+            pull, ends = self._pulls(tensions)
+            sums[:-1, :3] += pull.sum(axis=1)
+            dyads[:-1] += ends.swapaxes(1, 2) @ pull
+        beyond_dof = sums[::-1].cumsum(axis=0)[self._sum_of_dof]
+        D = beyond_dof[:, 3:].reshape(-1, 3, 3)
+        D -= self._anchors[:, :, None] * beyond_dof[:, None, :3]
+        self._about = D
+        self.dead = (axes * axial(D)).sum(axis=1)
+        Q = self.dead - self._plant.springs * self._data.qpos
+        if load.any_moment:
+            Q += (axes * load.couples()).sum(axis=1)
+        if load.any_follower:
+            Q += axes @ load.follower()
+        if load.any_actuation:
+            Q += load.along_joints()
+        if not self.straight and self._model.ntendon:
+            Q -= tensions @ self._plant.muscle_jacobian
+        return np.asarray(Q)
+
+    def matrix(self, tensions: Array, slopes: Array) -> Array:
+        """Return K at the pose of the last `forces`, for tensions [N] and their slopes [N/m], each of shape (3,)."""
+        axes, D = self._axes, self._about
+        c = (D @ axes[:, :, None])[:, :, 0]
+        c -= (D[:, 0, 0] + D[:, 1, 1] + D[:, 2, 2])[:, None] * axes
+        K = axes @ c.T
+        K = np.where(self._upper, K, K.T)
+        if self._load.any_moment:  # dQ_i/dq_j = a_j . (a_i x M_i), j proximal to i
+            K += np.tril(np.cross(axes, self._load.couples()) @ axes.T, -1)
+        if self._load.any_follower:  # dQ_i/dq_j = a_i . (a_j x M), j distal to i
+            K += np.triu(axes @ np.cross(axes, self._load.follower()).T, 1)
+        np.negative(K, out=K)
+        if self._turning:
+            spans = self._spans(tensions)
+            K += 0.5 * (spans + spans.T)
+        if slopes.any():
+            J = self._plant.muscle_jacobian
+            K += (J.T * slopes) @ J
+        K.reshape(-1)[:: len(K) + 1] += self._plant.springs
+        if self._plant.twisted is not None:
+            K += self._plant.twisted.stiffness(tensions)
+        return K
+
+    def swing(self) -> Swing:
+        """Return what `work` needs of the last `forces`."""
+        return self.dead, self.potential, self._plant.muscle_lengths if self.straight else _NONE
+
+    def work(self, before: Swing, after: Swing, step: Array, tensions: Array) -> float:
+        """Return what dead loads, and straight spans, do along a step [J] beyond their mean force times the step.
+
+        Args:
+            before, after: `swing` at its ends.
+            step: change of joint angles [rad], shape (dofs,).
+            tensions: mean tensions [N], shape (3,).
+        """
+        if np.abs(step).max() < SMALL:
+            return 0.0  # and the difference of potentials would be all rounding
+        drawn = float(tensions @ (before[2] - after[2])) if self.straight else 0.0
+        return before[1] - after[1] + drawn - 0.5 * float((before[0] + after[0]) @ step)
+
+    def _pulls(self, tensions: Array) -> tuple[Array, Array]:
+        """Return the muscles' forces on their sites [N] and the sites' positions [m], shape (stations, 3, 3)."""
+        ends = self._data.site_xpos[self._sites]
+        spans = np.diff(ends, axis=0)
+        along = tensions[None, :, None] * spans / np.linalg.norm(spans, axis=-1, keepdims=True)
+        force = np.zeros_like(ends)
+        force[:-1] += along
+        force[1:] -= along
+        return force, ends
+
+    def _spans(self, tension: Array) -> Array:
+        """Return what the turning of straight muscle spans adds.
+
+        A span of length l along u turns by (a_j x u) under a dof j proximal to it, which costs tension times
+        l (a_i . a_j - (a_i . u)(a_j . u)) for a pair: a sum over spans of a_i . G a_j, so again one cumulative sum.
+        The joint that a span crosses moves only its far end, by v = a x (end - anchor), and is treated apart.
+        """
+        data = self._data
+        axes, anchors, station = data.xaxis, data.xanchor, self._station_of_dof
+        ends = data.site_xpos[self._sites]  # (stations, muscles, 3)
+        spans = np.diff(ends, axis=0)
+        reach = np.linalg.norm(spans, axis=-1)
+        u = spans / reach[..., None]
+        weight = tension * reach
+        G = weight.sum(axis=1)[:, None, None] * np.eye(3) - np.einsum("sm,smi,smj->sij", weight, u, u)
+        distal = np.zeros((len(ends), 3, 3))
+        distal[:-1] = beyond(G)  # of the spans distal to a station
+
+        own_u, own_reach = u[station - 1], reach[station - 1]  # (dofs, muscles, 3), (dofs, muscles)
+        v = np.cross(axes[:, None], ends[station] - anchors[:, None])
+        v -= (v * own_u).sum(axis=-1, keepdims=True) * own_u
+        through = np.einsum("jab,jb->ja", distal[station], axes)
+        across = np.einsum("m,jma->ja", tension, np.cross(own_u, v))
+        proximal = (axes @ (through + across).T) * (station[:, None] < station)
+        flat = (v * (tension / own_reach)[..., None]).reshape(len(axes), -1) @ v.reshape(len(axes), -1).T
+        return proximal + proximal.T + (axes @ through.T + flat) * (station[:, None] == station)

@@ -1,0 +1,111 @@
+"""The spiral under every controller, with and without gravity and payload: what each of them leaves."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from contarm_sim import paths
+from contarm_sim.control.command import CONTROLLERS, Controller
+from contarm_sim.control.tip_plan import plan_rest
+from contarm_sim.errors import ConvergenceError, DivergenceError, InputError
+from contarm_sim.kinematics import arc, dome
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
+from contarm_sim.motion.simulate import CONTROL_RATE, simulate
+from contarm_sim.results.compare import muscle_summary
+from contarm_sim.studies.scenarios import Track, under_load
+
+SETTLED = 1.0
+"""Errors count from this time on [s]: a path may start in a sagging pose."""
+
+EVERY = 10
+"""Errors are split at every tenth sample."""
+
+POSES = 51
+"""Of these, poses that are solved for the surface that the tip can reach; splines between."""
+
+
+def compare_all(arm: Arm, duration: float, track: Track) -> list[dict[str, Any]]:
+    """Follow the spiral with each controller: free, under gravity, with a payload; return one row of numbers each.
+
+    `along` is the part of the error along the surface that the tip can reach under that load. A row of a controller
+    that could not do it has `failed` instead, and why.
+    """
+    pulled, loaded = under_load(arm)
+    arms = {"free": arm.unloaded, "gravity": pulled, "payload": loaded}
+    jobs = [(load, controller) for load in arms for controller in CONTROLLERS]
+    rows: list[dict[str, Any]] = []
+    reach: dict[str, Array] = {}
+    for i in track(range(len(jobs)), "controllers"):
+        load, controller = jobs[i]
+        if load not in reach:
+            reach[load] = _reachable(arms[load], duration)
+        rows.append({"load": load, "controller": controller, **_row(arms[load], controller, duration, reach[load])})
+    return rows
+
+
+def _path(arm: Arm, duration: float) -> tuple[Array, Array, Array]:
+    """Return times [s], targets [m] and bends [rad] of the spiral."""
+    time, targets = paths.named("spiral", arm.length, duration).targets(CONTROL_RATE)
+    return time, targets, dome.bend_from_tip(targets, arm.length).bend
+
+
+def _reachable(arm: Arm, duration: float) -> Array:
+    """Return what projects an error on the surface that the tip can reach, shape (K, 3, 3), at every tenth sample.
+
+    Where that has no rest pose, the dome's.
+    """
+    from scipy.interpolate import CubicSpline
+
+    _, targets, bend = _path(arm, duration)
+    targets, bend = targets[::EVERY], bend[::EVERY]
+    solved = np.unique(np.linspace(0, len(bend) - 1, POSES).round().astype(int))
+    inverse: Any
+    try:
+        inverse = plan_rest(arm, bend[solved], targets[solved]).tip_to_bend
+        if len(solved) < len(bend):
+            inverse = CubicSpline(solved, inverse)(np.arange(len(bend)))
+    except ConvergenceError:
+        inverse = np.linalg.pinv(arc.jacobian(bend, arm.length))
+    return np.linalg.pinv(inverse) @ inverse
+
+
+def _row(arm: Arm, controller: Controller, duration: float, reach: Array) -> dict[str, Any]:
+    time, targets, bend = _path(arm, duration)
+    try:
+        samples = simulate(arm, targets, bend, controller).samples
+    except (ConvergenceError, DivergenceError, InputError) as error:
+        return {"failed": str(error)}
+    tips, after = samples.stations[:, -1], time >= min(SETTLED, 0.5 * duration)
+    offset = tips - targets
+    along = np.einsum("tij,tj->ti", reach, offset[::EVERY])[after[::EVERY]]
+    muscle = muscle_summary(arm, samples)
+    return {
+        "tip_rms_percent": _rms(offset[after], arm),
+        "tip_max_percent": 100 * float(np.linalg.norm(offset[after], axis=1).max()) / arm.length,
+        "along_rms_percent": _rms(along, arm),
+        "lag_s": _lag(time, targets, tips),
+        "peak_tension_n": muscle["max_force_n"],
+        "peak_pressure_pa": muscle["max_pressure_needed_pa"],
+        "pushes": muscle["pushes"],
+        "push_fraction": muscle["push_fraction"],
+        "effort_n": float(np.abs(samples.muscle_tensions).sum(axis=1).mean()),
+    }
+
+
+def _rms(vectors: Array, arm: Arm) -> float:
+    return 100 * float(np.sqrt(np.mean(np.sum(vectors**2, axis=1)))) / arm.length
+
+
+def _lag(time: Array, targets: Array, tips: Array) -> float:
+    """Return the delay [s] at which the targets' path fits the tips best."""
+    from scipy.optimize import minimize_scalar
+
+    def misfit(delay: float) -> float:
+        late = np.column_stack([np.interp(time - delay, time, column) for column in targets.T])
+        inner = slice(len(time) // 10, -len(time) // 10)
+        return float(np.sum((late - tips)[inner] ** 2))
+
+    return float(minimize_scalar(misfit, bounds=(-0.2, 0.2), method="bounded", options={"xatol": 1e-5}).x)

@@ -1,0 +1,110 @@
+"""What the ideal rod explains: Newton's law along the backbone, from the recorded motion and no engine.
+
+The rod of `mechanics.rod` gets the muscle lengths, tensions, accelerations and joint rates that were recorded, and the
+arm's weight; its tip is where sag, inertia and damping put it. What is left of the shape term is not explained.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contarm_sim.kinematics import arc, hinges
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics.rod import MODES, SEGMENTS, STATIONS, polynomials, rod_tips
+from contarm_sim.model.arm import Arm
+from contarm_sim.results.compare import Comparison, known_spread
+from contarm_sim.results.samples import Samples
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """The shape term at K samples, evenly picked, beside the ideal rod; distances [m], NaN where no rod rests.
+
+    Attributes:
+        index: of the samples, shape (K,).
+        sag: how far gravity and payload move the rod's tip at rest off the arc, shape (K,).
+        inertia: how far inertia and damping move it further, shape (K,); zero at rest.
+        remainder: what is left of the shape term, shape (K,). The three vectors add up to it.
+    """
+
+    index: NDArray[np.intp]
+    sag: Array
+    inertia: Array
+    remainder: Array
+
+    def summary(self, arm: Arm) -> dict[str, Any]:
+        """Return `sag` (None without gravity), `inertia` and `unexplained` in m and percent of length; or None."""
+        sag = known_spread(self.sag, arm.length) if any(arm.gravity) else None
+        inertia, left = (known_spread(each, arm.length) for each in (self.inertia, self.remainder))
+        return {"sag": sag, "inertia": inertia, "unexplained": left}
+
+
+def explain(arm: Arm, samples: Samples, comparison: Comparison, poses: int = 100) -> Explanation:
+    """Return what the rod explains of the shape at about `poses` samples; all of them at rest.
+
+    In motion first and last sample have no acceleration and are left out; fewer than three samples have none at all.
+    """
+    moving = bool(len(samples) > 1 and samples.time[-1] > samples.time[0])
+    last = len(samples) - 1
+    picked = np.arange(1, last, max(1, len(samples) // poses)) if moving else np.arange(len(samples))
+    bend = comparison.measured_bend[picked]
+    arcs = arc.position(bend, arm.length)
+    weight = np.broadcast_to(np.array(arm.gravity), (len(picked), 3))
+    density, guess = arm.mass / arm.length, _coefficients(arm, samples.qpos[picked])
+    tension = samples.muscle_tensions[picked].sum(axis=-1)
+    resting = np.repeat(density * weight[:, None], SEGMENTS, axis=1)
+    at_rest = rod_tips(arm, bend, resting, arm.payload * weight, 0.0, tension, guess)
+    moved = at_rest
+    if moving:
+        period = float(samples.time[1] - samples.time[0])
+        before, after = picked - 1, picked + 1
+        swing = (samples.stations[after] - 2 * samples.stations[picked] + samples.stations[before]) / period**2
+        rates = (samples.qpos[after] - samples.qpos[before]) / (2 * period)
+        moved = rod_tips(
+            arm, bend, resting - density * _between(swing), arm.payload * (weight - swing[:, -1]),
+            _damping(arm, rates), tension, guess,
+        )  # fmt: skip
+    shape = (comparison.simulated_tip - comparison.followed_tip)[picked]
+    return Explanation(
+        index=picked,
+        sag=np.linalg.norm(at_rest - arcs, axis=-1),
+        inertia=np.linalg.norm(moved - at_rest, axis=-1),
+        remainder=np.linalg.norm(shape - (moved - arcs), axis=-1),
+    )
+
+
+def _between(values: Array) -> Array:
+    """Return values at N + 1 even stations, shape (K, N + 1, 3), at the rod's `STATIONS`, shape (K, S, 3)."""
+    place = STATIONS * (values.shape[1] - 1)
+    low = np.floor(place).astype(int)
+    share = (place - low)[:, None]
+    return np.asarray((1 - share) * values[:, low] + share * values[:, low + 1])
+
+
+def _by_axis(arm: Arm, angles: Array) -> Array:
+    """Return hinge angles, shape (K, dofs), by joint and axis, shape (K, N, 3), twist 0 where none is."""
+    each = angles.shape[1] // arm.links
+    found = np.zeros((len(angles), arm.links, 3))
+    for i in range(arm.links):
+        order = {"xy": "xyz", "yx": "zyx"} if each == 3 else {"xy": "xy", "yx": "yx"}
+        for j, axis in enumerate(order[hinges.ORDER[i % 4]]):
+            found[:, i, "xyz".index(axis)] = angles[:, each * i + j]
+    return found
+
+
+def _coefficients(arm: Arm, qpos: Array) -> Array:
+    """Return the curvature's Legendre coefficients [rad] that joint angles amount to, shape (K, 1 + MODES, 3)."""
+    P = polynomials((np.arange(arm.links) + 0.5) / arm.links)
+    return (2 * np.arange(1 + MODES)[:, None] + 1) * np.einsum("nk,tnd->tkd", P, _by_axis(arm, qpos))
+
+
+def _damping(arm: Arm, rates: Array) -> Array:
+    """Return the integrals of the joints' damping moments with the polynomials [N m^2], shape (K, 1 + MODES, 3)."""
+    P = polynomials((np.arange(arm.links) + 0.5) / arm.links)
+    twisting = arm.torsional_stiffness or 0.0
+    stiffness = np.array([arm.bending_stiffness, arm.bending_stiffness, twisting])
+    return np.asarray(arm.damping_time * stiffness * np.einsum("nk,tnd->tkd", P, _by_axis(arm, rates)))

@@ -1,0 +1,1 @@
+"""What people look at: pictures, films, reports, figures, the live page."""

@@ -1,0 +1,226 @@
+"""The arm under a hand that moves: the same controllers as `simulate`, tick by tick, towards a goal that changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import mujoco
+import numpy as np
+
+from contarm_sim.control.command import CONTROLLERS, Command, Controller, actuation_of, command, pulls_only
+from contarm_sim.control.feedback import Feedback, Seen, feedback_for
+from contarm_sim.engine.plant import Plant
+from contarm_sim.errors import DivergenceError, InputError
+from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics import pneumatics, routing
+from contarm_sim.mechanics.statics import cocontraction, servo_control
+from contarm_sim.model.arm import Arm
+from contarm_sim.motion.simulate import CONTROL_RATE
+from contarm_sim.motion.stepping import stable_substeps
+
+PERIOD = 1 / CONTROL_RATE
+"""Simulated time of a control tick [s]."""
+
+LARGEST = np.radians(170.0)
+"""Largest bend angle asked for [rad]."""
+
+_LAG = 0.2  # s, of each of two stages: a hand's jump becomes a motion that muscles can follow
+_FASTEST = 2.0  # rad/s
+_ON_ITS_WAY = 0.05  # rad, nearer to the goal, or farther, than where it was refused: it is followed again
+
+
+@dataclass(frozen=True)
+class Reading:
+    """The arm at one moment.
+
+    Attributes:
+        time: simulated time [s].
+        goal: bend asked for [rad], shape (2,).
+        bend: bend commanded now, on its way to the goal [rad], shape (2,).
+        analytic, tip: tip of the arc at that bend, and of the simulated arm [m], shape (3,).
+        tensions: of the muscles [N], shape (3,).
+        pressures: that give real muscles these tensions, inf where none does; under `pressure` those behind the
+            valves [Pa], shape (3,).
+    """
+
+    time: float
+    goal: Array
+    bend: Array
+    analytic: Array
+    tip: Array
+    tensions: Array
+    pressures: Array
+
+    @property
+    def error(self) -> float:
+        """Distance from the simulated to the analytic tip [m]."""
+        return float(np.linalg.norm(self.tip - self.analytic))
+
+
+class Session:
+    """A simulated arm that is told where to bend while it runs.
+
+    Args:
+        arm: its parameters.
+        controller: paper, chain, feedforward, servo, pressure, or tip: servo with the seen tip fed back (`simulate`
+            also plans the motion for it, which takes the motion in advance).
+
+    Attributes:
+        arm, controller, plant: the current ones; `change` replaces them.
+        goal: bend asked for [rad], shape (2,).
+        problem: why the goal is not followed, or "".
+        reading: of the last tick.
+    """
+
+    def __init__(self, arm: Arm, controller: Controller = "servo") -> None:
+        self.goal, self.problem = np.zeros(2), ""
+        self._ahead, self._speed = np.zeros((3, 2)), np.zeros(2)
+        self._feedback: Feedback | None = None
+        self._start(arm, controller)
+        self.reset()
+
+    def reset(self) -> None:
+        """Stand straight and still, at time 0, and stay so."""
+        self.goal, self.problem = np.zeros(2), ""
+        self._ahead, self._speed, self._feedback = np.zeros((3, 2)), np.zeros(2), None
+        self._stuck = np.inf  # what was left to the goal where it was last refused [rad]
+        self.plant.reset(np.zeros(2))
+        mujoco.mj_forward(self.plant.model, self.plant.data)
+        self._sent = self.plant.control[0].copy()
+        self.reading = self._read()
+
+    def aim(self, bend: Array) -> None:
+        """Go to a bend [rad], shape (2,), cut to `LARGEST`."""
+        bend = arc.as_bend(bend)
+        self.goal = bend * min(1.0, LARGEST / max(float(np.hypot(*bend)), 1e-12))
+
+    def change(self, arm: Arm | None = None, controller: Controller | None = None) -> None:
+        """Take other parameters or another controller from here on; the pose and its speed stay.
+
+        Raises:
+            InputError: another number of links, an unknown controller, or an arm that no time step suits; nothing is
+                changed.
+        """
+        arm, controller = arm or self.arm, controller or self.controller
+        if arm.links != self.arm.links or (arm.torsional_stiffness is None) != (self.arm.torsional_stiffness is None):
+            raise InputError("links", arm.links, "the same joints as before: start again for others")
+        before, same = self.plant, controller == self.controller
+        self._start(arm, controller)
+        for name in ("qpos", "qvel", "time"):
+            setattr(self.plant.data, name, getattr(before.data, name))
+        if not same:
+            self._feedback = None
+        if self.plant.pressure.shape == before.pressure.shape:
+            self.plant.pressure[:] = before.pressure
+        else:  # between servos and muscles: go on with the tensions that there were, as far as pressures can
+            self._sent = self._takes_over(before)
+        mujoco.mj_forward(self.plant.model, self.plant.data)
+        self.reading = self._read()
+
+    def _start(self, arm: Arm, controller: Controller) -> None:
+        if controller not in CONTROLLERS:
+            raise InputError("controller", repr(controller), ", ".join(CONTROLLERS))
+        plant = Plant(arm, pulls_only(controller), actuation=actuation_of(controller))
+        self._substeps = stable_substeps(plant, CONTROL_RATE, np.empty((0, 2)))
+        plant.model.opt.timestep = PERIOD / self._substeps
+        self.plant, self.arm, self.controller = plant, arm, controller
+
+    def _takes_over(self, before: Plant) -> Array:
+        """Return set-points with which the arm is bent as by the plant before, whose controls were of another kind."""
+        arm, tensions, lengths = self.arm, before.muscle_forces, before.muscle_lengths
+        if not len(self.plant.pressure):
+            return servo_control(lengths, tensions, arm)
+        bend, _ = routing.bend_from_lengths(lengths, arm)
+        level = cocontraction(bend, arm)  # enough of it that no pressure is too low
+        per_pascal = np.maximum(pneumatics.force(1.0, lengths, arm), 1e-9)
+        tensions = tensions + level * ((arm.muscle.min_pressure * per_pascal - tensions) / level).max()
+        self.plant.pressure[:] = np.clip(tensions / per_pascal, arm.muscle.min_pressure, arm.muscle.max_pressure)
+        return self.plant.pressure[0].copy()
+
+    def tick(self) -> Reading:
+        """Step one control period towards the goal and return what was so at its beginning.
+
+        Raises:
+            DivergenceError: the arm is straight and still again, as after `reset`.
+        """
+        self._move_on()
+        try:
+            orders = self._orders()
+            if abs(self._way - self._stuck) > _ON_ITS_WAY:
+                self.problem = ""
+        except InputError as error:  # wait where the muscles still hold
+            self._ahead[:], self._speed[:] = self._ahead[0], 0.0
+            self.problem, self._stuck = str(error), self._way
+            orders = None
+        end = self._sent if orders is None else self._with_feedback(orders)
+        model, data, control = self.plant.model, self.plant.data, self.plant.control
+        for i in range(self._substeps):
+            control[:] = self._sent + i / self._substeps * (end - self._sent)
+            mujoco.mj_step(model, data)
+            if i == 0:
+                self.reading = self._read()
+                if orders is not None:
+                    self._correct()
+        self._sent = end
+        try:
+            self.plant.check({"controller": self.controller})
+        except DivergenceError:
+            self.reset()
+            raise
+        return self.reading
+
+    def _move_on(self) -> None:
+        """Shift the three bends commanded at the beginning of this tick, of the next, and of the one after."""
+        speed = self._speed + PERIOD * ((self.goal - self._ahead[2]) / _LAG**2 - 2 * self._speed / _LAG)
+        self._speed = speed * min(1.0, _FASTEST / max(float(np.hypot(*speed)), 1e-12))
+        self._ahead = np.vstack([self._ahead[1:], self._ahead[2] + PERIOD * self._speed])
+
+    @property
+    def _way(self) -> float:
+        """What is left to the goal [rad]."""
+        return float(np.hypot(*(self.goal - self._ahead[2])))
+
+    def _orders(self) -> Command:
+        orders = command(self.arm, self._ahead, self.controller, PERIOD)
+        if self.controller != "tip":
+            return orders
+        inverse = np.linalg.pinv(arc.jacobian(self._ahead, self.arm.length))
+        return replace(orders, tip_to_bend=np.asarray(inverse, dtype=float))
+
+    def _with_feedback(self, orders: Command) -> Array:
+        """Return the set-points of the end of this tick, corrected by what was seen up to now."""
+        before = self._feedback
+        target = arc.position(self._ahead, self.arm.length)
+        self._feedback = feedback_for(self.arm, orders, self._ahead, target)
+        if self._feedback is None:
+            return orders.setpoint[1]
+        if before is not None:
+            self._feedback.memory = before.memory
+        end = orders.setpoint[1] + self._feedback.value
+        limits = orders.limits(self.arm)
+        return end if limits is None else end.clip(*limits)
+
+    def _correct(self) -> None:
+        """Let the feedback see the beginning of this tick."""
+        if self._feedback is not None:
+            plant, data = self.plant, self.plant.data
+            seen = Seen(
+                plant.muscle_lengths,
+                plant.muscle_forces,
+                -data.actuator_force[:3],
+                data.xpos[plant.model.body("tip").id],
+            )
+            self._feedback.update(0, seen, PERIOD / self._feedback.time)
+
+    def _read(self) -> Reading:
+        plant, bend = self.plant, self._ahead[0]
+        tensions = plant.muscle_tensions
+        if len(plant.pressure):
+            pressures = plant.pressure[0].copy()
+        else:
+            pressures = pneumatics.pressure_for(tensions, plant.muscle_lengths, self.arm)
+        return Reading(
+            float(plant.data.time), self.goal.copy(), bend.copy(), arc.position(bend, self.arm.length), plant.tip,
+            tensions, pressures,
+        )  # fmt: skip

@@ -1,0 +1,226 @@
+"""Pictures of the arm: what a sample of a simulation looks like, beside what it was meant to look like."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contarm_sim.errors import InputError, RenderingError
+from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
+from contarm_sim.view.rendering.cameras import check_camera, eye
+from contarm_sim.view.rendering.gl import choose_backend
+from contarm_sim.view.rendering.muscles import Muscles
+from contarm_sim.view.rendering.overlays import MAX_SEGMENTS, Colour, add_ball, add_line, add_triad, add_tube, thin
+
+if TYPE_CHECKING:
+    from contarm_sim.results.samples import Samples
+
+Pixels = NDArray[np.uint8]
+Quality = Literal["draft", "final"]
+QUALITIES: tuple[Quality, ...] = get_args(Quality)
+
+PATH: Colour = (0.30, 0.33, 0.40, 1.0)
+TRACE: Colour = (0.00, 0.78, 0.45, 1.0)
+TARGET: Colour = (0.46, 0.16, 0.80, 1.0)
+GHOST: Colour = (0.46, 0.16, 0.80, 0.40)
+
+_NARROWEST = 1.4
+_GHOST_SEGMENTS = 24
+
+
+@dataclass(frozen=True)
+class Overlays:
+    """What to draw besides the simulated arm.
+
+    Attributes:
+        path: the planned path of the tip.
+        trace: where the simulated tip has been so far, coloured by its distance from the analytic one.
+        target: the target of this moment.
+        ghost: the analytic arc at the commanded bend.
+        frames: axes at base and simulated tip, x red, y green, z blue.
+    """
+
+    path: bool = True
+    trace: bool = True
+    target: bool = True
+    ghost: bool = True
+    frames: bool = True
+
+
+ALL = Overlays()
+
+
+class ArmRenderer:
+    """Draws one arm. A context manager: it holds GL memory until it is left.
+
+    Args:
+        arm: its parameters.
+        width, height: size of the picture [pixels].
+        camera: front, side, top, orbit (one turn a film) or tip (follows it).
+        quality: `draft` for speed, `final` for smooth edges and sharp shadows.
+
+    Raises:
+        InputError: an unknown camera or quality, or a size that is no positive whole number.
+        RenderingError: no GL library draws here, or none so large a picture.
+    """
+
+    def __init__(
+        self, arm: Arm, width: int = 1280, height: int = 720, camera: str = "front", quality: Quality = "draft"
+    ) -> None:
+        check_size(width, height)
+        if quality not in QUALITIES:
+            raise InputError("quality", repr(quality), ", ".join(QUALITIES))
+        choose_backend()
+        import mujoco
+
+        from contarm_sim.mjcf import scene_spec
+
+        self.arm = arm
+        self._model = scene_spec(arm).compile()
+        self._camera = check_camera(camera)
+        _set_quality(self._model, quality)
+        _fit(self._model, width, height)
+        self._muscles = Muscles(self._model, arm)
+        self._data = mujoco.MjData(self._model)
+        try:
+            self._renderer = mujoco.Renderer(self._model, height, width)
+        except mujoco.FatalError as error:
+            raise RenderingError(f"no picture of {width} x {height} pixels: {str(error).splitlines()[0]}") from error
+
+    def __enter__(self) -> ArmRenderer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._renderer.close()
+
+    def frame(self, samples: Samples, index: int, overlays: Overlays = ALL, largest: float | None = None) -> Pixels:
+        """Draw sample `index`, muscles coloured by tension; return the picture, shape (height, width, 3).
+
+        Args:
+            largest: tip error [m] that the trace shows as the worst; default the largest of the samples.
+        """
+        self._pose(samples.qpos[index])
+        self._muscles.show(samples.muscle_tensions[index] / max(samples.muscle_tensions.max(), 1e-9))
+        self._look(index / max(len(samples) - 1, 1))
+        scene, pixel = self._renderer.scene, self._renderer.height / 720
+        if overlays.path:
+            add_line(scene, thin(self.to_world(samples.target)), 1.6 * pixel, PATH)
+        if overlays.trace:
+            stride = -(-len(samples) // MAX_SEGMENTS)  # the same for all of a film, so that the line does not crawl
+            tips = np.vstack([samples.stations[:index:stride, -1], samples.stations[index, -1]])
+            error = tip_error(self.arm, samples)
+            tints = trace_colours(error[:index:stride], float(error.max()) if largest is None else largest)
+            add_line(scene, self.to_world(tips), 3.2 * pixel, TRACE, tints)
+        if overlays.target:
+            add_ball(scene, self.to_world(samples.target[index]), 0.02 * self.arm.length, TARGET)
+        if overlays.ghost:
+            self._add_ghost(samples.bend[index])
+        if overlays.frames:
+            self._add_frames(1.6 * pixel)
+        return self._renderer.render()
+
+    def pose(self, qpos: Array, target: Array | None = None) -> Pixels:
+        """Draw the arm with joint angles [rad], shape (dofs,), and a ball at a target [m], if there is one."""
+        self._pose(qpos)
+        self._muscles.show(np.ones(3))
+        self._look(0.0)
+        if target is not None:
+            add_ball(self._renderer.scene, self.to_world(target), 0.02 * self.arm.length, TARGET)
+        return self._renderer.render()
+
+    def bent(self, bend: Array) -> Array:
+        """Return the joint angles [rad], shape (dofs,), of the arm with every joint bent alike."""
+        qpos, share = np.zeros(self._model.nq), np.asarray(bend, dtype=float) / self.arm.links
+        for i in range(1, self.arm.links + 1):
+            qpos[self._model.joint(f"joint_{i:02d}_x").qposadr[0]] = -share[1]
+            qpos[self._model.joint(f"joint_{i:02d}_y").qposadr[0]] = share[0]
+        return qpos
+
+    def to_world(self, points: Array) -> Array:
+        """Turn points of the base frame [m], shape (..., 3), into points of the world that is drawn."""
+        return self._data.body("base").xpos + points @ self._base_rotation.T
+
+    @property
+    def _base_rotation(self) -> Array:
+        return self._data.body("base").xmat.reshape(3, 3)
+
+    def _pose(self, qpos: Array) -> None:
+        """Place every body, camera, light and muscle; no step is simulated."""
+        import mujoco
+
+        self._data.qpos[:] = qpos
+        for update in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_camlight, mujoco.mj_tendon):
+            update(self._model, self._data)
+
+    def _look(self, share: float) -> None:
+        """Gather what the camera sees, `share` of the film having passed."""
+        tip = self._data.body("tip").xpos
+        self._renderer.update_scene(self._data, eye(self._model, self._camera, tip, share, self.arm.length))
+
+    def _add_frames(self, width: float) -> None:
+        """Draw the axes of base and tip."""
+        for name in ("base", "tip"):
+            body = self._data.body(name)
+            add_triad(self._renderer.scene, body.xpos, body.xmat.reshape(3, 3), 0.14 * self.arm.length, width)
+
+    def _add_ghost(self, bend: Array) -> None:
+        """Draw the analytic arc as a glass tube about the arm."""
+        xi = np.linspace(0.0, 1.0, _GHOST_SEGMENTS + 1)
+        points = self.to_world(arc.position(bend, self.arm.length, xi))
+        frames = self._base_rotation @ arc.rotation(bend, xi)
+        radius = 1.25 * (self.arm.muscle_radius + 0.5 * self.arm.muscle.diameter)
+        add_tube(self._renderer.scene, points, frames, radius, GHOST)
+
+
+def tip_error(arm: Arm, samples: Samples) -> Array:
+    """Return the distance from simulated to analytic tips [m], shape (T,)."""
+    return np.linalg.norm(samples.stations[:, -1] - arc.position(samples.bend, arm.length), axis=1)
+
+
+def trace_colours(error: Array, largest: float) -> Array:
+    """Return colours, shape (K, 3), of errors, shape (K,): green for none, over amber to red for the largest."""
+    share = np.clip(error / max(largest, 1e-12), 0, 1)[:, None]
+    good, middling, bad = (np.array(c) for c in (TRACE[:3], (0.95, 0.66, 0.10), (0.86, 0.12, 0.12)))
+    return np.where(share < 0.5, good + 2 * share * (middling - good), middling + (2 * share - 1) * (bad - middling))
+
+
+def still(arm: Arm, bend: Array, path: Path, width: int = 1280, height: int = 720, camera: str = "front") -> None:
+    """Write a picture (.png) of the arm bent alike everywhere by `bend` [rad], shape (2,)."""
+    from PIL import Image
+
+    with ArmRenderer(arm, width, height, camera, "final") as renderer:
+        Image.fromarray(renderer.pose(renderer.bent(bend))).save(path, optimize=True)
+
+
+def check_size(width: int, height: int) -> None:
+    """Refuse sizes that are no positive whole numbers.
+
+    Raises:
+        InputError: names the side.
+    """
+    for name, value in (("width", width), ("height", height)):
+        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+            raise InputError(name, value, "a positive whole number [pixels]")
+
+
+def _set_quality(model: Any, quality: Quality) -> None:
+    """Set samples a pixel, shadow size and roundness: together they decide the time of a frame in software GL."""
+    sight = model.vis.quality
+    if quality == "draft":
+        sight.offsamples, sight.shadowsize, sight.numslices, sight.numstacks = 0, 1024, 16, 6
+    else:
+        sight.offsamples, sight.shadowsize, sight.numslices, sight.numstacks = 4, 4096, 32, 14
+
+
+def _fit(model: Any, width: int, height: int) -> None:
+    """Make room for the picture, and show as much to the left and right in a narrow one as in a wide one."""
+    model.vis.global_.offwidth, model.vis.global_.offheight = width, height
+    narrow = max(1.0, _NARROWEST * height / width)
+    model.cam_fovy[:] = np.degrees(2 * np.arctan(narrow * np.tan(np.radians(0.5 * model.cam_fovy))))
+    model.vis.global_.fovy = model.cam_fovy[0]

@@ -1,0 +1,165 @@
+"""From samples to a sequence of pictures: which samples, drawn how."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Generator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
+from contarm_sim.view.rendering.caption import Caption
+from contarm_sim.view.rendering.draw import PATH, TARGET, ArmRenderer, Pixels, Quality, tip_error, trace_colours
+from contarm_sim.view.rendering.panel import Curve, Panel
+
+if TYPE_CHECKING:
+    from contarm_sim.results.samples import Samples
+
+Progress = Callable[[int, int], object]
+"""Called with the number of frames done and their total."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """How the frames of a film are drawn: size [pixels], camera, draft or final, plots in the lower corners or not.
+
+    And what is said of the whole run, a line below the numbers of the moment.
+    """
+
+    width: int = 1280
+    height: int = 720
+    camera: str = "front"
+    quality: Quality = "draft"
+    plots: bool = True
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What the colours of the trace and the plots reach to: tip error [m] and pressure [Pa]."""
+
+    error: float
+    pressure: float
+
+    @classmethod
+    def of(cls, *runs: tuple[Arm, Samples]) -> Scale:
+        """Return the scale that shows all of some runs."""
+        finite = [samples.pressure[np.isfinite(samples.pressure)] for _, samples in runs]
+        return cls(
+            max(float(tip_error(*run).max()) for run in runs), max(float(each.max(initial=0.0)) for each in finite)
+        )
+
+
+def frame_indices(samples: Samples, fps: float, speed: float = 1.0) -> list[int]:
+    """Return the sample nearest to each frame's time, the first at the first sample, none beyond the last.
+
+    A frame lasts speed/fps of simulated time. Poses at rest have no time: each is one frame, at any `fps`.
+
+    Raises:
+        InputError: no samples, or fps or speed not a positive number.
+    """
+    if len(samples) == 0:
+        raise InputError("samples", "empty", "at least one sample")
+    for name, value in (("fps", fps), ("speed", speed)):
+        if not (math.isfinite(value) and value > 0):
+            raise InputError(name, value, "a positive number")
+    span = float(samples.time[-1] - samples.time[0])
+    if span == 0:
+        return list(range(len(samples)))
+    frames = math.floor(span * fps / speed + 1e-6) + 1
+    places = np.arange(frames) * (speed / fps) * (len(samples) - 1) / span
+    return [int(i) for i in np.minimum(np.floor(places + 0.5), len(samples) - 1)]
+
+
+def film(
+    arm: Arm,
+    samples: Samples,
+    indices: list[int],
+    look: Look,
+    on_frame: Progress | None = None,
+    scale: Scale | None = None,
+    name: str = "",
+) -> Generator[Pixels, None, None]:
+    """Draw samples one after the other, with a caption; one picture exists at a time.
+
+    Args:
+        scale: of colours and plots; default this run's own.
+        name: what the caption begins with.
+
+    Raises:
+        InputError: an unknown camera or quality, or a size that is no positive whole number.
+        RenderingError: no GL library draws here.
+    """
+    error, scale = tip_error(arm, samples), scale or Scale.of((arm, samples))
+    moving = bool(samples.time[-1] > samples.time[0])
+    angle, plane = (np.round(np.degrees(x)) for x in arc.to_polar(samples.bend))
+    texts = [
+        (name + "   " if name else "")
+        + (f"t = {samples.time[i]:.2f} s" if moving else f"pose {i + 1} of {len(samples)}, at rest")
+        + f"   tip error {1e3 * error[i]:.2f} mm = {100 * error[i] / arm.length:.2f} %"
+        + f"   bend {angle[i]:.0f}° towards {plane[i] + 0.0:.0f}°"
+        for i in indices
+    ]
+    panels = _panels(arm, samples, error, look, scale) if moving and look.plots else {}
+    with ArmRenderer(arm, look.width, look.height, look.camera, look.quality) as renderer:
+        colours = trace_colours(np.linspace(0, 1, 24), 1.0)
+        legend = {"path": [PATH], f"tip, by error to {1e3 * scale.error:.2g} mm": colours, "analytic": [TARGET]}
+        caption = Caption(look.width, look.height, max(texts, key=len), legend, look.note)
+        for done, (i, text) in enumerate(zip(indices, texts, strict=True), 1):
+            image = renderer.frame(samples, i, largest=scale.error)
+            caption.write(image, text)
+            for corner, panel in panels.items():
+                panel.write(image, float(samples.time[i]), corner)
+            yield image
+            if on_frame is not None:
+                on_frame(done, len(indices))
+
+
+def film_beside(
+    one: tuple[Arm, Samples, list[int]],
+    other: tuple[Arm, Samples, list[int]],
+    look: Look,
+    on_frame: Progress | None = None,
+    names: tuple[str, str] = ("", ""),
+) -> Generator[Pixels, None, None]:
+    """Draw two runs side by side, each in half the width and to one scale; the shorter one stays at its last sample.
+
+    Raises:
+        InputError, RenderingError: as `film`.
+    """
+    count = max(len(one[2]), len(other[2]))
+    half = replace(look, width=look.width // 2, note="")
+    scale = Scale.of(one[:2], other[:2])
+    films = [
+        film(arm, samples, indices + indices[-1:] * (count - len(indices)), half, None, scale, name)
+        for (arm, samples, indices), name in zip((one, other), names, strict=True)
+    ]
+    for done, pictures in enumerate(zip(*films, strict=True), 1):
+        yield np.concatenate(pictures, axis=1)
+        if on_frame is not None:
+            on_frame(done, count)
+
+
+def _panels(arm: Arm, samples: Samples, error: Array, look: Look, scale: Scale) -> dict[str, Panel]:
+    """Return the plots of the lower corners: tip error, and muscle pressures (those needed, under length servos)."""
+    from contarm_sim.mjcf.routing import COLOURS
+
+    size = (round(0.27 * look.width), round(0.25 * look.height))
+    if size[0] < 160 or size[1] < 90:
+        return {}
+    red = Curve(1e3 * error, "#C0392B")
+    pressures = [
+        Curve(1e-3 * samples.pressure[:, i], "#" + "".join(f"{round(255 * c):02x}" for c in COLOURS[i][:3]))
+        for i in range(3)
+    ]
+    highest = 1e-3 * arm.muscle.max_pressure
+    limit = highest if scale.pressure > 600 * highest else None
+    return {
+        "left": Panel(size, samples.time, [red], "tip error [mm]", 1e3 * scale.error),
+        "right": Panel(size, samples.time, pressures, "pressure needed [kPa]", 1e-3 * scale.pressure, limit),
+    }

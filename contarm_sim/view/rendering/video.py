@@ -1,0 +1,174 @@
+"""A simulation as a film: H.264 in MP4, an animated GIF or WebP; or one picture of it."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from contextlib import closing
+from dataclasses import dataclass
+from itertools import accumulate, pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from contarm_sim.errors import InputError
+from contarm_sim.files import appearing
+from contarm_sim.model.arm import Arm
+from contarm_sim.view.rendering.draw import Pixels, check_size
+from contarm_sim.view.rendering.encode import encoder, encoding
+from contarm_sim.view.rendering.film import Look, Progress, film, film_beside, frame_indices
+
+if TYPE_CHECKING:
+    from contarm_sim.results.samples import Samples
+
+_PALETTE_FRAMES = 8
+
+
+@dataclass(frozen=True)
+class Shot:
+    """What a moving picture shows.
+
+    Attributes:
+        arm, samples: a run.
+        beside: another run to show on the right of it.
+        names: of the two, for their captions.
+        fps: frames per second; each shows the sample nearest to its time.
+        speed: simulated over shown time.
+        look: size [pixels], camera, quality, plots.
+    """
+
+    arm: Arm
+    samples: Samples
+    look: Look
+    fps: float = 30
+    speed: float = 1.0
+    beside: tuple[Arm, Samples] | None = None
+    names: tuple[str, str] = ("", "")
+
+    def frames(self, on_frame: Progress | None = None, some: int | None = None) -> Generator[Pixels, None, None]:
+        """Draw all frames one after the other, or `some` of them, evenly picked."""
+        indices = frame_indices(self.samples, self.fps, self.speed)
+        step = 1 if some is None else -(-len(indices) // some)
+        if self.beside is None:
+            return film(self.arm, self.samples, indices[::step], self.look, on_frame)
+        arm, samples = self.beside
+        others = frame_indices(samples, self.fps, self.speed)
+        one, other = (self.arm, self.samples, indices[::step]), (arm, samples, others[::step])
+        return film_beside(one, other, self.look, on_frame, self.names)
+
+    def checked(self) -> Shot:
+        """Return itself.
+
+        Raises:
+            InputError: a size, rate or speed that cannot be used.
+        """
+        check_size(self.look.width, self.look.height)
+        frame_indices(self.samples, self.fps, self.speed)
+        return self
+
+
+def write_video(shot: Shot, path: Path, on_frame: Progress | None = None) -> None:
+    """Write a video (.mp4, H.264); the file appears when it is complete.
+
+    Args:
+        path: the file, in an existing folder.
+        on_frame: called with the number of frames written and their total, for progress.
+
+    Raises:
+        InputError: a value that cannot be used.
+        RenderingError: no GL library draws here, or there is no working encoder.
+    """
+    path = _checked(path, ".mp4")
+    width, height = shot.checked().look.width, shot.look.height
+    for name, value in (("width", width), ("height", height)):
+        if value % 2:
+            raise InputError(name, value, "an even number [pixels]: H.264 halves the colours' resolution")
+    program = encoder()
+    with (
+        appearing(path) as temporary,
+        closing(shot.frames(on_frame)) as images,
+        encoding(program, temporary, (height, width), shot.fps) as add,
+    ):
+        for image in images:
+            add(image)
+
+
+def write_gif(shot: Shot, path: Path, on_frame: Progress | None = None) -> None:
+    """Write an animated picture (.gif) with one palette for all frames; arguments as `write_video`.
+
+    Raises:
+        InputError: a value that cannot be used.
+        RenderingError: no GL library draws here.
+    """
+    from PIL import Image
+
+    path = _checked(path, ".gif")
+    if shot.fps > 50:
+        raise InputError("fps", shot.fps, "1 to 50 in a GIF: browsers slow faster ones down")
+    count = len(frame_indices(shot.checked().samples, shot.fps, shot.speed))
+    typical = Image.fromarray(np.vstack(list(shot.frames(some=_PALETTE_FRAMES))))
+    palette = typical.quantize(255, Image.Quantize.MEDIANCUT, kmeans=2)
+    ends = accumulate([100 / shot.fps] * count, initial=0.0)  # a GIF counts hundredths of a second
+    durations = [10 * (round(end) - round(start)) for start, end in pairwise(ends)]
+    with appearing(path) as temporary, closing(shot.frames(on_frame)) as images:
+        frames = (Image.fromarray(image).quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
+        with temporary.open("wb") as file:
+            next(frames).save(file, "GIF", save_all=True, append_images=frames, duration=durations, loop=0)
+
+
+def write_webp(shot: Shot, path: Path, on_frame: Progress | None = None) -> None:
+    """Write an animated picture (.webp), smaller than a GIF and in full colour; arguments as `write_video`.
+
+    Raises:
+        InputError: a value that cannot be used.
+        RenderingError: no GL library draws here.
+    """
+    from PIL import Image
+
+    path = _checked(path, ".webp")
+    with appearing(path) as temporary, closing(shot.checked().frames(on_frame)) as images:
+        frames = (Image.fromarray(image) for image in images)
+        with temporary.open("wb") as file:
+            next(frames).save(
+                file, "WEBP", save_all=True, append_images=frames, duration=round(1000 / shot.fps), loop=0, quality=75
+            )
+
+
+def write_still(shot: Shot, path: Path, time: float) -> None:
+    """Write the picture (.png) of the sample nearest to a time [s].
+
+    Raises:
+        InputError: a value that cannot be used, or a time outside the run.
+        RenderingError: no GL library draws here.
+    """
+    from PIL import Image
+
+    path, samples = _checked(path, ".png"), shot.checked().samples
+    if not samples.time[0] <= time <= samples.time[-1]:
+        raise InputError("time", time, f"{samples.time[0]:g} to {samples.time[-1]:g} s")
+    picked = [int(np.abs(each.time - time).argmin()) for each in (samples, shot.beside[1] if shot.beside else samples)]
+    if shot.beside is None:
+        images = film(shot.arm, samples, picked[:1], shot.look)
+    else:
+        arm, other = shot.beside
+        images = film_beside((shot.arm, samples, picked[:1]), (arm, other, picked[1:]), shot.look, None, shot.names)
+    with appearing(path) as temporary, closing(images):
+        Image.fromarray(next(images)).save(temporary, "PNG", optimize=True)
+
+
+WRITERS = {".mp4": write_video, ".gif": write_gif, ".webp": write_webp}
+"""What writes a moving picture, by the ending of its name."""
+
+
+def _checked(path: Path, suffix: str) -> Path:
+    """Refuse a file that cannot be written.
+
+    Raises:
+        InputError: the name does not end as it must, or the folder does not exist.
+    """
+    path = Path(path)
+    if path.suffix != suffix:
+        raise InputError("path", path, f"a name that ends in {suffix}")
+    if not path.parent.is_dir():
+        raise InputError("path", path, "a file in an existing folder")
+    return path

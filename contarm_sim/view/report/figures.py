@@ -1,0 +1,207 @@
+"""The figures of a run and of a validation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics.pneumatics import force
+from contarm_sim.model.arm import Arm
+from contarm_sim.results.compare import Comparison
+from contarm_sim.results.samples import Samples
+from contarm_sim.studies.scenarios import Failure, Outcome
+from contarm_sim.view.report.style import BLACK, BLUE, GREEN, MUSCLE_COLOURS, ORANGE, PURPLE, RED, Files, figure
+
+_BUDGET = (("discretisation", BLUE, "--"), ("servo", GREEN, ":"), ("shape", ORANGE, "-."))
+
+ROUNDING = 1e-6
+"""Distance that is put down to rounding [mm]."""
+
+
+def draw_path(path: Path, arm: Arm, samples: Samples, comparison: Comparison) -> None:
+    """Draw target and simulated tips in three dimensions, with the dome behind and the backbone at the end."""
+    mm = 1e3
+    with figure(path, figsize=(6.0, 5.2)) as fig:
+        ax = fig.add_subplot(projection="3d", computed_zorder=False)
+        angles, planes = np.linspace(0, np.pi - 1e-9, 13), np.linspace(0, 2 * np.pi, 37)
+        dome = mm * arc.position(arc.from_polar(angles[:, None], planes), arm.length)
+        ax.plot_wireframe(*np.moveaxis(dome, -1, 0), color="#C8CED6", linewidth=0.4)
+        ax.plot(*(mm * samples.target.T), color=BLACK, linewidth=1.0, linestyle="--", label="target")
+        ax.plot(*(mm * comparison.simulated_tip.T), color=RED, linewidth=1.4, label="simulated tip")
+        backbone = mm * samples.stations[-1]
+        ax.plot(*backbone.T, color=BLUE, linewidth=2.2, marker="o", markersize=2.4, label="backbone, last sample")
+        ax.set_xlabel("x [mm]")
+        ax.set_ylabel("y [mm]")
+        ax.set_zlabel("z [mm]")
+        ax.set_aspect("equal")
+        ax.set_box_aspect(None, zoom=0.86)  # or the z label is cut off
+        ax.view_init(24, -55)
+        ax.legend(loc="upper left")
+        ax.set_title("Tip path on the dome of reachable tips")
+
+
+def draw_budget(
+    path: Path, arm: Arm, samples: Samples, comparison: Comparison, motion: tuple[Array, Array] | None = None
+) -> None:
+    """Draw tip error and its parts, and orientation error, over time; `motion` is what `motion_part` returned."""
+    t = samples.time
+    with figure(path, figsize=(6.4, 4.6)) as fig:
+        top, bottom = fig.subplots(2, 1, sharex=True, height_ratios=[2, 1])
+        top.plot(t, 1e3 * comparison.tip_error, color=BLACK, label="analytic vs simulated tip")
+        for name, colour, dashes in _BUDGET:
+            top.plot(t, 1e3 * getattr(comparison, name), color=colour, linestyle=dashes, label=name)
+        if motion is not None:
+            top.plot(motion[0], 1e3 * motion[1], ".", color=PURPLE, markersize=3, label="motion (simulated vs at rest)")
+        if comparison.miss.max() > 1e-6:
+            top.plot(t, 1e3 * comparison.miss, color=RED, linewidth=1.0, label="miss (target off the dome)")
+        top.set_yscale("log")
+        top.set_ylim(bottom=1e-4)
+        top.set_ylabel("distance [mm]")
+        percent = top.secondary_yaxis("right", functions=(lambda x: x / 10 / arm.length, lambda x: x * 10 * arm.length))
+        percent.set_ylabel("distance [% of length]")
+        top.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
+        bottom.plot(t, np.degrees(comparison.orientation_error), color=BLACK)
+        bottom.set_ylabel("orientation\nerror [deg]")
+        bottom.set_xlabel("time [s]")
+
+
+def draw_muscles(path: Path, arm: Arm, samples: Samples, comparison: Comparison) -> None:
+    """Draw muscle length changes, analytic and simulated, tensions and pressures over time."""
+    from contarm_sim.kinematics.muscles import deltas_from_bend
+
+    t, analytic = samples.time, deltas_from_bend(samples.bend, arm.muscle_radius)
+    pressure = 1e-3 * np.where(np.isfinite(samples.pressure), samples.pressure, np.nan)
+    with figure(path, figsize=(6.4, 5.8)) as fig:
+        top, middle, bottom = fig.subplots(3, 1, sharex=True)
+        for i, colour in enumerate(MUSCLE_COLOURS):
+            top.plot(t, 1e3 * (samples.muscle_lengths[:, i] - arm.length), color=colour, label=f"muscle {i + 1}")
+            top.plot(t, 1e3 * analytic[:, i], color=BLACK, linewidth=0.8, linestyle=":")
+            middle.plot(t, samples.muscle_tensions[:, i], color=colour)
+            bottom.plot(t, pressure[:, i], color=colour)
+        top.plot([], [], color=BLACK, linewidth=0.8, linestyle=":", label="arc (paper)")
+        top.set_ylabel("length change [mm]")
+        top.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4)
+        middle.axhline(arm.muscle.min_tension, color="#888888", linewidth=0.8, linestyle="--")
+        middle.set_ylim(bottom=min(0.0, float(samples.muscle_tensions.min())))
+        middle.set_ylabel("tension [N]")
+        bottom.axhline(arm.muscle.min_pressure / 1e3, color="#888888", linewidth=0.8, linestyle="--")
+        bottom.set_ylim(bottom=0)
+        bottom.set_ylabel("pressure\nneeded [kPa]")
+        bottom.set_xlabel("time [s]")
+
+
+def draw_error_maps(path: Files, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
+    """Draw tip error over the dome, one polar map a scenario: bend angle outwards, bending plane around.
+
+    A scenario without rest poses has a panel that says so.
+    """
+    columns = min(3, len(outcomes))
+    rows = -(-len(outcomes) // columns)
+    with figure(path, figsize=(3.1 * columns, 3.3 * rows)) as fig:
+        for index, outcome in enumerate(outcomes):
+            title = f"{outcome.scenario.name}: {outcome.scenario.meaning}"
+            if isinstance(outcome, Failure):
+                ax = fig.add_subplot(rows, columns, index + 1)
+                ax.set_axis_off()
+                ax.text(0.5, 0.5, outcome.summary["verdict"], ha="center", va="center")
+                ax.set_title(title, fontsize=7.5)
+                continue
+            ax = fig.add_subplot(rows, columns, index + 1, projection="polar")
+            angle, plane = arc.to_polar(outcome.samples.bend[1:])
+            grid = round((len(angle) / 3) ** 0.5)
+            shape = (grid, 3 * grid)
+            error = 100 * outcome.comparison.tip_error[1:].reshape(shape) / arm.length
+            theta = np.mod(plane.reshape(shape), 2 * np.pi)
+            theta, radius = np.column_stack([theta, theta[:, :1] + 2 * np.pi]), np.degrees(angle.reshape(shape))
+            radius = np.column_stack([radius, radius[:, :1]])
+            start = 100 * outcome.comparison.tip_error[0] / arm.length
+            error = np.vstack([np.full(3 * grid + 1, start), np.column_stack([error, error[:, :1]])])
+            theta, radius = np.vstack([theta[:1], theta]), np.vstack([np.zeros(3 * grid + 1), radius])
+            ax.grid(False)
+            levels = np.linspace(0, max(error.max(), 1e-9), 9)
+            ticks = levels[::2]
+            filled = ax.contourf(theta, radius, error, levels=levels, cmap="cividis")
+            ax.set_axisbelow(False)
+            ax.set_yticks([60, 120, 170], ["60°", "120°", "bend 170°"], fontsize=6.5)
+            for label in ax.get_yticklabels():
+                label.set_bbox({"facecolor": "white", "alpha": 0.75, "edgecolor": "none", "pad": 0.6})
+            ax.set_rlabel_position(22)
+            ax.tick_params(axis="x", labelsize=7)
+            ax.grid(True, color="white", linewidth=0.6)
+            ax.set_title(title, fontsize=7.5)
+            bar = fig.colorbar(
+                filled, ax=ax, orientation="horizontal", ticks=ticks, shrink=0.8, aspect=28, format="%.3g"
+            )
+            bar.set_label("tip error vs arc [% of length]", fontsize=7)
+            bar.ax.tick_params(labelsize=6.5)
+
+
+def draw_convergence(path: Files, arm: Arm, study: dict[str, Any]) -> None:
+    """Draw the largest tip error over the dome against the number of links, with the slope of second order."""
+    links = np.array(study["links"])
+    with figure(path, figsize=(4.2, 3.4)) as fig:
+        ax = fig.subplots()
+        for key, colour, marker, label in (
+            ("max_error_vs_arc_m", BLACK, "o", "simulated vs arc"),
+            ("max_error_vs_chain_m", BLUE, "s", "simulated vs chain form"),
+        ):
+            error = 1e3 * np.array(study[key])
+            if error.max() < ROUNDING:  # it would squeeze the others
+                ax.plot([], [], color=colour, label=f"{label}: below {ROUNDING:g} mm")
+                continue
+            ax.loglog(links, error, color=colour, marker=marker, label=label)
+        first = 1e3 * study["max_error_vs_arc_m"][0]
+        ax.loglog(links, 1.5 * first * (links[0] / links) ** 2.0, color="#888888", linestyle="--", label="slope -2")
+        ax.set_xticks(links, [str(n) for n in links])
+        ax.minorticks_off()
+        ax.set_xlabel("links N [-]")
+        ax.set_ylabel("largest tip error, dome to 170° [mm]")
+        ax.legend()
+
+
+def draw_muscle_law(path: Path, arm: Arm, pressures: tuple[float, ...], kind: str) -> None:
+    """Draw a muscle's force against contraction at pressures [Pa], beside the lengths that the dome asks for."""
+    contraction = np.linspace(-arm.muscle.max_stretch, arm.muscle.max_contraction, 200)
+    lengths = arm.muscle_rest_length * (1 - contraction)
+    reach = arm.muscle_radius * np.radians(170)
+    with figure(path, kind, figsize=(5.2, 3.6)) as fig:
+        ax = fig.subplots()
+        used = 100 * (1 - (arm.length + np.array([reach, -reach])) / arm.muscle_rest_length)
+        ax.axvspan(*used, color="#D5DEEA", label="lengths of the dome to 170°")
+        ax.axvline(
+            100 * arm.muscle.mount_contraction, color="#888888", linewidth=0.8, linestyle="--", label="straight arm"
+        )
+        for pressure in pressures:
+            curve = force(pressure, lengths, arm)
+            ax.plot(100 * contraction, curve, color=BLUE, linewidth=1.2)
+            ax.annotate(f"{pressure / 1e3:g} kPa", (100 * contraction[0], curve[0]), xytext=(-3, 0),
+                        textcoords="offset points", ha="right", va="center", fontsize=7)  # fmt: skip
+        ax.margins(x=0.12)
+        ax.set_ylim(bottom=0)
+        ax.set_xlabel("contraction from rest length [%]")
+        ax.set_ylabel("force of one muscle [N]")
+        ax.legend()
+
+
+def draw_stiffness(path: Files, rows: list[dict[str, Any]], directions: tuple[str, ...]) -> None:
+    """Draw tip stiffness against mean pressure, a panel a direction: simulated as marks, closed form as lines."""
+    pressure = [row["mean_pressure_pa"] / 1e3 for row in rows]
+    with figure(path, figsize=(2.6 * len(directions), 2.9)) as fig:
+        panels = fig.subplots(1, len(directions))
+        for i, (ax, name, colour) in enumerate(zip(panels, directions, (BLUE, ORANGE, GREEN), strict=True)):
+            ax.set_title(name)
+            ax.set_xlabel("mean pressure [kPa]")
+            simulated = [row["simulated_n_per_m"][i] for row in rows]
+            if None in simulated:
+                ax.annotate("rigid", (0.5, 0.5), xycoords="axes fraction", ha="center")
+                continue
+            ax.plot(pressure, [row["closed_form_n_per_m"][i] for row in rows], color=colour, label="closed form")
+            ax.plot(pressure, simulated, "o", color=BLACK, markersize=4, label="simulated, pushed")
+            ax.set_ylim(0, 1.15 * max(simulated))
+            ax.legend(loc="lower right")
+        panels[0].set_ylabel("tip stiffness [N/m]")

@@ -1,0 +1,126 @@
+"""report.html: one self-contained page of a run that opens offline, from disk or mail."""
+
+from __future__ import annotations
+
+import base64
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from contarm_sim.files import write_whole
+from contarm_sim.kinematics import arc
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.arm_file import arm_to_toml
+from contarm_sim.results.compare import Comparison
+from contarm_sim.results.samples import Samples
+from contarm_sim.view.report.words import budget, explanation, muscle_words, remarks, verdict_lines
+
+LARGEST_VIDEO = 1_500_000
+"""A larger film [bytes] is embedded in a smaller size: the page stays fit for mail."""
+
+POINTS = 600
+"""Points of a line in the interactive view, at most."""
+
+FIGURES = {
+    "path.png": "Tip path on the dome of reachable tips: targets dashed, simulated tip solid, the backbone at the end",
+    "budget.png": "Tip error over time and its parts, on a logarithmic scale; orientation error below",
+    "muscles.png": "Length changes and tensions of the three muscles over time, the arc's lengths dotted",
+}
+
+
+def write_page(folder: Path, arm: Arm, samples: Samples, comparison: Comparison, summary: dict[str, Any]) -> None:
+    """Write report.html beside the figures and the film that a run's folder holds already."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    page = Environment(
+        loader=PackageLoader("contarm_sim.view", "report"), autoescape=True, undefined=StrictUndefined
+    ).get_template("page.html.j2")
+    film = folder / "video.mp4"
+    text = page.render(
+        title=f"contarm: {summary['path']}, {summary['duration']:g} s, controller {summary['controller']}",
+        summary=summary,
+        said=verdict_lines(summary),
+        words=explanation(summary),
+        remarks=remarks(summary),
+        budget=budget(summary),
+        muscles=muscle_words(summary["muscle"]),
+        figures=[
+            {"alt": alt, "data": _encoded((folder / name).read_bytes())}
+            for name, alt in FIGURES.items()
+            if (folder / name).is_file()
+        ],
+        video=_video(film) if film.is_file() else None,
+        gif=_encoded((folder / "video.gif").read_bytes()) if (folder / "video.gif").is_file() else None,
+        no_video=summary["video"],
+        toml=arm_to_toml(arm),
+        traces=_safe_json(_traces(arm, samples, comparison)),
+        plotly=_plotly(),
+    )
+    write_whole(folder / "report.html", text)
+
+
+def _encoded(content: bytes) -> str:
+    return base64.b64encode(content).decode()
+
+
+def _plotly() -> str:
+    """Return the plotting library's own script."""
+    from plotly.offline import get_plotlyjs
+
+    return str(get_plotlyjs())
+
+
+def _safe_json(value: Any) -> str:
+    """Return JSON that may stand inside a script element."""
+    return json.dumps(value, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _video(film: Path) -> dict[str, Any]:
+    """Return the film, smaller if it is large, ready to be embedded."""
+    content, (width, height) = film.read_bytes(), (1280, 720)
+    if len(content) > LARGEST_VIDEO:
+        from contarm_sim.view.rendering.encode import shrunk
+
+        content, (width, height) = shrunk(film, 480), (854, 480)
+    return {"data": _encoded(content), "width": width, "height": height}
+
+
+def _traces(arm: Arm, samples: Samples, comparison: Comparison) -> dict[str, Any]:
+    """Return data and layout of the interactive view; millimetres."""
+    step = max(1, len(samples) // POINTS)
+    angles, planes = np.linspace(0, np.pi - 1e-9, 25), np.linspace(0, 2 * np.pi, 49)
+    dome = 1e3 * arc.position(arc.from_polar(angles[:, None], planes), arm.length)
+    error = 1e3 * comparison.tip_error[::step]
+    hover = "%{x:.1f}, %{y:.1f}, %{z:.1f} mm"
+    data = [
+        {
+            "type": "surface", "name": "reachable tips", "opacity": 0.18, "showscale": False, "hoverinfo": "skip",
+            "colorscale": [[0, "#8aa0c0"], [1, "#8aa0c0"]], "showlegend": True,
+            **{axis: np.round(dome[..., i], 2).tolist() for i, axis in enumerate("xyz")},
+        },
+        _line("target", samples.target[::step], {"color": "#8A8F99", "width": 3, "dash": "dash"}, hover),
+        _line("analytic tip", comparison.analytic_tip[::step], {"color": "#7B2CC8", "width": 3}, hover),
+        _line(
+            "simulated tip", comparison.simulated_tip[::step],
+            {"color": np.round(error, 4).tolist(), "colorscale": "Viridis", "width": 6,
+             "colorbar": {"title": {"text": "tip error [mm]"}, "len": 0.6}}, hover,
+        ) | {"showlegend": False, "legendgroup": "simulated"},
+        _line("simulated tip", comparison.simulated_tip[:1], {"color": "#21918c", "width": 6}, hover)
+        | {"legendgroup": "simulated"},  # a line of many colours has none in the legend
+        _line("backbone, last sample", samples.stations[-1], {"color": "#0072B2", "width": 8}, hover),
+    ]  # fmt: skip
+    axes = {f"{axis}axis": {"title": {"text": f"{axis} [mm]"}, "showbackground": False} for axis in "xyz"}
+    layout = {
+        "scene": {**axes, "aspectmode": "data", "camera": {"eye": {"x": 1.2, "y": -1.3, "z": 0.7}}},
+        "margin": {"l": 0, "r": 0, "t": 30, "b": 20}, "legend": {"x": 0, "y": 1},
+        "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)",
+    }  # fmt: skip
+    return {"data": data, "layout": layout}
+
+
+def _line(name: str, points: Any, line: dict[str, Any], hover: str) -> dict[str, Any]:
+    """Return a line through points [m], shape (T, 3)."""
+    places = {axis: np.round(1e3 * points[:, i], 3).tolist() for i, axis in enumerate("xyz")}
+    return {"type": "scatter3d", "mode": "lines", "name": name, "line": line, "hovertemplate": hover, **places}

@@ -1,0 +1,101 @@
+"""What a run leaves behind: numbers, samples and model first, then figures, page and film."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from contarm_sim.control.command import Controller
+from contarm_sim.errors import ConvergenceError, EncodingError
+from contarm_sim.files import appearing
+from contarm_sim.mjcf import arm_spec, exact_xml
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.arm_file import arm_to_dict, arm_to_toml
+from contarm_sim.motion.lag import motion_part
+from contarm_sim.motion.simulate import Run
+from contarm_sim.results.compare import compare, known_spread, summarise
+from contarm_sim.studies.checks import run_checks
+from contarm_sim.studies.explained import explain
+from contarm_sim.studies.timestep import step_summary
+from contarm_sim.studies.verdict import constant_curvature, verdict
+from contarm_sim.view.report.figures import draw_budget, draw_muscles, draw_path
+from contarm_sim.view.report.output import versions
+from contarm_sim.view.report.samples_csv import write_samples
+from contarm_sim.view.report.words import in_short
+
+
+class RunReport:
+    """A run beside the closed forms.
+
+    Attributes:
+        summary: every number shown, plain values, SI units but where the name says otherwise. `constant_curvature`
+            says whether it holds; `verdict` whether the simulation is explained and converged and targets are met, with
+            `checks`. `motion` is None where some commanded pose has no rest, `sag` without gravity, `unexplained` where
+            no ideal rod is found.
+    """
+
+    def __init__(self, arm: Arm, run: Run, controller: Controller, poses: int = 100) -> None:
+        self._arm, self._samples, self._pressures = arm, run.samples, controller == "pressure"
+        self._comparison = compare(arm, run.samples, run.extrapolated)
+        try:
+            self._motion = motion_part(arm, run.samples, controller, poses, run.extrapolated)
+        except ConvergenceError:  # a pose that the loaded arm cannot rest in
+            self._motion = run.samples.time[[0, -1]], np.full(2, np.nan)
+        summary = summarise(arm, run.samples, self._comparison)
+        summary["motion"] = known_spread(self._motion[1], arm.length)
+        summary |= explain(arm, run.samples, self._comparison, poses).summary(arm)
+        summary["time_step"] = step_summary(arm, run)
+        summary["constant_curvature"] = constant_curvature(summary)
+        summary |= verdict(run_checks(arm, summary, controller))
+        if run.interrupted:
+            summary["verdict"] = "interrupted"
+        summary |= {"controller": controller, "real_time_factor": run.real_time_factor, "interrupted": run.interrupted}
+        summary["extrapolated"] = run.extrapolated
+        self.summary: dict[str, Any] = summary | {"arm": arm_to_dict(arm), "versions": versions()}
+
+    def write(self, folder: Path) -> None:
+        """Write trajectory.npz, samples.csv, arm.xml and arm.toml."""
+        arm, samples, comparison = self._arm, self._samples, self._comparison
+        samples.save(folder / "trajectory.npz")
+        asked = "pressure_asked_pa" if self._pressures else "setpoint_m"
+        write_samples(folder / "samples.csv", {"run": (samples, comparison)}, asked)
+        (folder / "arm.xml").write_text(exact_xml(arm_spec(arm, "pressures" if self._pressures else "lengths")))
+        (folder / "arm.toml").write_text(arm_to_toml(arm))
+
+    def draw(self, folder: Path) -> None:
+        """Draw path.png, budget.png and muscles.png, each whole or not at all."""
+        given = self._arm, self._samples, self._comparison
+        with appearing(folder / "path.png") as path:
+            draw_path(path, *given)
+        with appearing(folder / "budget.png") as path:
+            draw_budget(path, *given, self._motion)
+        with appearing(folder / "muscles.png") as path:
+            draw_muscles(path, *given)
+
+    def write_page(self, folder: Path, summary: dict[str, Any]) -> None:
+        """Write report.html around the figures and the film that are there; `summary` has more than the report's."""
+        from contarm_sim.view.report.page import write_page
+
+        write_page(folder, self._arm, self._samples, self._comparison, summary)
+
+    def film(self, folder: Path, on_frame: Callable[[int, int], object]) -> str:
+        """Write video.mp4 and return its name; where no encoder works, video.gif, smaller and slower.
+
+        Raises:
+            RenderingError: nothing draws here.
+        """
+        from contarm_sim.view.rendering.film import Look
+        from contarm_sim.view.rendering.video import Shot, write_gif, write_video
+
+        look = Look(note=in_short(self.summary))
+        try:
+            write_video(Shot(self._arm, self._samples, look), folder / "video.mp4", on_frame)
+            return "video.mp4"
+        except EncodingError:
+            small = replace(look, width=640, height=360)
+            write_gif(Shot(self._arm, self._samples, small, fps=10), folder / "video.gif", on_frame)
+            return "video.gif"

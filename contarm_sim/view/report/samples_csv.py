@@ -1,0 +1,44 @@
+"""samples.csv: one row a sample, target, analytic, chain-form and simulated tip side by side, units in the header."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from contarm_sim.results.compare import Comparison
+from contarm_sim.results.samples import Samples
+
+_VECTORS = ("target", "analytic_tip", "chain_tip", "followed_tip", "simulated_tip")
+
+
+def write_samples(path: Path, groups: dict[str, tuple[Samples, Comparison]], setpoint: str = "setpoint_m") -> None:
+    """Write all samples of one or more named groups (scenarios) to a CSV file; `setpoint` names that column."""
+    header = ["scenario", "time_s", "bend_x_rad", "bend_y_rad"]
+    header += [f"{name}_{axis}_m" for name in _VECTORS for axis in "xyz"]
+    distances = ("target_error", "miss", "tip_error", "discretisation", "servo", "shape", "backbone_error")
+    header += [*(f"{name}_m" for name in distances), "orientation_error_deg"]
+    header += [f"muscle_{i}_{what}" for what in (setpoint, "length_m", "tension_n", "pressure_pa") for i in (1, 2, 3)]
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(header)
+        for name, (samples, comparison) in groups.items():
+            table = np.column_stack(
+                [
+                    samples.time,
+                    samples.bend,
+                    samples.target,
+                    comparison.analytic_tip,
+                    comparison.chain_tip,
+                    comparison.followed_tip,
+                    comparison.simulated_tip,
+                    *(getattr(comparison, distance) for distance in distances),
+                    np.degrees(comparison.orientation_error),
+                    samples.setpoint,
+                    samples.muscle_lengths,
+                    samples.muscle_tensions,
+                    samples.pressure,
+                ]
+            )
+            writer.writerows([name, *(f"{x:.9g}" for x in row)] for row in table)

@@ -1,0 +1,183 @@
+"""What a run's numbers are called, and what is said of them: the same on the terminal, on the page and in the film."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from contarm_sim.control.command import pulls_only
+
+_PARTS = {
+    "target_error": "target against simulated tip",
+    "tip_error": "analytic against simulated tip",
+    "discretisation": "  discretisation: arc vs chain form",
+    "servo": "  servo: commanded vs measured lengths",
+    "shape": "  shape: gravity, inertia, unequal joints",
+    "sag": "    of which sag (ideal rod at rest)",
+    "inertia": "    of which inertia, damping (ideal rod)",
+    "unexplained": "    not explained (vs ideal rod in motion)",
+    "motion": "motion: simulated tip vs at rest",
+    "backbone_error": "largest along the backbone",
+    "miss": "miss (target vs dome)",
+}
+_SPREAD = ("max_m", "rms_m", "max_percent", "rms_percent")
+
+
+def budget(summary: dict[str, Any]) -> list[tuple[str, list[float]]]:
+    """Return the error budget's rows: name, and max [mm], rms [mm], max and rms [% of length].
+
+    Rows that are not known are left out. `tip` shifts lengths on purpose.
+    """
+    names = dict(_PARTS)
+    if summary["controller"] == "tip":
+        names["servo"] = "  lengths: the path's vs those shifted for the tip"
+    step = summary["time_step"]
+    if step["max_m"] is not None:
+        names["time_step"] = f"time step: {1e3 * step['timestep_s']:.4g} ms, its own error"
+    rows = [(meaning, summary[name]) for name, meaning in names.items() if summary[name] is not None]
+    scales = (1e3, 1e3, 1.0, 1.0)
+    return [(name, [s * row[key] for s, key in zip(scales, _SPREAD, strict=True)]) for name, row in rows]
+
+
+def curvature_words(found: dict[str, Any]) -> str:
+    """Say whether constant curvature holds, within what, and why not, from `constant_curvature` of a summary."""
+    error, limit = found["error_percent"], found["limit_percent"]
+    if found["holds"]:
+        return f"holds within {error:.2f} % of length (limit {limit:g} %)"
+    names = {"the chain of links": "discretisation", "sag": "sag", "motion": "motion"}
+    known = {said: found.get(f"{name}_percent") for said, name in names.items()}
+    parts = [f"{said} {part:.1f} %" for said, part in known.items() if part is not None and part > 0.1 * error]
+    said = f"does not hold: {error:.1f} % of length (limit {limit:g} %)"
+    return said + (f"; alone, {', '.join(parts)}" if parts else "")
+
+
+def simulation_words(summary: dict[str, Any]) -> str:
+    """Say whether the simulation is explained and converged, and why not."""
+    if summary["verdict"] == "not judged":
+        return "not judged"
+    if "reason" in summary:
+        return f"{summary['verdict']}: {summary['reason']}"
+    known = [(summary["explained"], "explained"), (summary["converged"], "converged")]
+    words = [(good, name if good else f"NOT {name}") for good, name in known if good is not None]
+    said = (" and " if len({good for good, _ in words}) == 1 else ", but ").join(name for _, name in words)
+    failed = [why for check in summary["checks"] if check["group"] != "targets" if (why := _failed(check))]
+    left = summary.get("unexplained")
+    if failed or left is None:
+        return f"{said}: {'; '.join(failed)}" if failed else said
+    return f"{said}: an ideal rod leaves {left['max_percent']:.3f} % of length open"
+
+
+def targets_words(summary: dict[str, Any]) -> str:
+    """Say whether the targets can be reached, and why not."""
+    (check,) = (check for check in summary["checks"] if check["group"] == "targets")
+    near = f"within {check['value']:.2f} % of length of the dome of reachable tips (limit {check['limit']:g} %)"
+    return _failed(check) or near
+
+
+def verdict_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return what is said of a run: constant curvature, the simulation, the targets, a name and a sentence each."""
+    simulation = simulation_words(summary)
+    if not summary["time_step"]["compared"]:
+        simulation += "; the time step was not checked"
+    return [
+        ("constant curvature", curvature_words(summary["constant_curvature"])),
+        ("simulation", simulation),
+        ("targets", targets_words(summary)),
+    ]
+
+
+def in_short(summary: dict[str, Any]) -> str:
+    """Say both things in a few words, for a film's caption."""
+    found = summary["constant_curvature"]
+    holds = f"{'holds within' if found['holds'] else 'does not hold:'} {found['error_percent']:.2f} % of length"
+    good = summary["explained"] and summary["converged"] is not False
+    left = summary["unexplained"]
+    within = f" within {left['max_percent']:.3f} %" if good and left is not None else ""
+    missed = "" if summary["targets_met"] else "   targets off the dome"
+    return f"constant curvature {holds}   simulation {'' if good else 'not '}explained{within}{missed}"
+
+
+def noted(folder: Path) -> str:
+    """Return what `in_short` says of the run that a folder holds; empty where its summary.json does not tell."""
+    try:
+        return in_short(json.loads((folder / "summary.json").read_text()))
+    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+        return ""
+
+
+def _failed(check: dict[str, Any]) -> str:
+    if check["passed"]:
+        return ""
+    value = "not known" if check["value"] is None else f"{check['value']:.4g} {check['unit']}".rstrip()
+    reason = f": {check['reason']}" if check["reason"] else ""
+    return f"{check['name']} {value} (limit {check['limit']:.4g}){reason}"
+
+
+def explanation(summary: dict[str, Any]) -> str:
+    """Say in a sentence each where the difference comes from."""
+    part = {name: 1e3 * summary[name]["max_m"] for name in ("discretisation", "servo", "shape")}
+    shape = f"Gravity, inertia and unequal joints, which lengths cannot see, account for {part['shape']:.3f} mm"
+    if summary["motion"] is not None:
+        shape += f"; {1e3 * summary['motion']['max_m']:.3f} mm of it are motion, for at rest they are gone"
+    lengths = f"Muscle lengths that are not as commanded account for {part['servo']:.3f} mm."
+    if summary["controller"] == "tip":
+        lengths = (
+            f"Muscle lengths shifted on purpose, to bring the tip to its target, account for {part['servo']:.3f} mm."
+        )
+    lines = [
+        f"Rigid links instead of an arc account for {part['discretisation']:.3f} mm, known in closed form.",
+        lengths,
+        f"{shape}.",
+    ]
+    if summary["unexplained"] is not None:
+        left = 1e3 * summary["unexplained"]["max_m"]
+        lines.append(f"An ideal rod of these lengths, weight and accelerations has its tip within {left:.3f} mm.")
+    if summary["miss"]["max_m"] > 1e-6:
+        lines.append(f"Targets lie up to {1e3 * summary['miss']['max_m']:.2f} mm off the dome of reachable tips.")
+    return " ".join(lines)
+
+
+def muscle_words(muscle: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return what the muscles did, a name and a value each."""
+    pressure = muscle["max_pressure_needed_pa"]
+    pushes = f"{100 * muscle['push_fraction']:.3g} % of muscle samples"
+    if muscle["pushes"]:
+        pushes += f", largest {muscle['largest_push_n']:.2g} N"
+    return [
+        ("tensions", f"{muscle['min_force_n']:.1f} to {muscle['max_force_n']:.1f} N"),
+        ("pushes", pushes),
+        ("slack", f"{100 * muscle['slack_fraction']:.3g} % of muscle samples"),
+        ("highest pressure needed", "more than any" if pressure is None else f"{pressure / 1e3:.0f} kPa"),
+        ("contractions", f"{100 * muscle['min_contraction']:.1f} to {100 * muscle['max_contraction']:.1f} %"),
+    ]
+
+
+def available(summary: dict[str, Any]) -> str:
+    """Name the pressures that there are."""
+    pressures = summary["arm"]["muscle"]
+    return f"{pressures['min_pressure'] / 1e3:.0f} to {pressures['max_pressure'] / 1e3:.0f} kPa"
+
+
+def remarks(summary: dict[str, Any]) -> list[str]:
+    """Return what a reader must know beside the verdict, a line each."""
+    found, muscle, pulling = [], summary["muscle"], pulls_only(summary["controller"])
+    if summary["motion"] is None:
+        found.append("motion share unavailable: the arm cannot rest in one of the commanded poses")
+    if muscle["pushes"]:
+        depth = f"muscles push in {100 * muscle['push_fraction']:.2g} % of muscle samples, up to "
+        why = "damping along a slack muscle does" if pulling else "plain position servos do; not judged"
+        found.append(f"{depth}{muscle['largest_push_n']:.2g} N: {why}")
+    if muscle["beyond_max_pressure"]:
+        most = muscle["max_pressure_needed_pa"]
+        needs = "more than any pressure" if most is None else f"up to {most / 1e3:.0f} kPa"
+        count = f"{muscle['beyond_max_pressure']} of {summary['samples']} samples"
+        found.append(f"a muscle needs {needs}; available {available(summary)}: beyond that in {count}")
+    if muscle["below_min_pressure"] and pulling:
+        least = summary["arm"]["muscle"]["min_pressure"] / 1e3
+        count = f"in {muscle['below_min_pressure']} of {summary['samples']} samples"
+        found.append(
+            f"{count} a muscle needs less than {least:.0f} kPa; available {available(summary)}; "
+            "the controller `pressure` keeps to that, or says that it cannot"
+        )
+    return found
