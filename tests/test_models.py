@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from random_arms import random_arm
 
+from contarm_sim.engine import models
 from contarm_sim.engine.plant import Plant
-from contarm_sim.libmujoco import models
 from contarm_sim.mjcf import TIMESTEP, arm_spec
 from contarm_sim.model.arm import Arm
 
