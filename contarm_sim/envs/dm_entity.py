@@ -12,9 +12,8 @@ from contarm_sim import libmujoco
 from contarm_sim.envs.actions import Actions, Mode
 from contarm_sim.envs.definition import plain_spec
 from contarm_sim.envs.state import State, read
-from contarm_sim.mjcf import TIMESTEP, exact_xml
+from contarm_sim.mjcf import TIMESTEP, exact_xml, names
 from contarm_sim.mjcf.muscles import straight_control
-from contarm_sim.mjcf.routing import MUSCLES
 from contarm_sim.mjcf.scene import add_scene, base_quaternion
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.rendering.draw import TARGET
@@ -80,22 +79,22 @@ class ContinuumArm(composer.Robot):
     @property
     def tendons(self) -> list[Any]:
         """The three muscles."""
-        return [self._mjcf.find("tendon", muscle) for muscle in MUSCLES]
+        return [self._mjcf.find("tendon", muscle) for muscle in names.muscles(self._actions.arm)]
 
     @property
     def tip(self) -> Any:
         """The half link that ends in the tip plate; its centre of mass is a quarter of a pitch below the tip."""
-        return self._mjcf.find("body", "tip")
+        return self._mjcf.find("body", names.TIP)
 
     @property
     def payload(self) -> Any:
         """The body of the payload, there without one too: `xfrc_applied` on it acts at the tip."""
-        return self._mjcf.find("body", "payload")
+        return self._mjcf.find("body", names.PAYLOAD)
 
     @property
     def attachment_site(self) -> Any:
         """The tip plate's centre."""
-        return self._mjcf.find("site", "tip")
+        return self._mjcf.find("site", names.TIP)
 
     def vary(self, arm: Arm) -> None:
         """Give the model the numbers of another arm; a compilation must follow. Actions keep their meaning."""
@@ -125,7 +124,7 @@ class ContinuumArm(composer.Robot):
         if physics.data.time == 0:  # a reset leaves actuation off
             mujoco.mj_fwdActuation(physics.model.ptr, physics.data.ptr)
         tendons, actuators = physics.bind(self.tendons), physics.bind(self.actuators)
-        pose = [self._mjcf.find("sensor", f"tip_{what}") for what in ("position", "orientation")]
+        pose = [self._mjcf.find("sensor", name) for name in (names.TIP_POSITION, names.TIP_ORIENTATION)]
         return read(
             {
                 "ten_length": np.array(tendons.length)[None],

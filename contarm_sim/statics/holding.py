@@ -17,6 +17,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.pneumatics import force, passive_slope, passive_tension
 from contarm_sim.mechanics.statics import servo_control
@@ -32,6 +33,9 @@ DIFFERENCES = np.array([[2.0, -1.0, -1.0], [0.0, 1.0, -1.0]]) / np.sqrt([[6.0], 
 class Holder:
     """Moves a plant to rest at muscle lengths, from its current pose downhill.
 
+    Args:
+        solver: of an arm of one section with three muscles; others are refused by an InputError.
+
     Attributes:
         extra: generalised forces beside weight and springs [N m], shape (dofs,); 0 unless set.
         least: lowest tension of each muscle's actuator [N], shape (3,); the slackest has it.
@@ -43,6 +47,8 @@ class Holder:
 
     def __init__(self, solver: Solver) -> None:
         self.plant = plant = solver.plant
+        if plant.arm.routing.count != 3:
+            raise InputError("muscle.count", plant.arm.routing.count, "three muscles, where lengths are to be held")
         self._solver = solver
         self._stiffness = TangentStiffness(plant, self._solver.load)
         self.tolerance = tolerance(plant.arm)
