@@ -116,7 +116,7 @@ class Plant:
         """What muscle lengths gain by joint angles [m/rad], shape (M, dofs)."""
         if self.twisted is not None and self._parallel:
             return self.twisted.jacobian()
-        if self._parallel:
+        if self._parallel or not self.model.ntendon:  # straight spans that nothing pulls have no part in it
             return self._by_angle
         J = tendon_jacobian(self.model, self.data)
         if self.twisted is not None:
