@@ -33,22 +33,20 @@ SERVO_SHARE = 0.2
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
-def null_space(bend: Any, arm: Arm) -> Array:
-    """Return orthonormal tensions that do nothing to the bend, shape (..., n, n - 2): the null space of J^T.
+def cocontraction(bend: Any, arm: Arm) -> Array:
+    """Return tensions of mean 1 that do nothing to the bend, shape (..., n): what of (1, ..., 1) is in J^T's null space.
+
+    The rest of (1, ..., 1) is J x, by least squares; for parallel muscles there is none, to the bit.
 
     Raises:
-        InputError: fewer than three muscles, which have none.
+        InputError: fewer than three muscles, which cannot hold a bend in every plane.
     """
     if arm.routing.count < 3:
         raise InputError("muscle.count", arm.routing.count, "three muscles or more, which can hold a bend in any plane")
-    return np.linalg.svd(length_jacobian(bend, arm))[0][..., 2:]
-
-
-def cocontraction(bend: Any, arm: Arm) -> Array:
-    """Return tensions of mean 1 that do nothing to the bend, shape (..., n): of `null_space` the nearest to all 1."""
-    null = null_space(bend, arm)
-    ones = (null * null.sum(axis=-2, keepdims=True)).sum(axis=-1)
-    return ones / ones.mean(axis=-1, keepdims=True)
+    J = length_jacobian(bend, arm)
+    x = np.linalg.solve(J.swapaxes(-1, -2) @ J, J.sum(axis=-2)[..., None])
+    free = 1 - (J @ x)[..., 0]
+    return free / free.mean(axis=-1, keepdims=True)
 
 
 def weight_moment(bend: Any, arm: Arm) -> Array:
