@@ -20,6 +20,7 @@ from contarm_sim.model.load import Load, Muscles, Wrench
 from contarm_sim.model.routing import Routing
 from contarm_sim.model.section import Section
 from contarm_sim.statics.equilibrium import driven_plant, equilibrium
+from contarm_sim.statics.holding import Holder
 from contarm_sim.statics.loads import AppliedLoad
 from contarm_sim.statics.solver import Solver
 from contarm_sim.statics.stiffness import TangentStiffness
@@ -178,6 +179,22 @@ def test_four_muscles_hold_the_bend_that_three_hold(path):
     same = Load(muscles=Muscles(kind="tensions", values=(5.0, 0.0, 0.0, 0.0)))
     alike = [equilibrium(three, one), equilibrium(replace(four, routings=(Routing(path=path, count=4),)), same)]
     np.testing.assert_allclose(alike[1].frames, alike[0].frames, atol=1e-9)
+
+
+@pytest.mark.parametrize("count", [4, 5])
+def test_lengths_of_many_muscles_are_held_by_the_least_tensions(count):
+    arm = Arm(routings=(Routing(count=count, offset=0.2),), gravity=(3.0, 0.0, 5.0))
+    bend, plant = np.array([1.0, -0.5]), Plant(arm)
+    plant.reset(bend)
+    holder, lengths = Holder(Solver(plant)), routing.lengths_from_bend(bend, arm)
+    holder(lengths)
+    np.testing.assert_allclose(plant.muscle_lengths, lengths, atol=1e-9)
+    assert holder.tensions.min() == pytest.approx(arm.muscle.min_tension, abs=1e-9)
+    plant.control[:] = holder.setpoints()
+    holder.check()
+    gained = directions(arm.routing.angles).T @ holder.tensions  # two of the tensions' n dimensions bend the arm
+    alike = directions(arm.routing.angles) @ gained * 2 / count
+    np.testing.assert_allclose(holder.tensions, alike + holder.tensions.mean(), atol=1e-9)
 
 
 @pytest.mark.parametrize("count", [3, 4, 6])

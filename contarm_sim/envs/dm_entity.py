@@ -14,7 +14,7 @@ from contarm_sim.envs.definition import plain_spec
 from contarm_sim.envs.state import State, read
 from contarm_sim.mjcf import TIMESTEP, exact_xml, names
 from contarm_sim.mjcf.muscles import straight_control
-from contarm_sim.mjcf.scene import add_scene, base_quaternion
+from contarm_sim.mjcf.scene import add_scene, base_quaternion, base_rotation
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.rendering.draw import TARGET
 
@@ -187,6 +187,7 @@ class ArmArena(composer.Arena):
         spec = mujoco.MjSpec()
         spec.modelname, spec.compiler.degree = "arena", False
         self._place, self._turn = add_scene(spec, arm), base_quaternion(arm)
+        self._rotation = base_rotation(arm)
         spec.geom("floor").contype = spec.geom("floor").conaffinity = 0  # the other front ends have none
         self._mjcf_root = mjcf.from_xml_string(exact_xml(spec))
 
@@ -203,9 +204,7 @@ class ArmArena(composer.Arena):
 
     def vector_to_world(self, vector: Any) -> Any:
         """Turn a vector of the base frame, shape (3,), into the world."""
-        turned = np.zeros(3)
-        mujoco.mju_rotVecQuat(turned, np.asarray(vector, dtype=float), self._turn)
-        return turned
+        return self._rotation @ np.asarray(vector, dtype=float)
 
     def point_to_world(self, point: Any) -> Any:
         """Turn a point of the base frame [m], shape (3,), into one of the world."""

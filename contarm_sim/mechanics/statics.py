@@ -3,7 +3,7 @@
 With the chain's elastic energy (EI/length) |bend|^2/2, its weight's potential V(bend) and the work of tensions T
 on lengths L(bend), equilibrium is (EI/length) bend + dV/dbend + J^T T = 0, J = dL/dbend: two equations, n tensions.
 What is free is the null space of J^T. Of three muscles it is one direction, co-contraction: (1, 1, 1) for parallel
-muscles, nearly so for spans. Of more it has n - 2 dimensions, and co-contraction is the one nearest to (1, ..., 1).
+muscles, nearly so for spans. Of more it has n - 2 dimensions; co-contraction is the direction nearest to (1, ..., 1).
 
 Without gravity this is exact for a chain that bends evenly. Under gravity it is the best answer of one uniform bend
 (Ritz): it balances the weight's moment as a whole, not the sag between.
@@ -34,7 +34,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
 def cocontraction(bend: Any, arm: Arm) -> Array:
-    """Return tensions of mean 1 that do nothing to the bend, shape (..., n): what of (1, ..., 1) is in J^T's null space.
+    """Return tensions of mean 1 that do nothing to the bend, shape (..., n): what of (1, ..., 1) J^T sends to 0.
 
     The rest of (1, ..., 1) is J x, by least squares; for parallel muscles there is none, to the bit.
 

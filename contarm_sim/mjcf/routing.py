@@ -17,10 +17,8 @@ import mujoco
 from contarm_sim.mjcf import names
 from contarm_sim.mjcf.backbone import HARD, VISUAL
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.colours import muscle_colour
 from contarm_sim.model.muscle_group import MuscleGroup
-
-COLOURS = ([0.84, 0.15, 0.16, 1.0], [0.17, 0.50, 0.72, 1.0], [0.95, 0.63, 0.10, 1.0])
-"""Colours of the muscles; with more than three of them they come again."""
 
 CLASS = "muscle"
 """The default class of tendons, guides and length servos, after what the section's names begin with."""
@@ -33,11 +31,6 @@ class Strands:
     group: MuscleGroup
     names: list[str]
     default: mujoco.MjsDefault
-
-
-def colour(index: int) -> list[float]:
-    """Return the colour of a muscle, numbered from 0, as red, green, blue and opacity."""
-    return COLOURS[index % len(COLOURS)]
 
 
 def counted_from(group: MuscleGroup) -> float:
@@ -85,7 +78,7 @@ def _add_parallel(spec: mujoco.MjSpec, arm: Arm, strands: Strands, bodies: list[
         tendon = spec.add_tendon(strands.default, name=name)
         for joint in joints:
             tendon.wrap_joint(joint.name, coefficient(group, index, joint))
-        spec.add_material(name=name, rgba=colour(index), specular=0.5, shininess=0.5)
+        spec.add_material(name=name, rgba=muscle_colour(index), specular=0.5, shininess=0.5)
         for station in range(starts[group.first], starts[group.section + 1] + 1):
             low, high = _reach(arm, group, station)
             bodies[station].add_geom(
@@ -114,7 +107,7 @@ def _add_spans(spec: mujoco.MjSpec, arm: Arm, strands: Strands, bodies: list[muj
     first, last = bodies[starts[group.first]], bodies[starts[group.section + 1]]
     for index, name in enumerate(strands.names):
         x, y = group.routing.points[index]
-        tendon = spec.add_tendon(strands.default, name=name, rgba=colour(index))
+        tendon = spec.add_tendon(strands.default, name=name, rgba=muscle_colour(index))
         guides = [(names.guide(first.name, name) + "_root", first, 0.0)]
         for number in range(group.first, group.section + 1):
             height = arm.sections[number].guide_height

@@ -15,6 +15,7 @@ from contarm_sim.control.command import Controller
 from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.errors import ConvergenceError, DivergenceError
 from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import MAX_LINKS, Arm
 from contarm_sim.model.arm_file import arm_to_dict
@@ -25,7 +26,6 @@ from contarm_sim.studies.checks import ideal_checks, loaded_checks
 from contarm_sim.studies.explained import explain
 from contarm_sim.studies.verdict import Check, constant_curvature, verdict
 
-LARGEST_BEND = math.radians(170)
 HANGING = (0.0, 0.0, 9.81)
 UPRIGHT = (0.0, 0.0, -9.81)
 PAYLOAD = 0.1

@@ -8,6 +8,7 @@ import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.colours import muscle_colour
 
 SLACK = np.array([0.55, 0.55, 0.57])
 """Colour of a muscle without tension."""
@@ -29,10 +30,9 @@ class Muscles:
     def __init__(self, model: Any, arm: Arm) -> None:
         from contarm_sim.engine.index import drawn_muscles
         from contarm_sim.mjcf import names
-        from contarm_sim.mjcf.routing import colour
 
         muscles = names.muscles(arm)
-        self._model, self._colours = model, np.array([colour(i)[:3] for i in range(len(muscles))])
+        self._model, self._colours = model, np.array([muscle_colour(i)[:3] for i in range(len(muscles))])
         self._geoms = drawn_muscles(model, arm)
         self._tendons = [model.tendon(name).id for name in muscles]
         self._widths = np.array([
