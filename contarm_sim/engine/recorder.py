@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from contarm_sim.engine.index import rows
 from contarm_sim.engine.plant import Plant
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.pneumatics import passive_tension, pressure_for
-from contarm_sim.mjcf.routing import counted_from
-from contarm_sim.results.samples import Samples
 
 
 class Recorder:
@@ -33,34 +33,25 @@ class Recorder:
         index = plant.index
         self.muscles = rows(np.concatenate([index.lengths, index.velocities, index.forces]))
 
-    @property
-    def zero(self) -> float:
-        """What the engine's muscle lengths are counted from [m], for an arm of one section."""
-        return counted_from(self._arm.group)
-
     def take(self, index: int) -> None:
         """Keep what the engine last derived from a state: the one that `mj_step` started from, or `mj_forward` saw."""
         self.sensed[index] = self._sensordata
         self.stations[index] = self._centres
 
-    def samples(self, count: int, time: Array, target: Array, bend: Array, setpoint: Array) -> Samples:
-        """Return the first `count` samples; the other arrays, of at least that length, are passed through."""
+    def arrays(self, count: int) -> dict[str, Any]:
+        """Return the first `count` samples: lengths, tensions, pressures, stations, tip rotations and joint angles."""
         sensed, index = self.sensed[:count], self._index
         lengths = sensed[:, index.lengths] + index.zero
         pulled = passive_tension(lengths, self._arm) + sensed[:, index.velocities] * self._damping
         pulled = pulled - sensed[:, index.forces]
-        return Samples(
-            time=time[:count],
-            target=target[:count],
-            bend=bend[:count],
-            setpoint=setpoint[:count],
-            muscle_lengths=lengths,
-            muscle_tensions=pulled,
-            pressure=pressure_for(pulled, lengths, self._arm),
-            stations=self.stations[:count],
-            tip_rotation=_rotations(sensed[:, index.tip_orientation]),
-            qpos=sensed[:, index.angles],
-        )
+        return {
+            "muscle_lengths": lengths,
+            "muscle_tensions": pulled,
+            "pressure": pressure_for(pulled, lengths, self._arm),
+            "stations": self.stations[:count],
+            "tip_rotation": _rotations(sensed[:, index.tip_orientation]),
+            "qpos": sensed[:, index.angles],
+        }
 
 
 def _rotations(quaternions: Array) -> Array:
