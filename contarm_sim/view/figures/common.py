@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from functools import lru_cache
 
 from contarm_sim import paths
@@ -12,11 +11,6 @@ from contarm_sim.motion.simulate import CONTROL_RATE, simulate
 from contarm_sim.results.samples import Samples
 
 DURATION = 10.0
-
-
-def quietly(steps: Iterable[int], what: str) -> Iterable[int]:
-    """Return the steps: a progress bar that shows nothing."""
-    return steps
 
 
 @lru_cache(maxsize=4)
