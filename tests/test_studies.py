@@ -88,9 +88,9 @@ def test_cases_that_rest_and_one_that_does_not():
     assert isinstance(resting, studies.CaseAtRest)
     assert resting.stable
     assert not falling.stable
+    wrong = studies.LoadCase(SMALL, Load(muscles=Muscles(kind="pressures", values=(1.0, 2.0, 3.0))), "file one")
     with pytest.raises(InputError, match="file one"):
-        wrong = Load(muscles=Muscles(kind="pressures", values=(1.0, 2.0, 3.0)))
-        studies.equilibria([studies.LoadCase(SMALL, wrong, "file one")])
+        studies.equilibria([wrong])
 
 
 def test_an_arm_that_does_not_rest_is_not_let_go():
@@ -103,7 +103,7 @@ def test_an_arm_that_does_not_rest_is_not_let_go():
 
 def test_the_package_of_studies_opens_without_the_engine_and_names_what_it_has():
     code = (
-        "import sys; from contarm_sim import studies; assert 'mujoco' not in sys.modules and 'numpy' not in sys.modules;"
+        "import sys; from contarm_sim import studies; assert not {'mujoco', 'numpy'} & set(sys.modules);"
         "assert all(callable(getattr(studies, name)) for name in studies.__all__); studies.possibilty"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)

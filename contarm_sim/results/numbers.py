@@ -8,9 +8,8 @@ import numpy as np
 
 from contarm_sim.kinematics import dome
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.model.arm import Arm
 from contarm_sim.results.compare import PUSH_TENSION, SLACK_TENSION, Comparison
-from contarm_sim.results.samples import Samples
+from contarm_sim.results.trajectory import Trajectory
 
 
 @dataclass(frozen=True)
@@ -61,12 +60,15 @@ class ErrorSummary:
 
     Attributes:
         samples: how many.
+        pulls_only, holds_lengths: of the controller, as in `Trajectory`.
         targets_in_millimetres: whether the targets look like millimetres: far off the dome, a thousandth of them on it.
         orientation_error_deg, orientation_error_rms_deg: largest and root-mean-square [deg].
         muscle: what the muscles did.
     """
 
     samples: int
+    pulls_only: bool
+    holds_lengths: bool
     target_error: Spread
     tip_error: Spread
     discretisation: Spread
@@ -91,15 +93,18 @@ def known_spread(distances: Array, length: float) -> Spread | None:
     return spread(distances, length) if len(distances) and np.isfinite(distances).all() else None
 
 
-def summarise(arm: Arm, samples: Samples, comparison: Comparison) -> ErrorSummary:
+def summarise(trajectory: Trajectory, comparison: Comparison) -> ErrorSummary:
     """Return the numbers of a comparison: errors, orientation, muscles."""
+    length = trajectory.arm.length
 
     def of(distances: Array) -> Spread:
-        return spread(distances, arm.length)
+        return spread(distances, length)
 
     degrees = np.degrees(comparison.orientation_error)
     return ErrorSummary(
-        samples=len(samples),
+        samples=len(trajectory),
+        pulls_only=trajectory.pulls_only,
+        holds_lengths=trajectory.holds_lengths,
         target_error=of(comparison.target_error),
         tip_error=of(comparison.tip_error),
         discretisation=of(comparison.discretisation),
@@ -107,10 +112,10 @@ def summarise(arm: Arm, samples: Samples, comparison: Comparison) -> ErrorSummar
         shape=of(comparison.shape),
         backbone_error=of(comparison.backbone_error),
         miss=of(comparison.miss),
-        targets_in_millimetres=bool(comparison.miss.max() > arm.length) and _in_millimetres(samples.target, arm.length),
+        targets_in_millimetres=bool(comparison.miss.max() > length) and _in_millimetres(trajectory.target, length),
         orientation_error_deg=float(degrees.max()),
         orientation_error_rms_deg=float(np.sqrt(np.mean(degrees**2))),
-        muscle=muscle_use(arm, samples),
+        muscle=muscle_use(trajectory),
     )
 
 
@@ -119,11 +124,11 @@ def _in_millimetres(target: Array, length: float) -> bool:
     return bool(dome.bend_from_tip(1e-3 * target, length, "nearest").miss.max() <= 0.1 * length)
 
 
-def muscle_use(arm: Arm, samples: Samples) -> MuscleUse:
-    """Return what the muscles did in some samples."""
-    tensions, lengths = samples.muscle_tensions, samples.muscle_lengths
+def muscle_use(trajectory: Trajectory) -> MuscleUse:
+    """Return what the muscles did."""
+    arm, tensions, lengths = trajectory.arm, trajectory.muscle_tensions, trajectory.muscle_lengths
     contraction = 1 - lengths / arm.muscle_rest_length
-    pressure, low, high = samples.pressure, arm.muscle.min_pressure, arm.muscle.max_pressure
+    pressure, low, high = trajectory.pressure, arm.muscle.min_pressure, arm.muscle.max_pressure
     return MuscleUse(
         min_force_n=float(tensions.min()),
         max_force_n=float(tensions.max()),
@@ -134,7 +139,7 @@ def muscle_use(arm: Arm, samples: Samples) -> MuscleUse:
         max_pressure_needed_pa=float(pressure.max()) if np.isfinite(pressure).all() else None,
         below_min_pressure=int(np.count_nonzero(((pressure > 0) & (pressure < (1 - 1e-6) * low)).any(axis=1))),
         beyond_max_pressure=int(np.count_nonzero((pressure > high).any(axis=1))),
-        max_sum_of_deltas_m=float(np.abs(lengths.sum(axis=1) - 3 * arm.length).max()),
+        max_sum_of_deltas_m=float(np.abs(lengths.sum(axis=1) - lengths.shape[1] * arm.length).max()),
         min_contraction=float(contraction.min()),
         max_contraction=float(contraction.max()),
         allowed_contraction=(-arm.muscle.max_stretch, arm.muscle.max_contraction),

@@ -10,17 +10,16 @@ from dataclasses import dataclass, field, replace
 import mujoco
 import numpy as np
 
-from contarm_sim.control.command import Controller
 from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.errors import ConvergenceError, DivergenceError
-from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import MAX_LINKS, Arm
 from contarm_sim.motion.rest import poses_at_rest
+from contarm_sim.paths.reference import Reference
 from contarm_sim.results.compare import Comparison, compare
 from contarm_sim.results.document import HIDDEN, INLINE, shown_if
 from contarm_sim.results.numbers import ErrorSummary, Spread, spread, summarise
-from contarm_sim.results.samples import Samples
+from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.explained import RodParts, explain
 from contarm_sim.studies.progress import Track, quietly
 from contarm_sim.studies.scenarios import Scenario
@@ -44,7 +43,7 @@ class Setting:
     """
 
     meaning: str
-    controller: Controller
+    controller: str
     arm: Arm
     weight_over_stiffness: float
 
@@ -75,7 +74,7 @@ class Outcome:
     """
 
     scenario: Scenario = field(metadata=HIDDEN)
-    samples: Samples = field(metadata=HIDDEN)
+    samples: Trajectory = field(metadata=HIDDEN)
     comparison: Comparison = field(metadata=HIDDEN)
     errors: ErrorSummary = field(metadata=INLINE)
     chain_error: Spread
@@ -115,8 +114,8 @@ def examine(scenario: Scenario, bends: Array, track: Track = quietly) -> Outcome
         samples = _at_rest(arm, bends, scenario.controller, track(range(len(bends)), scenario.name))
     except ConvergenceError as failure:
         raise failure.located(f"scenario {scenario.name}") from None
-    comparison = compare(arm, samples)
-    errors, rod = summarise(arm, samples, comparison), explain(arm, samples, comparison).summary(arm)
+    comparison = compare(samples)
+    errors, rod = summarise(samples, comparison), explain(samples, comparison).summary(arm)
     chain_error = spread(np.linalg.norm(comparison.simulated_tip - comparison.chain_tip, axis=-1), arm.length)
     judged = verdict([] if scenario.checks is None else scenario.checks(arm, errors, rod, chain_error))
     return Outcome(
@@ -143,8 +142,8 @@ def attempt(scenario: Scenario, bends: Array, track: Track = quietly) -> Outcome
         return Failure(scenario=scenario, setting=_setting(scenario), reason=reason)
 
 
-def _at_rest(arm: Arm, bends: Array, controller: Controller, ticks: Iterable[int] | None = None) -> Samples:
-    return poses_at_rest(arm, bends, arc.position(bends, arm.length), controller, ticks)
+def _at_rest(arm: Arm, bends: Array, controller: str, ticks: Iterable[int] | None = None) -> Trajectory:
+    return poses_at_rest(arm, Reference.from_bends(bends, arm), controller, ticks)
 
 
 def _setting(scenario: Scenario) -> Setting:
@@ -153,7 +152,7 @@ def _setting(scenario: Scenario) -> Setting:
     return Setting(scenario.meaning, scenario.controller, arm, weight * arm.length**2 / arm.bending_stiffness)
 
 
-def stepping_speed(arm: Arm, samples: Samples, steps: int = 300) -> float | None:
+def stepping_speed(arm: Arm, samples: Trajectory, steps: int = 300) -> float | None:
     """Return simulated over wall-clock time of bare stepping in the last pose, with the default step.
 
     None where that blows up.
@@ -185,5 +184,5 @@ def _link_error(scenario: Scenario, bends: Array, comparison: Comparison) -> Lin
         samples = _at_rest(other, bend[None], scenario.controller)
     except (ConvergenceError, DivergenceError):
         return None
-    error = np.linalg.norm(samples.stations[:, -1] - tip, axis=-1) * (4 / 3 if double else 1 / 3)
+    error = np.linalg.norm(samples.tip - tip, axis=-1) * (4 / 3 if double else 1 / 3)
     return LinkError(spread(error, scenario.arm.length), bend)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
-from contarm_sim.control.command import Controller, pulls_only
 from contarm_sim.model.arm import Arm
-from contarm_sim.results.numbers import ErrorSummary, MuscleUse, Spread
+from contarm_sim.results.numbers import ErrorSummary, Spread
 from contarm_sim.studies import verdict as limits
 from contarm_sim.studies.explained import RodParts
 from contarm_sim.studies.timestep import TimeStep
@@ -26,7 +25,7 @@ def ideal_checks(arm: Arm, errors: ErrorSummary, rod: RodParts, chain_error: Spr
                 "without load the simulated tip is known in closed form"),
         at_most("simulated against arc", error, arc, _LENGTH, "a chain of that many links is nearer to the arc"),
         at_most("tip orientation", errors.orientation_error_deg, turned, "deg", "the hinges' twists cancel"),
-        *muscle_checks(errors.muscle, "servo"),
+        *muscle_checks(errors),
     ]  # fmt: skip
 
 
@@ -36,16 +35,14 @@ def loaded_checks(arm: Arm, errors: ErrorSummary, rod: RodParts, chain_error: Sp
         at_most("servo holds lengths", errors.servo.max_percent, limits.CHAIN_LIMIT, _LENGTH,
                 "at rest lengths are held to rounding"),
         *shape_checks(arm, errors, rod),
-        *muscle_checks(errors.muscle, "servo"),
+        *muscle_checks(errors),
     ]  # fmt: skip
 
 
-def run_checks(
-    arm: Arm, errors: ErrorSummary, rod: RodParts, motion: Spread | None, step: TimeStep, controller: Controller
-) -> list[Check]:
-    """Return the checks of a motion; `tip` shifts lengths on purpose, so how it holds them is not judged."""
+def run_checks(arm: Arm, errors: ErrorSummary, rod: RodParts, motion: Spread | None, step: TimeStep) -> list[Check]:
+    """Return the checks of a motion; where the controller shifts lengths on purpose, how it holds them is not."""
     found = shape_checks(arm, errors, rod)
-    if controller != "tip":
+    if errors.holds_lengths:
         found.append(
             at_most("servo holds lengths", errors.servo.max_percent, limits.SERVO_LIMIT, _LENGTH,
                     "the servo is on trial, not the model")
@@ -55,7 +52,7 @@ def run_checks(
             at_most("motion share", motion.max_percent, limits.MOTION_LIMIT, _LENGTH,
                     "the arm swings rather than follows")
         )  # fmt: skip
-    found += muscle_checks(errors.muscle, controller)
+    found += muscle_checks(errors)
     if step.compared:
         found.append(
             at_most("time step", step.max_percent, limits.STEP_LIMIT, _LENGTH,
@@ -81,15 +78,16 @@ def shape_checks(arm: Arm, errors: ErrorSummary, rod: RodParts) -> list[Check]:
     ]  # fmt: skip
 
 
-def muscle_checks(muscle: MuscleUse, controller: Controller) -> list[Check]:
+def muscle_checks(errors: ErrorSummary) -> list[Check]:
     """Return the checks of the muscles: contractions are what a braid allows; those that can only pull, do."""
+    muscle = errors.muscle
     low, high = muscle.allowed_contraction
     braid = "beyond what the braid allows"
     found = [
         at_most("contraction", 100 * muscle.max_contraction, 100 * high, "%", braid),
         at_most("stretch", -100 * muscle.min_contraction, -100 * low, "%", braid),
     ]
-    if not pulls_only(controller):
+    if not errors.pulls_only:
         return found
     depth = 100 * muscle.largest_push_n / max(muscle.max_force_n, 1e-12)
     share = "% of muscle samples"

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from contarm_sim import paths
-from contarm_sim.control.command import CONTROLLERS, Controller
-from contarm_sim.control.tip_plan import plan_rest
+from contarm_sim.control.registry import NAMES
+from contarm_sim.control.tip import plan_rest
 from contarm_sim.errors import ConvergenceError, DivergenceError, InputError
-from contarm_sim.kinematics import arc, dome
+from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
-from contarm_sim.motion.simulate import CONTROL_RATE, simulate
+from contarm_sim.motion.simulate import simulate
+from contarm_sim.paths.reference import Reference
 from contarm_sim.results.numbers import muscle_use
 from contarm_sim.studies.progress import Track, quietly
 from contarm_sim.studies.scenarios import under_loads
@@ -45,7 +46,7 @@ class Followed:
     """
 
     load: str
-    controller: Controller
+    controller: str
     tip_rms_percent: float
     tip_max_percent: float
     along_rms_percent: float
@@ -62,7 +63,7 @@ class NotFollowed:
     """A controller that could not follow the spiral under one load; `failed` says why."""
 
     load: str
-    controller: Controller
+    controller: str
     failed: str
 
 
@@ -89,7 +90,7 @@ def compare_controllers(arm: Arm, duration: float = 10.0, track: Track = quietly
         track: shows progress.
     """
     arms = under_loads(arm)
-    jobs = [(load, controller) for load in arms for controller in CONTROLLERS]
+    jobs = [(load, controller) for load in arms for controller in NAMES]
     rows: list[Followed | NotFollowed] = []
     reach: dict[str, Array] = {}
     for i in track(range(len(jobs)), "controllers"):
@@ -100,10 +101,8 @@ def compare_controllers(arm: Arm, duration: float = 10.0, track: Track = quietly
     return ControllerComparison(tuple(rows), duration, arm)
 
 
-def _path(arm: Arm, duration: float) -> tuple[Array, Array, Array]:
-    """Return times [s], targets [m] and bends [rad] of the spiral."""
-    time, targets = paths.named("spiral", arm.length, duration).targets(CONTROL_RATE)
-    return time, targets, dome.bend_from_tip(targets, arm.length).bend
+def _spiral(arm: Arm, duration: float) -> Reference:
+    return Reference.from_path(paths.named("spiral", arm.length, duration), arm)
 
 
 def _reachable(arm: Arm, duration: float) -> Array:
@@ -113,8 +112,8 @@ def _reachable(arm: Arm, duration: float) -> Array:
     """
     from scipy.interpolate import CubicSpline
 
-    _, targets, bend = _path(arm, duration)
-    targets, bend = targets[::EVERY], bend[::EVERY]
+    spiral = _spiral(arm, duration)
+    targets, bend = spiral.target[::EVERY], spiral.bend[::EVERY]
     solved = np.unique(np.linspace(0, len(bend) - 1, POSES).round().astype(int))
     try:
         inverse = np.asarray(plan_rest(arm, bend[solved], targets[solved]).tip_to_bend, dtype=float)
@@ -125,16 +124,17 @@ def _reachable(arm: Arm, duration: float) -> Array:
     return np.linalg.pinv(inverse) @ inverse
 
 
-def _row(load: str, arm: Arm, controller: Controller, duration: float, reach: Array) -> Followed | NotFollowed:
-    time, targets, bend = _path(arm, duration)
+def _row(load: str, arm: Arm, controller: str, duration: float, reach: Array) -> Followed | NotFollowed:
+    spiral = _spiral(arm, duration)
+    time, targets = spiral.time, spiral.target
     try:
-        samples = simulate(arm, targets, bend, controller).samples
+        samples = simulate(arm, spiral, controller)
     except (ConvergenceError, DivergenceError, InputError) as error:
         return NotFollowed(load, controller, str(error))
-    tips, after = samples.stations[:, -1], time >= min(SETTLED, 0.5 * duration)
+    tips, after = samples.tip, time >= min(SETTLED, 0.5 * duration)
     offset = tips - targets
     along = np.einsum("tij,tj->ti", reach, offset[::EVERY])[after[::EVERY]]
-    muscle = muscle_use(arm, samples)
+    muscle = muscle_use(samples)
     return Followed(
         load=load,
         controller=controller,

@@ -6,15 +6,15 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from contarm_sim.control.command import Controller
+from contarm_sim.control.base import Controller
 from contarm_sim.errors import ConvergenceError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.lag import motion_part
-from contarm_sim.motion.simulate import Run
 from contarm_sim.results.compare import Comparison, compare
 from contarm_sim.results.document import HIDDEN, INLINE
 from contarm_sim.results.numbers import ErrorSummary, Spread, known_spread, summarise
+from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.checks import run_checks
 from contarm_sim.studies.explained import RodParts, explain
 from contarm_sim.studies.timestep import TimeStep, step_summary
@@ -45,24 +45,28 @@ class JudgedRun:
     time_step: TimeStep
     constant_curvature: ConstantCurvature
     judged: Verdict = field(metadata=INLINE)
-    controller: Controller
-    real_time_factor: float
+    controller: str
+    real_time_factor: float | None
     interrupted: bool
     extrapolated: bool
     arm: Arm
 
 
-def judge_run(arm: Arm, run: Run, controller: Controller, poses: int = 100) -> JudgedRun:
-    """Hold a recorded motion against the closed forms and an ideal rod; at about `poses` samples where that is slow."""
-    samples = run.samples
-    comparison = compare(arm, samples, run.extrapolated)
+def judge_run(run: Trajectory, poses: int = 100, controller: Controller | None = None) -> JudgedRun:
+    """Hold a recorded motion against the closed forms and an ideal rod.
+
+    Args:
+        poses: at about as many samples, evenly picked, the rod and the poses at rest are found.
+        controller: what drove the arm; default the one of the trajectory's name.
+    """
+    arm, comparison, interrupted = run.arm, compare(run), run.status == "interrupted"
     try:
-        swing = motion_part(arm, samples, controller, poses, run.extrapolated)
+        swing = motion_part(run, poses, controller)
     except ConvergenceError:  # a pose that the loaded arm cannot rest in
-        swing = samples.time[[0, -1]], np.full(2, np.nan)
-    errors, motion = summarise(arm, samples, comparison), known_spread(swing[1], arm.length)
-    rod, step = explain(arm, samples, comparison, poses).summary(arm), step_summary(arm, run)
-    judged = verdict(run_checks(arm, errors, rod, motion, step, controller))
+        swing = run.time[[0, -1]], np.full(2, np.nan)
+    errors, motion = summarise(run, comparison), known_spread(swing[1], arm.length)
+    rod, step = explain(run, comparison, poses).summary(arm), step_summary(run)
+    judged = verdict(run_checks(arm, errors, rod, motion, step))
     return JudgedRun(
         comparison=comparison,
         swing=swing,
@@ -71,10 +75,10 @@ def judge_run(arm: Arm, run: Run, controller: Controller, poses: int = 100) -> J
         rod=rod,
         time_step=step,
         constant_curvature=constant_curvature(errors, rod, motion),
-        judged=replace(judged, verdict="interrupted") if run.interrupted else judged,
-        controller=controller,
+        judged=replace(judged, verdict="interrupted") if interrupted else judged,
+        controller=run.controller,
         real_time_factor=run.real_time_factor,
-        interrupted=run.interrupted,
+        interrupted=interrupted,
         extrapolated=run.extrapolated,
         arm=arm,
     )

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from contarm_sim.control.command import Controller
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
@@ -41,7 +40,7 @@ class Scenario:
     name: str
     meaning: str
     arm: Arm
-    controller: Controller
+    controller: str
     checks: Checks | None
 
 

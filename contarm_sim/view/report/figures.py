@@ -12,7 +12,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.pneumatics import force
 from contarm_sim.model.arm import Arm
 from contarm_sim.results.compare import Comparison
-from contarm_sim.results.samples import Samples
+from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.at_rest import Failure, Outcome
 from contarm_sim.studies.convergence import Convergence
 from contarm_sim.studies.tip_stiffness import Stiffness
@@ -24,7 +24,7 @@ ROUNDING = 1e-6
 """Distance that is put down to rounding [mm]."""
 
 
-def draw_path(path: Path, arm: Arm, samples: Samples, comparison: Comparison) -> None:
+def draw_path(path: Path, arm: Arm, samples: Trajectory, comparison: Comparison) -> None:
     """Draw target and simulated tips in three dimensions, with the dome behind and the backbone at the end."""
     mm = 1e3
     with figure(path, figsize=(6.0, 5.2)) as fig:
@@ -47,7 +47,7 @@ def draw_path(path: Path, arm: Arm, samples: Samples, comparison: Comparison) ->
 
 
 def draw_budget(
-    path: Path, arm: Arm, samples: Samples, comparison: Comparison, motion: tuple[Array, Array] | None = None
+    path: Path, arm: Arm, samples: Trajectory, comparison: Comparison, motion: tuple[Array, Array] | None = None
 ) -> None:
     """Draw tip error and its parts, and orientation error, over time; `motion` is what `motion_part` returned."""
     t = samples.time
@@ -71,7 +71,7 @@ def draw_budget(
         bottom.set_xlabel("time [s]")
 
 
-def draw_muscles(path: Path, arm: Arm, samples: Samples, comparison: Comparison) -> None:
+def draw_muscles(path: Path, arm: Arm, samples: Trajectory, comparison: Comparison) -> None:
     """Draw muscle length changes, analytic and simulated, tensions and pressures over time."""
     from contarm_sim.kinematics.muscles import deltas_from_bend
 

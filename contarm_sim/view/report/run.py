@@ -7,14 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from contarm_sim.control.command import Controller
+from contarm_sim.control.base import Controller
 from contarm_sim.errors import EncodingError
 from contarm_sim.files import appearing
 from contarm_sim.mjcf import arm_spec, exact_xml
-from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import arm_to_toml
-from contarm_sim.motion.simulate import Run
 from contarm_sim.results.document import document
+from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.judged_run import judge_run
 from contarm_sim.view.report.figures import draw_budget, draw_muscles, draw_path
 from contarm_sim.view.report.output import versions
@@ -32,9 +31,9 @@ class RunReport:
             no ideal rod is found.
     """
 
-    def __init__(self, arm: Arm, run: Run, controller: Controller, poses: int = 100) -> None:
-        self._arm, self._samples, self._pressures = arm, run.samples, controller == "pressure"
-        judged = judge_run(arm, run, controller, poses)
+    def __init__(self, run: Trajectory, poses: int = 100, controller: Controller | None = None) -> None:
+        self._arm, self._samples, self._pressures = run.arm, run, run.actuation == "pressures"
+        judged = judge_run(run, poses, controller)
         self._comparison, self._motion = judged.comparison, judged.swing
         self.summary: dict[str, Any] = document(judged) | {"versions": versions()}
 
