@@ -108,3 +108,16 @@ def test_the_package_of_studies_opens_without_the_engine_and_names_what_it_has()
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert "AttributeError: module 'contarm_sim.studies' has no attribute 'possibilty'" in done.stderr
+
+
+def test_long_work_says_how_far_it_is_where_stderr_is_no_terminal(monkeypatch, capsys):
+    from contarm_sim.cli import terminal
+
+    assert list(terminal.track(range(3), "levels")) == [0, 1, 2]
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(terminal, "EVERY", 0.0)
+    assert list(terminal.track(range(3), "levels")) == [0, 1, 2]
+    with terminal.progress("simulating") as show:
+        show(5, 9)
+    said = ["levels: 0 of 3", "levels: 1 of 3", "levels: 2 of 3", "simulating: 5 of 9"]
+    assert capsys.readouterr().err.splitlines() == said
