@@ -54,36 +54,11 @@ _HOMES = {
 }
 
 __all__ = [
-    "CaseAtRest",
-    "CaseWithoutRest",
-    "ControllerComparison",
-    "Failure",
-    "Followed",
-    "Hold",
-    "JudgedRun",
-    "LargestBend",
-    "LoadCase",
-    "MuscleLaw",
-    "NotFollowed",
-    "Outcome",
-    "Possibility",
-    "Release",
-    "Stiffness",
-    "StiffnessLevel",
-    "SwingSettings",
-    "Validation",
-    "compare_controllers",
-    "document",
-    "equilibria",
-    "hold",
-    "judge_run",
-    "muscle_law",
-    "possibility",
-    "read_cases",
-    "release",
-    "stiffness",
-    "validate",
-]
+    "CaseAtRest", "CaseWithoutRest", "ControllerComparison", "Failure", "Followed", "Hold", "JudgedRun", "LargestBend",
+    "LoadCase", "MuscleLaw", "NotFollowed", "Outcome", "Possibility", "Release", "Stiffness", "StiffnessLevel",
+    "SwingSettings", "Validation", "compare_controllers", "document", "equilibria", "hold", "judge_run", "muscle_law",
+    "possibility", "read_cases", "release", "stiffness", "validate",
+]  # fmt: skip
 
 
 def __dir__() -> list[str]:
