@@ -8,7 +8,8 @@ from references import resting
 
 from contarm_sim.errors import ConvergenceError
 from contarm_sim.kinematics import arc, chain
-from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.mckibben import McKibben
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.results.compare import rotation_angle
 from contarm_sim.results.document import document
@@ -107,7 +108,7 @@ def test_an_arm_with_its_own_gravity_is_judged_under_it():
 
 def test_an_arm_that_blows_up_has_no_real_time_factor_and_writes_no_log(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    arm = Arm(mass=0.01, damping_time=0.0, muscle=Muscle(servo_time=0.0))
+    arm = Arm(mass=0.01, damping_time=0.0, muscle=McKibben(servo_time=0.0))
     outcome = examine(scenarios(arm)[0], dome_grid(2))
     assert outcome.real_time_factor is None
     assert stepping_speed(Arm(), examine(scenarios(Arm())[0], dome_grid(2)).samples) > 1
