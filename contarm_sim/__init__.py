@@ -38,7 +38,7 @@ _HOMES = {
     "Wrench": "model.load",
     "compare": "results.compare",
 }
-_MODULES = ("envs", "kinematics", "mechanics", "mjcf", "paths")
+_MODULES = ("envs", "kinematics", "mechanics", "mjcf", "paths", "studies")
 
 __all__ = [*_HOMES, "kinematics", "paths"]
 
