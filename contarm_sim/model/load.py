@@ -25,7 +25,7 @@ def _vector(value: Any, size: int | None, name: str) -> tuple[float, ...]:
     if isinstance(value, (str, dict)):
         vector = ()
     if size is None:
-        size = max(1, len(value) if isinstance(value, Sized) else 0)
+        size = max(1, len(value) if isinstance(value, Sized) and not isinstance(value, (str, dict)) else 0)
     if len(vector) != size or not all(math.isfinite(x) for x in vector):
         raise InputError(name, value, f"{size} finite numbers" if size > 1 else "finite numbers, one for each muscle")
     return vector
