@@ -90,17 +90,17 @@ class DrivenMuscles:
 
     @property
     def muscle_tensions(self) -> Array:
-        """Muscle tensions [N], pulling > 0, shape (M,): `muscle_forces` and what stretched silicone pulls with."""
+        """Muscle tensions [N], pulling > 0, shape (M,): `actuator_tensions` and what stretched silicone pulls with."""
         if not self.model.ntendon:
             return np.zeros(len(self._zero))
         engine = self._length + self._zero
-        tensions = self.muscle_forces + passive_tension(engine, self.arm)
+        tensions = self.actuator_tensions + passive_tension(engine, self.arm)
         if self.twisted is not None:
             tensions = tensions + self.muscle_slopes * self.twisted.stretch().sum(axis=1)
         return tensions
 
     @property
-    def muscle_forces(self) -> Array:
+    def actuator_tensions(self) -> Array:
         """What actuators and damping along the muscles pull with [N], pulling > 0, shape (M,).
 
         Actuators do not push; damping does where a slack muscle shortens.
