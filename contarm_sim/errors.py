@@ -3,7 +3,41 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from typing import Any
+
+LONGEST = 110
+"""Most characters of a value, a name or a place in a message."""
+
+
+def one_line(text: str, most: int = LONGEST) -> str:
+    """Return text without line breaks and control characters; what is too long loses its middle."""
+    if len(text) > most:
+        head = most * 2 // 3
+        text = f"{text[:head]} ... {text[head + 5 - most :]}"
+    return "".join(c if c.isprintable() else " " if c.isspace() else ascii(c)[1:-1] for c in text)[: 4 * most]
+
+
+class _Short(reprlib.Repr):
+    """Writes values as Python does, the long ones in short."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxother = self.maxstring = LONGEST
+        self.maxlist = self.maxtuple = self.maxdict = 8
+
+    def repr_int(self, x: int, level: int) -> str:
+        """Write a whole number; Python refuses to write those of thousands of digits."""
+        return repr(x) if x.bit_length() < 256 else f"a whole number of {x.bit_length()} bits"
+
+    def repr_ndarray(self, x: Any, level: int) -> str:
+        """Write a NumPy array by what it is; a single number as such."""
+        return str(x) if x.ndim == 0 else f"an array of {x.dtype} of shape {x.shape}"
+
+
+def in_short(value: Any) -> str:
+    """Return a value for a message: one line, at most about `LONGEST` characters."""
+    return one_line(value if isinstance(value, str) else _Short().repr(value))
 
 
 class ContarmError(Exception):
@@ -22,7 +56,8 @@ class InputError(ContarmError, ValueError):
 
     def __init__(self, name: str, given: Any, allowed: str, where: str | None = None) -> None:
         self.name, self.given, self.allowed, self.where = name, given, allowed, where
-        super().__init__(f"{where + ': ' if where else ''}{name} is {given}; allowed: {allowed}")
+        place = f"{one_line(where)}: " if where else ""
+        super().__init__(f"{place}{one_line(name, 60)} is {in_short(given)}; allowed: {one_line(allowed, 240)}")
 
     def located(self, where: str | None) -> InputError:
         """Return the same error, said to come from a file or place."""

@@ -7,13 +7,13 @@ from typing import Any
 
 import click
 
-from contarm_sim.cli.options import json_option
+from contarm_sim.cli.options import Command, json_option
 from contarm_sim.errors import InputError
 
 SIZES = {"480p": (854, 480), "720p": (1280, 720), "1080p": (1920, 1080)}
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("run_dir", metavar="RUN_DIR")
 @click.option(
     "--out", metavar="FILE", help="A .mp4, .gif, .webp or .png; must not exist yet. Default: RUN_DIR/render.mp4."
@@ -78,15 +78,15 @@ def _recorded(run_dir: str) -> tuple[Any, Any]:
     """Return (arm, samples) of a folder that `contarm run` left.
 
     Raises:
-        InputError: it is no such folder.
+        InputError: it is no such folder, or a damaged one.
     """
     from contarm_sim.model.arm_file import load_arm
+    from contarm_sim.results.reading import require_arms_own
     from contarm_sim.results.samples import Samples
 
     folder = Path(run_dir)
     if not (folder / "trajectory.npz").is_file() or not (folder / "arm.toml").is_file():
         raise InputError("run_dir", run_dir, "a folder that contarm run left, with trajectory.npz and arm.toml")
     arm, samples = load_arm(folder / "arm.toml"), Samples.load(folder / "trajectory.npz")
-    if samples.stations.shape[1] != arm.links + 1:
-        raise InputError("run_dir", run_dir, f"samples of the {arm.links} links that its arm.toml has")
+    require_arms_own(arm, vars(samples), str(folder / "trajectory.npz"))
     return arm, samples

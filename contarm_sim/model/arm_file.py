@@ -1,4 +1,4 @@
-"""An arm as TOML: the names are those of `Arm`, muscle parameters in a [muscle] table, SI units."""
+"""An arm as TOML: the names are those of `Arm`, muscle parameters in a [muscle] table, SI units or quantities."""
 
 from __future__ import annotations
 
@@ -8,8 +8,13 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
-from contarm_sim.errors import InputError
+from contarm_sim.errors import InputError, one_line
+from contarm_sim.inputs import read_text
 from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.units import quantity, slip
+
+MOST_BYTES = 2**20
+"""Largest TOML file that is read [bytes]."""
 
 
 def arm_from_dict(values: dict[str, Any], where: str | None = None, base: Arm | None = None) -> Arm:
@@ -26,13 +31,27 @@ def arm_from_dict(values: dict[str, Any], where: str | None = None, base: Arm | 
     values = dict(values)
     muscle = values.pop("muscle", {})
     if not isinstance(muscle, dict):
-        raise InputError("muscle", repr(muscle), "a table, [muscle]", where)
+        raise InputError("muscle", muscle, "a table, [muscle]", where)
     _refuse_unknown(values, Arm, "", where)
     _refuse_unknown(muscle, Muscle, "muscle.", where)
     try:
         return Arm(**{**_own(base), **values, "muscle": Muscle(**{**_own(base.muscle), **muscle})})
     except InputError as error:
-        raise error.located(where) from None
+        raise _asking(error, {**values, **{f"muscle.{name}": x for name, x in muscle.items()}}).located(where) from None
+
+
+def _asking(error: InputError, values: dict[str, Any]) -> InputError:
+    """Return an error, with a question where a value in another unit explains it: 12 is no radius in metres."""
+    asked = slip(error.given, units().get(error.name, "-")) if isinstance(error.given, (int, float)) else None
+    if asked is None or error.name not in values:
+        return error
+    return InputError(error.name, error.given, f"{error.allowed}; {asked.partition('; ')[2]}", error.where)
+
+
+def units() -> dict[str, str]:
+    """Return the units of all parameters by their names in TOML, `muscle.` before those of muscles."""
+    both = ((Arm, ""), (Muscle, "muscle."))
+    return {prefix + x.name: x.metadata["unit"] for kind, prefix in both for x in fields(kind) if "unit" in x.metadata}
 
 
 def _own(owner: Arm | Muscle) -> dict[str, Any]:
@@ -43,10 +62,9 @@ def _refuse_unknown(values: dict[str, Any], kind: type, prefix: str, where: str 
     known = [item.name for item in fields(kind)]
     for name in values:
         if name not in known:
-            near = difflib.get_close_matches(name, known, n=1, cutoff=0.0)[0]
-            raise InputError(
-                f"key {prefix + name!r}", "unknown", f"did you mean {prefix + near!r}? All: {', '.join(known)}", where
-            )
+            near = difflib.get_close_matches(str(name)[:100], known, n=1, cutoff=0.0)[0]
+            allowed = f"did you mean {prefix + near!r}? All: {', '.join(known)}"
+            raise InputError(f"key {prefix + str(name)!r}", "unknown", allowed, where)
 
 
 def arm_to_dict(arm: Arm) -> dict[str, Any]:
@@ -65,20 +83,39 @@ def _plain(values: dict[str, Any]) -> dict[str, Any]:
 
 
 def load_arm(path: str | Path) -> Arm:
-    """Read an arm from a TOML file.
+    """Read an arm from a TOML file; values are numbers in SI units, or texts with a unit, `length = "250 mm"`.
 
     Raises:
         InputError: the file cannot be read, is not TOML, or holds an unknown key or a bad value.
     """
+    text = read_text(path, "a TOML file", MOST_BYTES)
     try:
-        text = Path(path).read_bytes().decode("utf-8-sig")
-        return arm_from_dict(tomllib.loads(text), str(path))
-    except OSError as error:
-        raise InputError("file", f"unreadable ({error.strerror})", "a TOML file", str(path)) from error
-    except UnicodeDecodeError as error:
-        raise InputError("file", "not text", "a TOML file", str(path)) from error
+        values = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # TOMLDecodeError is a ValueError, as is a number of 5000 digits
-        raise InputError("file", f"not TOML ({error})", "lines such as: length = 0.37", str(path)) from error
+        given = f"not TOML ({one_line(str(error), 80)})"
+        raise InputError("file", given, "lines such as: length = 0.37", str(path)) from error
+    try:
+        return arm_from_dict(_in_si(values, units()), str(path))
+    except InputError as error:
+        raise error if error.where else error.located(str(path)) from None
+
+
+def _in_si(values: dict[str, Any], known: dict[str, str], prefix: str = "") -> dict[str, Any]:
+    """Return values with quantities, which TOML holds as texts, as numbers in SI units."""
+
+    def one(name: str, value: Any) -> Any:
+        if isinstance(value, dict) and not prefix:
+            return _in_si(value, known, f"{name}.")
+        if isinstance(value, list) and any(isinstance(x, str) for x in value):
+            return [one(name, x) if isinstance(x, str) else x for x in value]
+        unit = known.get(prefix + name, "-")
+        if not isinstance(value, str) or unit == "-":
+            return value
+        if not value.strip().strip("+-").lower().strip("0123456789.e+-"):
+            raise InputError(prefix + name, repr(value), f"a number without quotes [{unit}], or a text with its unit")
+        return quantity(value, unit, prefix + name)
+
+    return {name: one(name, value) for name, value in values.items()}
 
 
 def arm_to_toml(arm: Arm) -> str:

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import struct
-import zlib
 from dataclasses import dataclass, fields
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
-from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.results.reading import Shape, read_arrays
 
-_BROKEN = (OSError, EOFError, ValueError, TypeError, RuntimeError, MemoryError, BadZipFile, zlib.error, struct.error)
-"""What a file that is no .npz, or a damaged one, makes NumPy raise; ValueError also says that it holds a pickle."""
-
-_RECORDED = "a trajectory.npz of contarm run"
+SHAPES: dict[str, Shape] = {
+    "time": ("T",), "target": ("T", 3), "bend": ("T", 2), "setpoint": ("T", 3), "muscle_lengths": ("T", 3),
+    "muscle_tensions": ("T", 3), "pressure": ("T", 3), "stations": ("T", "S", 3), "tip_rotation": ("T", 3, 3),
+    "qpos": ("T", "D"),
+}  # fmt: skip
+"""Shapes of the arrays: T samples, S stations, D joint angles."""
 
 
 @dataclass(frozen=True)
@@ -62,26 +61,6 @@ class Samples:
         """Read what `save` wrote.
 
         Raises:
-            InputError: not such a file, or one whose numbers are not finite; pressures may be inf, as said above.
+            InputError: not such a file; an array is missing, of another shape or not finite (pressures may be inf).
         """
-        try:
-            with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as stored:
-                arrays = {item.name: np.asarray(stored[item.name]) for item in fields(cls) if item.name in stored}
-        except _BROKEN as error:
-            said = " ".join(str(error).split()) or type(error).__name__
-            raise InputError("file", f"unreadable ({said})", _RECORDED, str(path)) from error
-        for item in fields(cls):
-            if item.name not in arrays:
-                raise InputError("file", f"one without the array {item.name!r}", _RECORDED, str(path))
-            _refuse_bad_numbers(item.name, arrays[item.name], str(path))
-        return cls(**arrays)
-
-
-def _refuse_bad_numbers(name: str, array: Array, where: str) -> None:
-    if array.dtype.kind not in "fiu":
-        raise InputError(name, f"an array of {array.dtype}", "an array of real numbers", where)
-    bad = np.isnan(array) | (array == -np.inf) if name == "pressure" else ~np.isfinite(array)
-    if bad.any():
-        place = np.argwhere(bad)[0]
-        value, sample = array[tuple(place)], f" in sample {place[0]}" if len(place) else ""
-        raise InputError(name, f"{value}{sample}", "finite numbers" + (", or inf" if name == "pressure" else ""), where)
+        return cls(**read_arrays(path, SHAPES))
