@@ -72,24 +72,37 @@ class UnreachableError(InputError):
         miss: distance from it to the nearest point of the dome [m].
         nearest: the nearest point of the dome [m], shape (3,).
         index: its place among the targets, 0 for a single one.
+        question: what may explain it, such as a unit; or nothing.
     """
 
     def __init__(
-        self, target: Any, miss: float, nearest: Any, tolerance: float, index: int, where: str | None = None
+        self,
+        target: Any,
+        miss: float,
+        nearest: Any,
+        tolerance: float,
+        index: int,
+        where: str | None = None,
+        question: str = "",
     ) -> None:
         self.target, self.miss, self.nearest, self.index = target, miss, nearest, index
-        self.tolerance = tolerance
+        self.tolerance, self.question = tolerance, question
+        asked = f" ({question})" if question else ""
         super().__init__(
             "target",
             f"({', '.join(f'{x:.6g}' for x in target)}) m, which is {miss * 1e3:.4g} mm off the dome of reachable tips",
-            f"a miss of at most {tolerance * 1e3:.3g} mm (the nearest reachable point is "
+            f"a miss of at most {tolerance * 1e3:.3g} mm{asked} (the nearest reachable point is "
             f"({', '.join(f'{x:.6g}' for x in nearest)}) m), or a projection: nearest, ray, paper",
             where,
         )
 
     def located(self, where: str | None) -> UnreachableError:
         """Return the same error, said to come from a file or place."""
-        return UnreachableError(self.target, self.miss, self.nearest, self.tolerance, self.index, where)
+        return UnreachableError(self.target, self.miss, self.nearest, self.tolerance, self.index, where, self.question)
+
+    def asking(self, question: str) -> UnreachableError:
+        """Return the same error with a question that explains it, such as one about the unit."""
+        return UnreachableError(self.target, self.miss, self.nearest, self.tolerance, self.index, self.where, question)
 
 
 class DivergenceError(ContarmError):

@@ -31,8 +31,8 @@ MAY = {
              "engine", "statics", "control", "motion", "studies"},
     "envs": {"errors", "libmujoco", "model", "kinematics", "mechanics", "mjcf", "paths", "engine", "statics", "control",
              "view"},
-    "cli": {"errors", "stopping", "files", "inputs", "model", "kinematics", "mechanics", "mjcf", "paths", "results", "statics",
-            "motion", "studies", "view", "envs"},
+    "cli": {"errors", "stopping", "files", "inputs", "model", "kinematics", "mechanics", "mjcf", "paths", "results",
+            "statics", "motion", "studies", "view", "envs"},
 }  # fmt: skip
 
 

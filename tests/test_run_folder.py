@@ -124,8 +124,8 @@ def test_a_scalar_that_is_not_finite_is_refused(samples, tmp_path):
         Samples.load(tmp_path / "t.npz")
 
 
-SHAPED = [("time", (3,)), ("target", (7, 3)), ("target", (7, 2)), ("stations", (7, 5)), ("stations", (7, 4, 3)),
-          ("qpos", (7,)), ("qpos", (7, 7)), ("tip_rotation", (7, 3, 2)), ("pressure", (7, 3, 1)), ("time", (0,))]  # fmt: skip
+SHAPED = [("time", (3,)), ("time", (0,)), ("target", (7, 3)), ("target", (7, 2)), ("stations", (7, 5)), ("qpos", (7,)),
+          ("stations", (7, 4, 3)), ("qpos", (7, 7)), ("tip_rotation", (7, 3, 2)), ("pressure", (7, 3, 1))]  # fmt: skip
 
 
 @pytest.mark.parametrize(("name", "shape"), SHAPED)
@@ -162,9 +162,8 @@ def test_a_damaged_recording_is_refused_or_reads_the_same(samples, tmp_path):
         file.write_bytes(content)
         try:
             again = Samples.load(file)
-        except InputError as error:
+        except InputError:
             refused += 1
-            assert len(str(error)) < 400
         else:
             assert all(np.array_equal(getattr(again, f.name), getattr(samples, f.name)) for f in fields(samples))
     assert refused > 200

@@ -16,7 +16,9 @@ def command_line() -> str:
 
 def say(message: str) -> None:
     """Print a message to stderr, if anybody is there: the terminal may have been closed."""
-    with suppress(OSError):
+    if sys.stderr is None:  # or `print` would write to stdout
+        return
+    with suppress(OSError, ValueError):
         print(message, file=sys.stderr, flush=True)
 
 

@@ -123,3 +123,33 @@ def arm_to_toml(arm: Arm) -> str:
     import tomli_w
 
     return tomli_w.dumps(arm_to_dict(arm))
+
+
+def arm_template(arm: Arm) -> str:
+    """Return the arm as TOML text to be edited: every parameter with its meaning, unit and default."""
+    head = [
+        '# An arm for contarm_sim. Numbers are in SI units; with another unit write a text: length = "370 mm".',
+        "# A line that begins with # is left out. Parameters that are left out have their defaults.",
+    ]
+    return "\n".join([*head, *_entries(arm), "", "[muscle]", *_entries(arm.muscle)]) + "\n"
+
+
+def _entries(owner: Arm | Muscle) -> list[str]:
+    """Return the lines of a table: a comment and a key for each parameter; one without a value is a comment too."""
+    import tomli_w
+
+    lines = []
+    for item in fields(owner):
+        if "help" not in item.metadata:
+            continue
+        unit, value, choices = item.metadata["unit"], getattr(owner, item.name), item.metadata.get("choices")
+        default = "left out" if item.default is None else tomli_w.dumps(_plain({"x": item.default}))[4:].strip()
+        kind = f", one of {', '.join(choices)}" if choices else "" if unit == "-" else f" [{unit}]"
+        lines += ["", f"# {item.metadata['help']}{kind}; default: {_flat(default)}"]
+        lines.append(f"# {item.name} =" if value is None else _flat(tomli_w.dumps(_plain({item.name: value}))))
+    return lines
+
+
+def _flat(text: str) -> str:
+    """Return TOML of one value, whose lists stand on many lines, on one."""
+    return " ".join(text.split()).replace("[ ", "[").replace(", ]", "]")

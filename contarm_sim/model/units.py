@@ -9,9 +9,9 @@ import math
 import re
 from fractions import Fraction
 
-from contarm_sim.errors import InputError, in_short
+from contarm_sim.errors import InputError
 
-_PREFIXES = {"": 1, "k": 1000, "M": 10**6, "c": Fraction(1, 100), "m": Fraction(1, 1000), "u": Fraction(1, 10**6)}
+_PREFIXES = {"": "1", "k": "1e3", "M": "1e6", "c": "1e-2", "m": "1e-3", "u": "1e-6"}
 
 # Each symbol: what one of it is in SI units, and the powers of (m, kg, s, rad) it has.
 _PLAIN: dict[str, tuple[float, tuple[int, ...]]] = {
@@ -32,7 +32,7 @@ _ALONE: dict[str, tuple[float, tuple[int, ...]]] = {
     "-": (1, (0, 0, 0, 0)),
 }
 _SYMBOLS = {
-    **{prefix + name: (float(factor * Fraction(str(size))), powers)
+    **{prefix + name: (float(Fraction(factor) * Fraction(str(size))), powers)
        for name, (size, powers) in _PLAIN.items() for prefix, factor in _PREFIXES.items()},
     **_ALONE,
 }  # fmt: skip
@@ -57,7 +57,7 @@ _LEAST_PRESSURE = 1000.0
 
 def factor(unit: str) -> tuple[float, tuple[int, ...]] | None:
     """Return (what one of a unit is in SI units, its powers of m, kg, s, rad), or None for what is no unit."""
-    size, powers = 1.0, (0, 0, 0, 0)
+    size, powers = 1.0, [0, 0, 0, 0]
     for place, part in enumerate(unit.strip().split("/")):
         part, sign = part.strip(), -1 if place else 1
         if place == 0 and part == "1":
@@ -69,11 +69,11 @@ def factor(unit: str) -> tuple[float, tuple[int, ...]] | None:
                 return None
             one, own = _SYMBOLS[found[1]]
             power = sign * int(found[2] or 1)
-            size, powers = size * one**power, tuple(a + power * b for a, b in zip(powers, own, strict=True))
+            size, powers = size * one**power, [a + power * b for a, b in zip(powers, own, strict=True)]
             at = found.end()
         if not part:
             return None
-    return size, powers
+    return size, tuple(powers)
 
 
 def quantity(text: str, unit: str, name: str) -> float:
@@ -109,8 +109,3 @@ def slip(value: float, unit: str) -> str | None:
         return None
     _, name, symbol = _USUAL[unit]
     return f"a number in {unit}; in {name}? write {value:g}{symbol} (or {value:g}{unit}, if that is meant)"
-
-
-def in_unit(value: float) -> str:
-    """Return a number as it is written in files and help: the shortest text that reads back as the same number."""
-    return in_short(int(value)) if float(value).is_integer() and abs(value) < 1e6 else repr(value)

@@ -14,7 +14,6 @@ from contarm_sim.paths import Path as TipPath
 from contarm_sim.paths import require_duration
 from contarm_sim.paths.table import read_table
 
-
 UNITS = {"t": "s", "x": "m", "y": "m", "z": "m"}
 """Columns of a file of tip positions, and their SI units."""
 
