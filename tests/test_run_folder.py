@@ -1,28 +1,36 @@
 """A run folder that is damaged: one clear line that names the file, and exit code 2."""
 
+import json
 import re
 import sys
-from dataclasses import fields
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+from references import along
 
-from contarm_sim import paths
 from contarm_sim.cli.main import main
 from contarm_sim.errors import InputError
-from contarm_sim.kinematics import dome
 from contarm_sim.model.arm import Arm
-from contarm_sim.model.arm_file import arm_to_toml
+from contarm_sim.model.arm_file import arm_to_dict, arm_to_toml
 from contarm_sim.motion.simulate import simulate
-from contarm_sim.results.reading import require_arms_own
-from contarm_sim.results.samples import Samples
+from contarm_sim.results.arrays import require_arms_own
+from contarm_sim.results.trajectory import ARRAYS, Trajectory
 
 
 @pytest.fixture(scope="module")
 def samples():
     arm = Arm(links=4)
-    _, targets = paths.named("circle", arm.length, 0.2, max_bend=0.3).targets(100)
-    return simulate(arm, targets, dome.bend_from_tip(targets, arm.length).bend).samples
+    return simulate(arm, along(arm, "circle", 0.2, max_bend=0.3))
+
+
+def _arrays(samples):
+    """Return the arrays of a file that `save` writes, `about` among them."""
+    with TemporaryDirectory() as folder:
+        samples.save(Path(folder) / "t.npz")
+        with np.load(Path(folder) / "t.npz") as stored:
+            return dict(stored)
 
 
 @pytest.fixture
@@ -33,7 +41,7 @@ def render(samples, monkeypatch, capsys, tmp_path):
     (tmp_path / "r/arm.toml").write_text(arm_to_toml(Arm(links=4)))
 
     def call(damage):
-        damage(tmp_path / "r/trajectory.npz", {f.name: getattr(samples, f.name).copy() for f in fields(samples)})
+        damage(tmp_path / "r/trajectory.npz", _arrays(samples))
         monkeypatch.setattr(sys, "argv", ["contarm", "render", "r", "--out", "r.png"])
         with pytest.raises(SystemExit) as ended:
             main()
@@ -112,16 +120,16 @@ def test_numbers_that_are_not_finite_are_refused_by_name(render, name, value, sa
 
 
 def test_pressures_that_no_muscle_could_have_are_kept(samples, tmp_path):
-    arrays = {f.name: getattr(samples, f.name).copy() for f in fields(samples)}
+    arrays = _arrays(samples)
     arrays["pressure"][3] = np.inf
     np.savez(tmp_path / "t.npz", **arrays)
-    assert Samples.load(tmp_path / "t.npz").pressure[3, 0] == np.inf
+    assert Trajectory.load(tmp_path / "t.npz").pressure[3, 0] == np.inf
 
 
 def test_a_scalar_that_is_not_finite_is_refused(samples, tmp_path):
-    np.savez(tmp_path / "t.npz", **{f.name: getattr(samples, f.name) for f in fields(samples)} | {"time": np.nan})
+    np.savez(tmp_path / "t.npz", **_arrays(samples) | {"time": np.array(np.nan)})
     with pytest.raises(InputError, match=r"time is of shape \(\); allowed: an array of shape \(T,\)"):
-        Samples.load(tmp_path / "t.npz")
+        Trajectory.load(tmp_path / "t.npz")
 
 
 SHAPED = [("time", (3,)), ("time", (0,)), ("target", (7, 3)), ("target", (7, 2)), ("stations", (7, 5)), ("qpos", (7,)),
@@ -136,16 +144,31 @@ def test_arrays_of_other_shapes_are_refused_by_name(render, name, shape):
     assert name in err
 
 
+def _of(arm, arrays):
+    about = json.loads(str(arrays["about"])) | {"arm": arm_to_dict(arm)}
+    return arrays | {"about": np.array(json.dumps(about))}
+
+
 @pytest.mark.parametrize(
     ("arm", "said"),
     [(Arm(links=5), "stations is of 4 links"), (Arm(links=4, length=0.371), "links of 0.09275 m"),
-     (Arm(links=4, torsional_stiffness=0.1), "qpos is 8 joint angles; allowed: 12")],
+     (Arm(links=4, torsional_stiffness=0.1), "qpos is of 8 joint angles; allowed: 12")],
 )  # fmt: skip
 def test_samples_of_another_arm_are_refused(render, tmp_path, arm, said):
     (tmp_path / "r/arm.toml").write_text(arm_to_toml(arm))
-    code, err = render(lambda path, arrays: np.savez(path, **arrays))
+    code, err = render(lambda path, arrays: np.savez(path, **_of(arm, arrays)))
     assert (code, said in err, err.count("\n")) == (2, True, 1), err
     assert "r/trajectory.npz" in err
+    code, err = render(lambda path, arrays: np.savez(path, **arrays))
+    assert code == 2
+    assert "r: arm.toml is another arm than that of trajectory.npz" in err
+
+
+@pytest.mark.parametrize("about", ["", "{", "[]", '{"arm": {}}', '{"arm": {"length": -1}, "status": "finished"}', "0",
+                                   '{"arm": {}, "status": "ended", "controller": "servo"}'])  # fmt: skip
+def test_a_recording_that_does_not_say_what_it_is_of_is_refused(render, about):
+    code, err = render(lambda path, arrays: np.savez(path, **arrays | {"about": np.array(about)}))
+    assert (code, err.count("\n")) == (2, 1), err
 
 
 def test_a_damaged_recording_is_refused_or_reads_the_same(samples, tmp_path):
@@ -161,17 +184,16 @@ def test_a_damaged_recording_is_refused_or_reads_the_same(samples, tmp_path):
             content[random.integers(len(content))] ^= 1 << int(random.integers(8))
         file.write_bytes(content)
         try:
-            again = Samples.load(file)
+            again = Trajectory.load(file)
         except InputError:
             refused += 1
         else:
-            assert all(np.array_equal(getattr(again, f.name), getattr(samples, f.name)) for f in fields(samples))
+            assert again == samples
     assert refused > 200
 
 
-def test_recordings_fit_their_arms(tmp_path):
+def test_recordings_fit_their_arms():
     for arm in (Arm(links=9, torsional_stiffness=0.05, gravity=(5, 5, 0)), Arm(links=8)):
-        _, targets = paths.named("circle", arm.length, 0.2, max_bend=2).targets(100)
-        bend = dome.bend_from_tip(targets, arm.length).bend
         for extrapolate in (False, True):
-            require_arms_own(arm, vars(simulate(arm, targets, bend, extrapolate=extrapolate).samples), "here")
+            found = simulate(arm, along(arm, "circle", 0.2, max_bend=2), extrapolate=extrapolate)
+            require_arms_own(arm, {name: getattr(found, name) for name in ARRAYS}, "here")

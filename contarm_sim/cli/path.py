@@ -47,20 +47,13 @@ def path_of(arm: Arm, name: str, duration: float | None, shape: dict[str, Any]) 
     return from_waypoints(waypoints, arm.length, duration), waypoints
 
 
-def commands_of(arm: Arm, path: Any, project: Any, places: list[str] | None) -> tuple[Any, Any]:
-    """Return (targets [m], commanded bends [rad]) of a path; `places` are those of the waypoints, for messages."""
+def reference_of(arm: Arm, path: Any, project: Any, places: list[str] | None) -> Any:
+    """Return the motion along a path; `places` are those of its waypoints, for messages."""
     from contarm_sim.cli.kinematics import asking
-    from contarm_sim.kinematics import arc, dome
-    from contarm_sim.motion.simulate import CONTROL_RATE
+    from contarm_sim.paths.reference import Reference
 
-    _, targets = path.targets(CONTROL_RATE)
     try:
-        bend = dome.bend_from_tip(targets, arm.length, project).bend
+        return Reference.from_path(path, arm, project=project)
     except UnreachableError as error:
-        where = (
-            f"path {path.name}, {100 * error.index / len(targets):.0f} % of the way"
-            if places is None
-            else places[0].split(", row")[0]
-        )
+        where = error.where if places is None else places[0].split(", row")[0]
         raise asking(error, arm).located(where) from None
-    return targets, arc.as_bend(bend)

@@ -84,12 +84,12 @@ def _recorded(run_dir: str) -> tuple[Any, Any]:
         InputError: it is no such folder, or a damaged one.
     """
     from contarm_sim.model.arm_file import load_arm
-    from contarm_sim.results.reading import require_arms_own
-    from contarm_sim.results.samples import Samples
+    from contarm_sim.results.trajectory import Trajectory
 
     folder = Path(run_dir)
     if not (folder / "trajectory.npz").is_file() or not (folder / "arm.toml").is_file():
         raise InputError("run_dir", run_dir, "a folder that contarm run left, with trajectory.npz and arm.toml")
-    arm, samples = load_arm(folder / "arm.toml"), Samples.load(folder / "trajectory.npz")
-    require_arms_own(arm, vars(samples), str(folder / "trajectory.npz"))
+    arm, samples = load_arm(folder / "arm.toml"), Trajectory.load(folder / "trajectory.npz")
+    if samples.arm != arm:
+        raise InputError("arm.toml", "another arm than that of trajectory.npz", "the arm that was recorded", run_dir)
     return arm, samples

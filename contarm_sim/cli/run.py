@@ -20,7 +20,7 @@ from contarm_sim.cli.options import (
     json_option,
     out_option,
 )
-from contarm_sim.errors import InputError
+from contarm_sim.errors import InputError, Interrupted
 from contarm_sim.model.arm import Arm
 
 
@@ -73,7 +73,7 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
     contarm run --gravity 0 0 9.81 --payload 0.1 --no-video --json
     """
     from contarm_sim.cli.drawing import draw, film_at_first
-    from contarm_sim.cli.path import commands_of, parameters_of, path_of
+    from contarm_sim.cli.path import parameters_of, path_of, reference_of
     from contarm_sim.cli.terminal import command_line, progress, say
     from contarm_sim.motion.simulate import CONTROL_RATE, simulate
     from contarm_sim.stopping import break_off, exit_code, unbroken
@@ -85,7 +85,7 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
     path, waypoints = path_of(arm, path_name, duration, shape)
     stepping = _stepping(fast, timestep)
     _refuse_too_long(path.duration, timestep, arm)
-    targets, bend = commands_of(arm, path, project, None if waypoints is None else waypoints.places)
+    reference = reference_of(arm, path, project, None if waypoints is None else waypoints.places)
     for note in () if waypoints is None else waypoints.notes:
         say(note)
     with ExitStack() as whole:
@@ -93,26 +93,25 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
         def on_tick(count: int) -> None:
             if count == 1:  # from here on, signals wait until there is a good place for them
                 whole.enter_context(unbroken())
-            show(count, len(bend))
+            show(count, len(reference))
             break_off()
 
         with progress("simulating") as show:
             given = {"stepping": stepping, "on_tick": on_tick, "check_step": True, "extrapolate": extrapolate}
             try:
-                recorded = simulate(arm, targets, bend, controller, **given)
+                recorded = simulate(arm, reference, controller, **given)
+            except Interrupted as stop:
+                recorded = stop.trajectory
             except InputError as error:
                 raise _advised(error) from None
-        if len(recorded.samples) < 2:
+        if len(recorded) < 2:
             raise KeyboardInterrupt
-        job, recorded = _report(arm, recorded, controller)
+        job, recorded = _report(recorded)
+        interrupted = recorded.status == "interrupted"
         summary = job.summary | {"path": path.name if waypoints is None else path_name, "duration": path.duration}
-        summary |= {
-            "path_parameters": parameters_of(arm, path_name, shape),
-            "project": project,
-            "timestep": recorded.timestep,
-            "rate": CONTROL_RATE,
-        }
-        summary |= {"command": command_line(), "video": film_at_first(recorded.interrupted, not no_video)}
+        summary |= {"path_parameters": parameters_of(arm, path_name, shape), "project": project}
+        summary |= {"timestep": recorded.timestep, "rate": CONTROL_RATE}
+        summary |= {"command": command_line(), "video": film_at_first(interrupted, not no_video)}
         with OutputFolder(target) as opened:
             job.write(opened.folder)
             (opened.folder / "summary.json").write_text(to_json(summary) + "\n")
@@ -122,27 +121,29 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
         else:
             _show(summary)
         say(f"written: {opened.target}")
-        if recorded.interrupted:
-            say(f"interrupted at {recorded.samples.time[-1]:.2f} s; what was recorded until then is kept")
+        if interrupted and len(recorded) < len(reference):
+            say(f"interrupted at {recorded.time[-1]:.2f} s; what was recorded until then is kept")
+        elif interrupted:
+            say("interrupted after the motion, while its error was being estimated; the motion is whole")
         if missing:
             what = f"interrupted while drawing, so {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
             say(f"{what}; the numbers are whole, and a film of them is drawn by: contarm render {opened.target}")
-        if recorded.interrupted or missing:
+        if interrupted or missing:
             return exit_code()
         return 0 if summary["verdict"] == "pass" else 1
 
 
-def _report(arm: Arm, recorded: Any, controller: Any) -> tuple[Any, Any]:
+def _report(recorded: Any) -> tuple[Any, Any]:
     """Return the report of a recorded run, and the run; a signal cuts the report short, and the run counts as such."""
     from contarm_sim.stopping import breakable
     from contarm_sim.view.report.run import RunReport
 
     try:
         with breakable():
-            return RunReport(arm, recorded, controller), recorded
+            return RunReport(recorded), recorded
     except KeyboardInterrupt:
-        recorded = replace(recorded, interrupted=True)
-        return RunReport(arm, recorded, controller, poses=2), recorded
+        recorded = replace(recorded, status="interrupted")
+        return RunReport(recorded, poses=2), recorded
 
 
 def _stepping(fast: bool, timestep: float | None) -> Any:

@@ -1,163 +1,68 @@
-"""Recorded arrays, read from an .npz and checked once: what they are, their shapes, their numbers, and whose they are.
-
-Shapes and kinds stand in the headers of the arrays: they are checked before the arrays themselves are read, so that a
-damaged or made-up file cannot ask for more memory than a recording has.
-"""
+"""Trajectories on disk: one compressed .npz of arrays, and what they are a result of as JSON."""
 
 from __future__ import annotations
 
-import io
-import struct
-import zipfile
-import zlib
-from collections.abc import Mapping
+import json
 from pathlib import Path
+from types import NoneType
+from typing import Any
 
 import numpy as np
 
 from contarm_sim.errors import InputError
-from contarm_sim.inputs import read_bytes
-from contarm_sim.kinematics.arrays import Array
-from contarm_sim.model.arm import MAX_LINKS, Arm
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.arm_file import arm_from_dict, arm_to_dict
+from contarm_sim.results.arrays import RECORDING, Shape, read_arrays, require_arms_own
+from contarm_sim.results.trajectory import ARRAYS, STATUSES, Trajectory
 
-RECORDING = "a trajectory.npz of contarm run"
+_KINDS: dict[str, Any] = {
+    "controller": str, "actuation": str, "pulls_only": bool, "holds_lengths": bool, "status": str,
+    "timestep": (float, int, NoneType), "extrapolated": bool, "real_time_factor": (float, int, NoneType),
+    "versions": dict,
+}  # fmt: skip
+"""What a trajectory says of itself beside its arm and its arrays."""
 
-MOST_BYTES = 8 * 2**30
-"""Largest file that is read [bytes]; the longest recording of the longest arm has 6 GB."""
-
-MOST_SAMPLES = 10**6
-
-_BROKEN = (OSError, EOFError, ValueError, TypeError, RuntimeError, MemoryError, KeyError, SyntaxError, IndexError,
-           NotImplementedError, OverflowError, zipfile.BadZipFile, zlib.error, struct.error)  # fmt: skip
-"""What a file that is no .npz, or a damaged one, makes zipfile and NumPy raise; ValueError also: it holds a pickle."""
-
-Shape = tuple[int | str, ...]
-"""A shape whose words are sizes that all arrays share, ("T", 3)."""
-
-_MOST = {"T": MOST_SAMPLES, "S": MAX_LINKS + 1, "D": 3 * MAX_LINKS}
-"""Largest sizes: samples T, stations S, degrees of freedom D."""
+SHAPES: dict[str, Shape] = {
+    "time": ("T",), "target": ("T", 3), "bend": ("T", 2), "setpoint": ("T", "M"), "muscle_lengths": ("T", "M"),
+    "muscle_tensions": ("T", "M"), "pressure": ("T", "M"), "stations": ("T", "S", 3), "tip_rotation": ("T", 3, 3),
+    "qpos": ("T", "D"), "step_error": ("T",),
+}  # fmt: skip
+"""Shapes of the arrays: T samples, M muscles, S stations, D joint angles."""
 
 
-def read_arrays(
-    path: str | Path, shapes: Mapping[str, Shape], infinite: tuple[str, ...] = ("pressure",)
-) -> dict[str, Array]:
-    """Return the arrays of an .npz by name, as floats.
+def write(trajectory: Trajectory, path: Path) -> None:
+    """Write a trajectory."""
+    about = {name: getattr(trajectory, name) for name in _KINDS} | {"arm": arm_to_dict(trajectory.arm)}
+    arrays = {name: getattr(trajectory, name) for name in ARRAYS}
+    if trajectory.step_error is not None:
+        arrays["step_error"] = trajectory.step_error
+    np.savez_compressed(path, about=np.array(json.dumps(about)), **arrays)
 
-    Args:
-        shapes: the arrays that there must be, and their shapes.
-        infinite: names of arrays that may hold inf.
+
+def read(path: Path) -> Trajectory:
+    """Return a trajectory that `write` wrote.
 
     Raises:
-        InputError: not such a file; a missing array, one of another shape, not of real numbers, or not finite: names
-            the file and the array.
+        InputError: not such a file, or arrays that do not fit together or hold what is not a number.
     """
-    where = str(path)
+    arrays, text = read_arrays(path, SHAPES, optional=("step_error",))
+    arm, given = _about(text, str(path))
+    require_arms_own(arm, arrays, str(path))
+    return Trajectory(arm=arm, **(given | arrays))
+
+
+def _about(text: str | None, where: str) -> tuple[Arm, dict[str, Any]]:
     try:
-        with zipfile.ZipFile(io.BytesIO(read_bytes(path, RECORDING, MOST_BYTES))) as archive:
-            stored = {name.removesuffix(".npy"): name for name in archive.namelist()}
-            for name in shapes:
-                if name not in stored:
-                    raise InputError("file", f"one without the array {name!r}", RECORDING, where)
-            _check_shapes({name: _header(archive, stored[name], name, where) for name in shapes}, shapes, where)
-            arrays = {}
-            for name in shapes:
-                with archive.open(stored[name]) as file:
-                    arrays[name] = np.lib.format.read_array(file, allow_pickle=False).astype(float)
-    except InputError:
-        raise
-    except _BROKEN as error:
-        said = " ".join(str(error).split()) or type(error).__name__
-        raise InputError("file", f"unreadable ({said})", RECORDING, where) from error
-    for name, array in arrays.items():
-        _refuse_bad_numbers(name, array, name in infinite, where)
-    return arrays
-
-
-def _header(archive: zipfile.ZipFile, member: str, name: str, where: str) -> tuple[int, ...]:
-    """Return the shape of a stored array.
-
-    Raises:
-        InputError: it does not hold real numbers.
-    """
-    with archive.open(member) as file:
-        version = np.lib.format.read_magic(file)
-        if version not in ((1, 0), (2, 0)):
-            raise ValueError(f"{name} is stored in version {version} of the format")
-        read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        shape, _, kind = read(file)
-    if kind.kind not in "fiu":
-        raise InputError(name, f"an array of {kind}", "an array of real numbers", where)
-    return tuple(shape)
-
-
-def _check_shapes(found: dict[str, tuple[int, ...]], shapes: Mapping[str, Shape], where: str) -> None:
-    sizes: dict[str, tuple[int, str]] = {}
-    for name, wanted in shapes.items():
-        shape = found[name]
-        said = f"({', '.join(map(str, wanted))}{',' if len(wanted) == 1 else ''})"
-        if len(shape) != len(wanted) or any(isinstance(w, int) and w != n for w, n in zip(wanted, shape, strict=True)):
-            raise InputError(name, f"of shape {shape}", f"an array of shape {said}", where)
-        for word, size in zip(wanted, shape, strict=True):
-            if isinstance(word, int):
-                continue
-            known, first = sizes.setdefault(word, (size, name))
-            if size != known:
-                raise InputError(
-                    name, f"of shape {shape}", f"shape {said} with {word} = {known}, as {first} has", where
-                )
-            if not 1 <= size <= _MOST.get(word, MOST_SAMPLES):
-                raise InputError(name, f"of shape {shape}", f"1 to {_MOST.get(word, MOST_SAMPLES)} {word}", where)
-
-
-def _refuse_bad_numbers(name: str, array: Array, infinite: bool, where: str) -> None:
-    bad = np.isnan(array) | (array == -np.inf) if infinite else ~np.isfinite(array)
-    if bad.any():
-        place = tuple(int(i) for i in np.argwhere(bad)[0])
-        allowed = "finite numbers" + (", or inf" if infinite else "")
-        raise InputError(name, f"{array[place]} in sample {place[0]}", allowed, where)
-
-
-def require_arms_own(arm: Arm, arrays: Mapping[str, Array], where: str) -> None:
-    """Refuse arrays that another arm recorded: another number of links, or links of another length.
-
-    Args:
-        arrays: `time`, `stations`, `qpos` and `tip_rotation`, as `Samples` describes them.
-
-    Raises:
-        InputError: names the array; also where times do not rise, or orientations are none.
-    """
-    time, stations, qpos = arrays["time"], arrays["stations"], arrays["qpos"]
-    if time.any() and not (time[0] >= 0 and (np.diff(time) > 0).all()):
-        raise InputError("time", "not rising", "times that rise from 0, or zeros for poses at rest", where)
-    links = arm.links
-    if stations.shape[1] != links + 1:
-        given = f"of {stations.shape[1] - 1} links"
-        raise InputError("stations", given, f"those of {links} links, as arm.toml says", where)
-    hinges = 2 if arm.torsional_stiffness is None else 3
-    if qpos.shape[1] != hinges * links:
-        given = f"{qpos.shape[1]} joint angles"
-        raise InputError(
-            "qpos", given, f"{hinges * links}, as arm.toml has them: {hinges} for each of {links} links", where
-        )
-    turned = np.abs(np.einsum("tji,tjk->tik", *[arrays["tip_rotation"]] * 2) - np.eye(3)).max(axis=(1, 2)) > 1e-6
-    if turned.any():
-        raise InputError("tip_rotation", f"no rotation in sample {int(turned.argmax())}", "rotation matrices", where)
-    # Neighbouring stations lie h cos(theta/2) apart; theta is what the joint between them bends, of its hinges a and b.
-    angles = qpos.reshape(len(qpos), links, hinges)
-    middle = angles[..., :2] if hinges == 2 else _bending(angles)
-    square = np.square(np.arccos(np.clip(np.cos(middle[..., 0]) * np.cos(middle[..., 1]), -1, 1)))
-    pitch = np.linalg.norm(np.diff(stations, axis=1), axis=-1) / np.cos(0.5 * np.sqrt(square))
-    slack = 1e-5 + square.max(axis=1, keepdims=True) / 6  # extrapolated ones are off by about a twelfth of it
-    off = np.abs(pitch - arm.link_pitch) > arm.link_pitch * slack
-    if off.any():
-        sample, link = (int(i) for i in np.argwhere(off)[0])
-        given = f"of links of {pitch[sample, link]:.6g} m in sample {sample}"
-        raise InputError("stations", given, f"links of {arm.link_pitch:.6g} m, length/links of arm.toml", where)
-
-
-def _bending(angles: Array) -> Array:
-    """Return the bending angles of hinges that twist, shape (T, N, 2); their order is xyz, zyx, zyx, xyz."""
-    middle = angles[..., 1:2]
-    first, last = angles[..., 0:1], angles[..., 2:3]
-    reverse = np.isin(np.arange(angles.shape[1]) % 4, (1, 2))[:, None]
-    return np.concatenate([np.where(reverse, last, first), middle], axis=-1)
+        about = json.loads(text or "null")
+    except (ValueError, RecursionError):
+        about = None
+    if not isinstance(about, dict) or not isinstance(about.get("arm"), dict):
+        raise InputError("file", "one that does not say which arm it is of", RECORDING, where)
+    given = {name: about[name] for name in _KINDS if name in about}
+    for name, value in given.items():
+        if not isinstance(value, _KINDS[name]) or (name == "status" and value not in STATUSES):
+            raise InputError(f"about.{name}", value, RECORDING, where)
+    for name in ("status", "controller"):
+        if name not in given:
+            raise InputError("about", f"without {name}", RECORDING, where)
+    return arm_from_dict(about["arm"], where), given
