@@ -31,9 +31,10 @@ def read_bytes(path: str | Path, wanted: str, most: int = MOST_BYTES) -> bytes:
         raise InputError("file", f"unreadable ({error.strerror})", wanted, where) from error
     except ValueError as error:  # a null character in the name
         raise InputError("file", f"unreadable ({error})", wanted, where) from error
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise InputError("file", "a folder, device or pipe", wanted, where)
     with os.fdopen(descriptor, "rb") as file:
-        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            raise InputError("file", "a folder, device or pipe", wanted, where)
         try:
             content = file.read(most + 1)
         except (OSError, MemoryError) as error:

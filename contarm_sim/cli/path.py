@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+import os
 from typing import Any
 
 from contarm_sim.errors import InputError, UnreachableError
@@ -41,7 +41,7 @@ def path_of(arm: Arm, name: str, duration: float | None, shape: dict[str, Any]) 
             raise InputError(flag, shape[flag], f"for path {name!r}: {known}")
     if name in paths.NAMES:
         return paths.named(name, arm.length, 10.0 if duration is None else duration, **shape), None
-    if not name.endswith(".csv") and not (0 < len(name) < 255 and Path(name).is_file()):
+    if not name.endswith(".csv") and not os.path.isfile(name):
         raise InputError("path", repr(name), ", ".join(paths.NAMES) + ", or a CSV file")
     waypoints = read_csv(name)
     return from_waypoints(waypoints, arm.length, duration), waypoints

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -87,7 +88,7 @@ def _recorded(run_dir: str) -> tuple[Any, Any]:
     from contarm_sim.results.trajectory import Trajectory
 
     folder = Path(run_dir)
-    if not (folder / "trajectory.npz").is_file() or not (folder / "arm.toml").is_file():
+    if not all(os.path.isfile(folder / name) for name in ("trajectory.npz", "arm.toml")):
         raise InputError("run_dir", run_dir, "a folder that contarm run left, with trajectory.npz and arm.toml")
     arm, samples = load_arm(folder / "arm.toml"), Trajectory.load(folder / "trajectory.npz")
     if samples.arm != arm:

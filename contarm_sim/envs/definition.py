@@ -151,7 +151,7 @@ def define(
     """
     _check_name("task", name, tuple(TASKS))
     if arm is not None and not isinstance(arm, Arm):
-        raise InputError("arm", arm, "an Arm")
+        raise InputError("arm", repr(arm), "an Arm")
     _check_name("reward", reward, REWARDS)
     modes = TASKS[name].modes
     if actions is not None:

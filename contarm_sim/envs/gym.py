@@ -73,7 +73,7 @@ class ArmEnv(gymnasium.Env[Array, Array]):
         render_mode: str | None = None,
     ) -> None:
         if render_mode is not None and not (isinstance(render_mode, str) and render_mode in RENDER_MODES):
-            raise InputError("render_mode", render_mode, ", ".join(RENDER_MODES) + ", None")
+            raise InputError("render_mode", repr(render_mode), ", ".join(RENDER_MODES) + ", None")
         self.definition = define(task, arm, actions, reward, variations, time_limit)
         self.observation_space, self.action_space = spaces(self.definition)
         self.render_mode = render_mode

@@ -64,7 +64,7 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
             if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
                 raise InputError(name, value, f"a whole number, at least {least}")
         if render_mode is not None and not (isinstance(render_mode, str) and render_mode == "rgb_array"):
-            raise InputError("render_mode", render_mode, "rgb_array, None")
+            raise InputError("render_mode", repr(render_mode), "rgb_array, None")
         if max_episode_steps is not None:
             if isinstance(max_episode_steps, bool) or not isinstance(max_episode_steps, (int, np.integer)):
                 raise InputError("max_episode_steps", max_episode_steps, "a whole number, at least 1")
@@ -93,7 +93,7 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
             seeds = list(seed) if isinstance(seed, (list, tuple, np.ndarray)) and np.ndim(seed) == 1 else []
         if len(seeds) != self.num_envs:
             given = f"{len(seeds)} seeds" if seeds else seed
-            raise InputError("seed", given, f"a whole number, or a list of {self.num_envs}")
+            raise InputError("seed", given, f"one, or {self.num_envs}")
         for one in seeds:
             check_reset(one, None)
         mask = np.ones(self.num_envs, dtype=bool) if options is None else options.get("reset_mask")

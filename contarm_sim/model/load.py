@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
@@ -17,7 +16,7 @@ _SIZE = {"off": 0, "deltas": 3, "tensions": 3, "pressures": 3, "bend": 2}
 
 def _vector(value: Any, size: int, name: str) -> tuple[float, ...]:
     vector = as_numbers(value)
-    if len(vector) != size or not all(abs(x) <= LARGEST for x in vector):
+    if vector is None or len(vector) != size or not all(abs(x) <= LARGEST for x in vector):
         raise InputError(name, repr(value) if isinstance(value, str) else value, f"{size} finite numbers")
     return vector
 
@@ -86,7 +85,10 @@ class Load:
     muscles: Muscles = field(default_factory=Muscles)
 
     def __post_init__(self) -> None:
-        wrenches = tuple(self.wrenches) if isinstance(self.wrenches, Iterable) else (None,)
+        try:
+            wrenches: tuple[Any, ...] = (None,) if isinstance(self.wrenches, (str, dict)) else tuple(self.wrenches)
+        except TypeError:  # not a sequence
+            wrenches = (None,)
         if not all(isinstance(wrench, Wrench) for wrench in wrenches):
             raise InputError("wrenches", self.wrenches, "a tuple of Wrench")
         object.__setattr__(self, "wrenches", wrenches)

@@ -44,15 +44,15 @@ def as_number(value: Any) -> float:
         return math.inf
 
 
-def as_numbers(values: Any) -> tuple[float, ...]:
-    """Return a sequence of real numbers as floats; empty for anything else, and for one that is not finite."""
+def as_numbers(values: Any) -> tuple[float, ...] | None:
+    """Return a sequence of finite real numbers as floats; None for anything else."""
     if isinstance(values, (str, bytes, dict, set, frozenset)):
-        return ()
+        return None
     try:
         numbers = tuple(as_number(x) for x in values)
     except TypeError:  # not a sequence
-        return ()
-    return numbers if all(map(math.isfinite, numbers)) else ()
+        return None
+    return numbers if all(map(math.isfinite, numbers)) else None
 
 
 def _allowed(bounds: dict[str, float | None]) -> str:
@@ -94,7 +94,7 @@ def check_vector(owner: Any, name: str, size: int) -> None:
     """
     given = getattr(owner, name)
     vector = as_numbers(given)
-    if len(vector) != size or not all(abs(x) <= LARGEST for x in vector):
+    if vector is None or len(vector) != size or not all(abs(x) <= LARGEST for x in vector):
         raise InputError(
             name, repr(given) if isinstance(given, str) else given, f"{size} finite numbers, at most {LARGEST:g}"
         )

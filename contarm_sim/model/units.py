@@ -101,7 +101,7 @@ def quantity(text: str, unit: str, name: str) -> float:
 
 def slip(value: float, unit: str) -> str | None:
     """Return what to ask about a bare number that is out of proportion for its SI unit, or None."""
-    if not math.isfinite(value):
+    if not abs(value) < 1e300:  # nan, inf, whole numbers of hundreds of digits
         return None
     if unit == "Pa" and 0 < abs(value) < _LEAST_PRESSURE:
         return f"a pressure in Pa; in kPa? write {value:g}kPa (or {value:g}Pa, if that is meant)"

@@ -33,7 +33,7 @@ def check_output(target: Path) -> None:
     """
     try:
         taken = not target.name or target.exists() or target.is_symlink()
-        parent = next(folder for folder in target.absolute().parents if folder.exists())
+        parent = next((folder for folder in target.absolute().parents if folder.exists()), target)
         os.fsencode(target.name).decode()
     except (OSError, ValueError) as error:  # a name too long, say, or one that is not UTF-8
         reason = getattr(error, "strerror", None) or "a name that is not UTF-8, or has a null character"
@@ -136,8 +136,8 @@ def output_file(target: Path) -> Iterator[Path]:
         with appearing(target, new=True) as scratch:
             yield scratch
     except FileExistsError as error:
-        given = f"{target}, which another process has written meanwhile"
-        raise InputError("out", given, "a path that does not exist yet") from error
+        allowed = "a path that does not exist yet: another process has written it meanwhile"
+        raise InputError("out", str(target), allowed) from error
 
 
 def to_json(document: Any) -> str:
