@@ -86,7 +86,7 @@ class Load:
 
     def __post_init__(self) -> None:
         try:
-            wrenches: tuple[Any, ...] = (None,) if isinstance(self.wrenches, (str, dict)) else tuple(self.wrenches)
+            wrenches: tuple[Any, ...] = (None,) if isinstance(self.wrenches, (str, dict, set)) else tuple(self.wrenches)
         except TypeError:  # not a sequence
             wrenches = (None,)
         if not all(isinstance(wrench, Wrench) for wrench in wrenches):
