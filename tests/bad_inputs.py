@@ -1,11 +1,9 @@
 """What is wrong with thousands of inputs, and what has to come of each: one short line."""
 
-from dataclasses import fields
-
 import numpy as np
 
 from contarm_sim.errors import InputError
-from contarm_sim.model.arm import Arm
+from contarm_sim.model.flat import MUSCLE_PARAMETERS, PARAMETERS
 
 HUGE = 10**400
 LONG = "9" * 20_000
@@ -45,11 +43,10 @@ def short(value):
 
 
 def parameters():
-    """Yield (table, kind, field) of every parameter that is described."""
-    for owner, table in ((Arm(), ""), (Arm().muscle, "muscle")):
-        for item in fields(owner):
-            if "help" in item.metadata:
-                yield table, type(owner), item
+    """Yield (table, name, declaration) of every parameter of a TOML file."""
+    for table, declared in (("", PARAMETERS), ("muscle", MUSCLE_PARAMETERS)):
+        for name, item in declared.items():
+            yield table, name, item
 
 
 def damaged_at_random(content, call, count):

@@ -43,7 +43,7 @@ def contarm(words):
 
 
 def _lines():
-    flags = [f"--{'muscle.' if table else ''}{item.name.replace('_', '-')}" for table, _, item in parameters()]
+    flags = [f"--{'muscle.' if table else ''}{name.replace('_', '-')}" for table, name, _ in parameters()]
     sizes = {"--gravity": 3, "--base-orientation": 4}
     for command in (["fk", "--bend", "1", "0"], ["ik", "--tip", "0", "0", "0.37"], ["build"]):
         for flag in flags:

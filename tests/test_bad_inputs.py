@@ -12,19 +12,20 @@ from references import along
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import arm_from_dict, arm_template, load_arm
 from contarm_sim.model.load import Load, Muscles, Wrench, load_from_dict
+from contarm_sim.model.mckibben import McKibben
 from contarm_sim.motion.simulate import simulate
 from contarm_sim.paths.waypoints import read_csv
 from contarm_sim.results.trajectory import ARRAYS, Trajectory
 
 
-def _wrong_for(item):
+def _wrong_for(name, item):
     bounds = item.metadata.get("bounds")
     if bounds is not None:
         values = [*WRONG, *([] if item.default is None else [None])]
         return [*values, *TINY, *([0.0, 0] if bounds["above"] == 0 else [])]
     if "choices" in item.metadata:
         return [value for value in WRONG if not isinstance(value, np.ndarray)] + [None, "Parallel"]
-    if item.name == "links":
+    if name == "links":
         return [*WRONG, 0, 1, 401, 2.0, 24.5, -3, None]
     sized = [[1] * 2, [1] * 5, ["1"] * 3, ["1"] * 4, [True] * 3, [True] * 4, [HUGE] * 3, [1e10] * 4, "123", "1234", 0.0]
     return [*WRONG, *sized, *([] if item.default is None else [None])]
@@ -32,14 +33,17 @@ def _wrong_for(item):
 
 def _right(value, size):
     """Tell a sequence of as many numbers, which is right in some places; and empty ones of wrenches."""
-    return isinstance(value, (tuple, list, np.ndarray)) and np.shape(np.array(value, dtype=object)) == (size,)
+    if not isinstance(value, (tuple, list, range, np.ndarray)) or np.shape(np.array(value, dtype=object)) != (size,):
+        return False
+    return all(isinstance(x, (int, float)) for x in value)
 
 
 def test_constructors():
-    cases = [
-        (f"{kind.__name__}({item.name}={short(value)})", lambda k=kind, n=item.name, v=value: k(**{n: v}))
-        for _, kind, item in parameters() for value in _wrong_for(item)
-    ]  # fmt: skip
+    cases = []
+    for table, name, item in parameters():
+        kind = Arm if not table or name == "path" else McKibben
+        for value in _wrong_for(name, item):
+            cases.append((f"{kind.__name__}({name}={short(value)})", lambda k=kind, n=name, v=value: k(**{n: v})))
     for name in ("xi", "force", "moment"):
         values = [v for v in WRONG if not (name == "xi" and isinstance(v, np.ndarray) and v.dtype.kind == "O")]
         cases += [(f"Wrench({name}={short(v)})", lambda n=name, v=v: Wrench(**{"xi": 1.0, n: v})) for v in values]
@@ -49,21 +53,21 @@ def test_constructors():
         cases += [(f"Load({name}={short(v)})", lambda n=name, v=v: Load(**{n: v})) for v in values]
     cases += [(f"Muscles(kind={short(v)})", lambda v=v: Muscles(kind=v)) for v in WRONG]
     for kind in ("off", "deltas", "tensions", "pressures", "bend"):
-        size = {"off": 0, "bend": 2}.get(kind, 3)
-        values = [v for v in WRONG if not _right(v, size)]
+        sizes = {"off": (0,), "bend": (2,)}.get(kind, (1, 2, 3000))  # the others: one for each muscle
+        values = [v for v in WRONG if not any(_right(v, size) for size in sizes)]
         cases += [(f"Muscles({kind}, {short(v)})", lambda k=kind, v=v: Muscles(kind=k, values=v)) for v in values]
     count, failed = refused(cases)
     assert not failed, "\n".join(failed)
     assert count > 1000
 
 
-def test_tables_ofparameters(tmp_path):
+def test_tables_of_parameters(tmp_path):
     """TOML: every key with every wrong text, unknown keys, and files damaged at random."""
     file = tmp_path / "arm.toml"
     texts = ['""', '"x"', '"1"', '"1 V"', '"3 m kg"', "true", "nan", "inf", "-inf", "1e300", "1" + "0" * 400, "[]",
              "[1]", '["1"]', "{}", "{a = 1}", "1979-05-27", "[[1], [2]]", f'"{LONG}"', "[1, 2, 3, 4, 5]",
              "", "1 2", "'''a\nb'''"]  # fmt: skip
-    lines = [(table, item.name, text) for table, _, item in parameters() for text in texts]
+    lines = [(table, name, text) for table, name, _ in parameters() for text in texts]
     lines += [("", name, "1") for name in ("lenght", '"a\\nb"', LONG, "muscle", "é")] + [("muscle", "lenght", "1")]
 
     def load(content):

@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import fields
 
 import mujoco
 import numpy as np
@@ -18,6 +17,7 @@ from contarm_sim.cli.main import COMMANDS, SHORT, main
 from contarm_sim.kinematics import arc
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import load_arm
+from contarm_sim.model.flat import MUSCLE_PARAMETERS, PARAMETERS
 
 
 @pytest.fixture
@@ -771,9 +771,8 @@ def test_init_writes_an_arm_to_be_edited(contarm, tmp_path):
     assert contarm("init", "my.toml")[:2] == (0, "")
     assert load_arm("my.toml") == Arm()
     text = (tmp_path / "my.toml").read_text()
-    described = [item for owner in (Arm(), Arm().muscle) for item in fields(owner) if "help" in item.metadata]
-    for item in described:
-        assert re.search(rf"^(# )?{item.name} =", text, re.MULTILINE)
+    for name, item in {**PARAMETERS, **MUSCLE_PARAMETERS}.items():
+        assert re.search(rf"^(# )?{name} =", text, re.MULTILINE)
         assert item.metadata["help"] in text
         assert f"[{item.metadata['unit']}]" in text or item.metadata["unit"] == "-"
     assert contarm("init", "other.toml", "--length", "250mm", "--torsional-stiffness", "0.1")[0] == 0

@@ -16,7 +16,7 @@ from contarm_sim.errors import ConvergenceError, NoRestError
 from contarm_sim.kinematics import arc
 from contarm_sim.mechanics import pneumatics, routing
 from contarm_sim.mechanics.statics import servo_tensions
-from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.arm import Arm
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.statics.solver import Solver, tolerance
 
@@ -84,7 +84,7 @@ def test_every_random_arm_settles_under_any_set_points():
 @pytest.mark.parametrize("path", ["parallel", "spans"])
 def test_one_newton_finds_what_the_controller_at_rest_ends_in(path, twist):
     """Settling and correcting set-points by turns, as the controller in motion does, comes to the same pose."""
-    arm = Arm(gravity=(1.0, 2.0, 8.0), payload=0.05, torsional_stiffness=twist, muscle=Muscle(path=path))
+    arm = Arm(gravity=(1.0, 2.0, 8.0), payload=0.05, torsional_stiffness=twist, path=path)
     bend = np.array([[1.1, -0.7]])
     orders = Servo().plan(arm, resting(arm, bend))
     plant, feedback = Plant(arm), LengthFeedback(arm, orders.lengths)

@@ -4,21 +4,26 @@ from __future__ import annotations
 
 import difflib
 import tomllib
-from dataclasses import asdict, fields
+from dataclasses import Field, replace
 from pathlib import Path
 from typing import Any
 
 from contarm_sim.errors import InputError, one_line
 from contarm_sim.inputs import read_text
-from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.flat import MUSCLE_PARAMETERS, PARAMETERS
+from contarm_sim.model.routing import Routing
 from contarm_sim.model.units import quantity, slip
 
 MOST_BYTES = 2**20
 """Largest TOML file that is read [bytes]."""
 
+_ROUTED = ("count", "offset")
+"""Keys of [muscle] beside the parameters that are flags: of the routing, left out where they are the default's."""
+
 
 def arm_from_dict(values: dict[str, Any], where: str | None = None, base: Arm | None = None) -> Arm:
-    """Return `base` (default: `Arm()`) with the given parameters changed.
+    """Return `base` (default: `Arm()`), an arm of one section, with the given parameters changed.
 
     Args:
         values: parameters by name; `muscle` holds a dict of its own.
@@ -32,10 +37,13 @@ def arm_from_dict(values: dict[str, Any], where: str | None = None, base: Arm | 
     muscle = values.pop("muscle", {})
     if not isinstance(muscle, dict):
         raise InputError("muscle", muscle, "a table, [muscle]", where)
-    _refuse_unknown(values, Arm, "", where)
-    _refuse_unknown(muscle, Muscle, "muscle.", where)
+    _refuse_unknown(values, [*PARAMETERS, "muscle"], "", where)
+    _refuse_unknown(muscle, [*MUSCLE_PARAMETERS, *_ROUTED], "muscle.", where)
     try:
-        return Arm(**{**_own(base), **values, "muscle": Muscle(**{**_own(base.muscle), **muscle})})
+        routed = {name: muscle[name] for name in ("path", *_ROUTED) if name in muscle}
+        law = {name: value for name, value in muscle.items() if name not in routed}
+        routing = replace(base.routing, **routed)
+        return replace(base, routings=(routing,), laws=(replace(base.laws[0], **law),), **values)
     except InputError as error:
         raise _asking(error, {**values, **{f"muscle.{name}": x for name, x in muscle.items()}}).located(where) from None
 
@@ -50,16 +58,12 @@ def _asking(error: InputError, values: dict[str, Any]) -> InputError:
 
 def units() -> dict[str, str]:
     """Return the units of all parameters by their names in TOML, `muscle.` before those of muscles."""
-    both = ((Arm, ""), (Muscle, "muscle."))
-    return {prefix + x.name: x.metadata["unit"] for kind, prefix in both for x in fields(kind) if "unit" in x.metadata}
+    both = ((PARAMETERS, ""), (MUSCLE_PARAMETERS, "muscle."))
+    found = {prefix + name: item.metadata["unit"] for table, prefix in both for name, item in table.items()}
+    return found | {"muscle.offset": "rad"}
 
 
-def _own(owner: Arm | Muscle) -> dict[str, Any]:
-    return {item.name: getattr(owner, item.name) for item in fields(owner)}
-
-
-def _refuse_unknown(values: dict[str, Any], kind: type, prefix: str, where: str | None) -> None:
-    known = [item.name for item in fields(kind)]
+def _refuse_unknown(values: dict[str, Any], known: list[str], prefix: str, where: str | None) -> None:
     for name in values:
         if name not in known:
             near = difflib.get_close_matches(str(name)[:100], known, n=1, cutoff=0.0)[0]
@@ -68,18 +72,20 @@ def _refuse_unknown(values: dict[str, Any], kind: type, prefix: str, where: str 
 
 
 def arm_to_dict(arm: Arm) -> dict[str, Any]:
-    """Return the arm's parameters as plain values; omitted options are left out."""
-    return _plain(asdict(arm))
+    """Return the parameters of an arm of one section as plain values; omitted options are left out.
+
+    Raises:
+        InputError: an arm of several sections.
+    """
+    routing, usual = arm.routing, Routing()
+    muscle = {**{name: getattr(arm.muscle, name) for name in MUSCLE_PARAMETERS if name != "path"}, "path": routing.path}
+    muscle |= {name: getattr(routing, name) for name in _ROUTED if getattr(routing, name) != getattr(usual, name)}
+    return _plain({name: getattr(arm, name) for name in PARAMETERS}) | {"muscle": _plain(muscle)}
 
 
 def _plain(values: dict[str, Any]) -> dict[str, Any]:
-    plain: dict[str, Any] = {}
-    for key, value in values.items():
-        if isinstance(value, dict):
-            plain[key] = _plain(value)
-        elif value is not None:
-            plain[key] = list(value) if isinstance(value, tuple) else value
-    return plain
+    given = {key: value for key, value in values.items() if value is not None}
+    return {key: list(value) if isinstance(value, tuple) else value for key, value in given.items()}
 
 
 def load_arm(path: str | Path) -> Arm:
@@ -131,25 +137,28 @@ def arm_template(arm: Arm) -> str:
         '# An arm for contarm_sim. Numbers are in SI units; with another unit write a text: length = "370 mm".',
         "# A line that begins with # is left out. Parameters that are left out have their defaults.",
     ]
-    return "\n".join([*head, *_entries(arm), "", "[muscle]", *_entries(arm.muscle)]) + "\n"
+    values = arm_to_dict(arm)
+    muscle = values.pop("muscle")
+    rest = {name: value for name, value in muscle.items() if name not in MUSCLE_PARAMETERS}
+    lines = [*head, *_entries(PARAMETERS, values), "", "[muscle]", *_entries(MUSCLE_PARAMETERS, muscle)]
+    return "\n".join([*lines, *(f"{name} = {_flat(value)}" for name, value in rest.items())]) + "\n"
 
 
-def _entries(owner: Arm | Muscle) -> list[str]:
+def _entries(parameters: dict[str, Field[Any]], values: dict[str, Any]) -> list[str]:
     """Return the lines of a table: a comment and a key for each parameter; one without a value is a comment too."""
-    import tomli_w
-
     lines = []
-    for item in fields(owner):
-        if "help" not in item.metadata:
-            continue
-        unit, value, choices = item.metadata["unit"], getattr(owner, item.name), item.metadata.get("choices")
-        default = "left out" if item.default is None else tomli_w.dumps(_plain({"x": item.default}))[4:].strip()
+    for name, item in parameters.items():
+        unit, choices = item.metadata["unit"], item.metadata.get("choices")
+        default = "left out" if item.default is None else _flat(item.default)
         kind = f", one of {', '.join(choices)}" if choices else "" if unit == "-" else f" [{unit}]"
-        lines += ["", f"# {item.metadata['help']}{kind}; default: {_flat(default)}"]
-        lines.append(f"# {item.name} =" if value is None else _flat(tomli_w.dumps(_plain({item.name: value}))))
+        lines += ["", f"# {item.metadata['help']}{kind}; default: {default}"]
+        lines.append(f"{name} = {_flat(values[name])}" if name in values else f"# {name} =")
     return lines
 
 
-def _flat(text: str) -> str:
-    """Return TOML of one value, whose lists stand on many lines, on one."""
+def _flat(value: Any) -> str:
+    """Return a value as TOML writes it, lists on one line."""
+    import tomli_w
+
+    text = tomli_w.dumps({"x": list(value) if isinstance(value, tuple) else value}).removeprefix("x = ")
     return " ".join(text.split()).replace("[ ", "[").replace(", ]", "]")

@@ -18,7 +18,8 @@ import numpy as np
 from contarm_sim.errors import InputError
 from contarm_sim.inputs import read_bytes
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.model.arm import MAX_LINKS, Arm
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.section import MAX_LINKS
 
 RECORDING = "a trajectory.npz of contarm run"
 
@@ -147,31 +148,24 @@ def require_arms_own(arm: Arm, arrays: Mapping[str, Array], where: str) -> None:
     if stations.shape[1] != links + 1:
         given = f"of {stations.shape[1] - 1} links"
         raise InputError("stations", given, f"those of {links} links, as its arm has", where)
-    hinges = 2 if arm.torsional_stiffness is None else 3
-    if qpos.shape[1] != hinges * links:
-        given = f"of {qpos.shape[1]} joint angles"
-        raise InputError(
-            "qpos", given, f"{hinges * links}, as its arm has them: {hinges} for each of {links} links", where
-        )
+    hinges = np.repeat(
+        [2 if s.torsional_stiffness is None else 3 for s in arm.sections], [s.links for s in arm.sections]
+    )
+    if qpos.shape[1] != hinges.sum():
+        raise InputError("qpos", f"of {qpos.shape[1]} joint angles", f"{hinges.sum()}, as its arm has them", where)
     turned = np.abs(np.einsum("tji,tjk->tik", *[arrays["tip_rotation"]] * 2) - np.eye(3)).max(axis=(1, 2)) > 1e-6
     if turned.any():
         raise InputError("tip_rotation", f"no rotation in sample {int(turned.argmax())}", "rotation matrices", where)
     # Neighbouring stations lie h cos(theta/2) apart; theta is what the joint between them bends, of its hinges a and b.
-    angles = qpos.reshape(len(qpos), links, hinges)
-    middle = angles[..., :2] if hinges == 2 else _bending(angles)
-    square = np.square(np.arccos(np.clip(np.cos(middle[..., 0]) * np.cos(middle[..., 1]), -1, 1)))
+    first, order = np.cumsum(hinges) - hinges, np.arange(links) % 4  # three hinges are in the order xyz, zyx, zyx, xyz
+    one = first + np.where((hinges == 3) & np.isin(order, (1, 2)), 2, 0)
+    cosine = np.cos(qpos[:, one]) * np.cos(qpos[:, first + 1])
+    square = np.square(np.arccos(np.clip(cosine, -1, 1)))
     pitch = np.linalg.norm(np.diff(stations, axis=1), axis=-1) / np.cos(0.5 * np.sqrt(square))
     slack = 1e-5 + square.max(axis=1, keepdims=True) / 6  # extrapolated ones are off by about a twelfth of it
-    off = np.abs(pitch - arm.link_pitch) > arm.link_pitch * slack
+    wanted = np.repeat([s.link_pitch for s in arm.sections], [s.links for s in arm.sections])
+    off = np.abs(pitch - wanted) > wanted * slack
     if off.any():
         sample, link = (int(i) for i in np.argwhere(off)[0])
         given = f"of links of {pitch[sample, link]:.6g} m in sample {sample}"
-        raise InputError("stations", given, f"links of {arm.link_pitch:.6g} m, as its arm has them", where)
-
-
-def _bending(angles: Array) -> Array:
-    """Return the bending angles of hinges that twist, shape (T, N, 2); their order is xyz, zyx, zyx, xyz."""
-    middle = angles[..., 1:2]
-    first, last = angles[..., 0:1], angles[..., 2:3]
-    reverse = np.isin(np.arange(angles.shape[1]) % 4, (1, 2))[:, None]
-    return np.concatenate([np.where(reverse, last, first), middle], axis=-1)
+        raise InputError("stations", given, f"links of {wanted[link]:.6g} m, as its arm has them", where)
