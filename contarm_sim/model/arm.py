@@ -21,6 +21,9 @@ from contarm_sim.model.routing import Path, Routing
 from contarm_sim.model.section import MAX_LINKS, Section
 from contarm_sim.model.world import World
 
+LEAST_INERTIA = 1e-15
+"""Smallest moment of inertia that the engine accepts [kg m^2]."""
+
 
 class _Omitted:
     """Says that an argument was not given: None is a value of some."""
@@ -128,6 +131,11 @@ class Arm(FlatArm):
         for section, routing in zip(self.sections, self.routings, strict=True):
             if routing.radius * math.pi >= section.length:
                 raise InputError("muscle_radius", routing.radius, f"below length/pi, {section.length / math.pi:.4g} m")
+        for section, disks in zip(self.sections, self.disk_radii, strict=True):
+            radius = section.section_radius or disks
+            least = 8 * LEAST_INERTIA * section.links / radius**2  # of half a link about a diameter
+            if section.mass < least:
+                raise InputError("mass", section.mass, f"at least {least:.2g} kg, for links that the engine can turn")
 
     def in_world(self, world: World) -> Arm:
         """Return the same arm in another world."""
