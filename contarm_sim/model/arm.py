@@ -133,9 +133,13 @@ class Arm(FlatArm):
                 raise InputError("muscle_radius", routing.radius, f"below length/pi, {section.length / math.pi:.4g} m")
         for section, disks in zip(self.sections, self.disk_radii, strict=True):
             radius = section.section_radius or disks
-            least = 8 * LEAST_INERTIA * section.links / radius**2  # of half a link about a diameter
-            if section.mass < least:
-                raise InputError("mass", section.mass, f"at least {least:.2g} kg, for links that the engine can turn")
+            thin, thick = (
+                radius**2 / 4,
+                radius**2 / 8 + section.link_pitch**2 / 96,
+            )  # half a link about axis and diameter
+            least = LEAST_INERTIA * section.links / min(thin, thick)
+            if section.mass <= least:
+                raise InputError("mass", section.mass, f"more than {least:.3g} kg, for links that the engine can turn")
 
     def in_world(self, world: World) -> Arm:
         """Return the same arm in another world."""

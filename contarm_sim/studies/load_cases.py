@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from contarm_sim.errors import ConvergenceError, InputError, one_line
+from contarm_sim.errors import EquilibriumError, InputError, one_line
 from contarm_sim.inputs import read_text
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
@@ -126,7 +126,7 @@ def _solved(case: LoadCase, method: str, extrapolate: bool, xi: Sequence[float])
             found, trust = better, Trust(better.trusted, better.error)
         else:
             found = equilibrium(arm, case.load, method)
-    except ConvergenceError as error:
+    except EquilibriumError as error:
         return CaseWithoutRest(str(error))
     except InputError as error:
         raise error.located(case.where) from None
