@@ -3,7 +3,7 @@
     quantity            size   unit   scaled by
     muscle_lengths      3      m      (L - L0) / (pi r)
     muscle_velocities   3      m/s    1 m/s
-    actuator_tensions     3      N      blocked force; what the actuators pull with, pulling > 0
+    actuator_tensions   3      N      blocked force; what the actuators pull with, pulling > 0
     pressures           3      Pa     highest pressure; only where pressures drive the arm
     joint_angles        dofs   rad    pi / links
     tip_position        3      m      L0; in the base frame
