@@ -65,7 +65,10 @@ def on_config(config):
 
 
 def on_files(files: Files, config):
-    """Add the reference pages."""
+    """Add the reference pages, and the pages that stand at the repository's root."""
+    for name in ("CONTRIBUTING", "CHANGELOG"):
+        text = (ROOT / f"{name}.md").read_text().replace("](docs/", "](")
+        files.append(File.generated(config, f"{name.lower()}.md", content=text))
     files.append(File.generated(config, "reference/commands.md", content=commands_page()))
     for name in packages():
         files.append(File.generated(config, f"reference/{name}.md", content=package_page(name)))
