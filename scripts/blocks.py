@@ -22,10 +22,13 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 
-_EXAMPLE = re.compile(r"^```(console|python)\n(?P<code>.*?)^```\n\s*^```text\n(?P<shown>.*?)^```", re.DOTALL | re.MULTILINE)
+_LINES = r"(?:(?!```).*\n)*"  # up to the end of the fence
+_EXAMPLE = re.compile(
+    rf"^```(?P<kind>console|python)\n(?P<code>{_LINES})```\n\s*```text\n(?P<shown>{_LINES})```", re.MULTILINE
+)
 _TABLE = re.compile(r"^<!-- made by: (?P<code>.*?) -->\n(?P<shown>.*?)^<!-- end -->", re.DOTALL | re.MULTILINE)
 _COMMANDS = re.compile(r"^\$ contarm +(.*?)(?:\s{2,}#.*)?$", re.MULTILINE)
-_VOLATILE = re.compile(r"runs/\S+|\d+ x real time|[\d.]+ ms$", re.MULTILINE)
+_VOLATILE = re.compile(r"runs/\S+|[\d.]+ x real time", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -79,7 +82,7 @@ def blocks(page: Path) -> Iterator[Block]:
     """Yield a page's blocks that have an output."""
     text = page.read_text()
     for match in _EXAMPLE.finditer(text):
-        yield Block(page, match[1], match["code"], match["shown"], match.span("shown"))
+        yield Block(page, match["kind"], match["code"], match["shown"], match.span("shown"))
     for match in _TABLE.finditer(text):
         yield Block(page, "table", match["code"], match["shown"], match.span("shown"))
 

@@ -128,8 +128,8 @@ def imports() -> None:
     for name, others in _direct(may).items():
         for other in others:
             bow = 0.25 if place[name][0] == place[other][0] and level[name] - level[other] > 1 else 0.0
-            ax.annotate("", place[other] + (0, 0.24), place[name] - (0, 0.24),
-                        arrowprops={"arrowstyle": "-|>", "color": GREY, "connectionstyle": f"arc3,rad={bow}"})  # fmt: skip
+            style = {"arrowstyle": "-|>", "color": GREY, "connectionstyle": f"arc3,rad={bow}"}
+            ax.annotate("", place[other] + (0, 0.24), place[name] - (0, 0.24), arrowprops=style)
     for name, at in place.items():
         free = name in ("model", "kinematics", "mechanics", "paths", "results")
         ax.text(*at, name, ha="center", va="center", fontsize=9, color="white" if free else DARK,

@@ -17,6 +17,7 @@ from mkdocs.structure.files import File, Files
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "contarm_sim"
+FUNCTION = re.compile(r"(<mi>(?:sin|cos|tan)</mi>)(?=<m[is])")
 EQUATION = re.compile(r'<(span|div) class="arithmatex">\\([(\[])(.*?)\\[)\]]</\1>', re.DOTALL)
 
 
@@ -80,6 +81,7 @@ def on_page_content(text: str, page, config, files) -> str:
     from latex2mathml.converter import convert
 
     def mathml(match: re.Match[str]) -> str:
-        return convert(html.unescape(match[3]), display="block" if match[2] == "[" else "inline")
+        made = convert(html.unescape(match[3]), display="block" if match[2] == "[" else "inline")
+        return FUNCTION.sub(r'\1<mspace width="0.2em"/>', made)  # or `sin h` reads as `sinh`
 
     return EQUATION.sub(mathml, text)

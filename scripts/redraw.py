@@ -42,7 +42,7 @@ def contarm(*words: str | Path, folder: Path) -> None:
 def redraw_text(words: list[str]) -> None:
     """Run every block that a word picks, and put its output in place."""
     for page in pages():
-        for block in reversed(sorted(blocks(page), key=lambda block: block.span)):
+        for block in sorted(blocks(page), key=lambda block: block.span, reverse=True):
             name = f"{page.relative_to(ROOT)}: {block.code.strip().splitlines()[0]}"
             if words and not any(word in name for word in words):
                 continue
