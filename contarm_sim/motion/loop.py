@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -72,23 +71,26 @@ class Pass:
         gain = 0.0 if feedback is None else 1 / (self.rate * feedback.time)
         send, (look, seen) = self._hand(), self._eyes(recorder)
         ramps, sent = self._ramps(start, stop), []
-        count = 0
+        rows: list[list[list[float]]] = []
+        count, between = 0, range(1, self.substeps)
         try:
             for i in range(start, stop):
                 if i % EVERY == 0:
                     self._snapshot(i)
                 if plant.turning:
                     plant.stiffen_twist()
-                first, *between = ramps[count].tolist()
-                sent.append(send(first))
+                if not rows:
+                    rows = ramps[count : count + EVERY].tolist()[::-1]
+                row = rows.pop()
+                sent.append(send(row[0]))
                 step(model, data)
                 sensed[count] = sensors
                 stations[count] = centres
                 if feedback is not None:
                     look()
                     feedback.update(i, seen, gain)
-                for row in between:
-                    send(row)
+                for k in between:
+                    send(row[k])
                     step(model, data)
                 if warned[position] or warned[velocity] or warned[acceleration]:
                     plant.check(self._settings())
@@ -100,8 +102,8 @@ class Pass:
         self.setpoint = np.array(sent[:count]).reshape(count, plant.control.shape[1])
         return count
 
-    # Plain floats in and out of the engine's memory: these run every tick, where an array operation on three numbers
-    # costs as much as a tenth of a step.
+    # Plain floats in and out of the engine's memory, in plain loops: these run every tick, where an array operation on
+    # three numbers, or a list comprehension, costs as much as a tenth of a step.
 
     def _hand(self) -> Callable[[list[float]], list[float]]:
         """Return a function that sends set-points, corrected and limited, to the engine and returns what it sent."""
@@ -109,30 +111,36 @@ class Pass:
         rows, count = self.plant.control.shape
         value: Any = memoryview(np.zeros(count) if self.feedback is None else self.feedback.value)  # type: ignore[arg-type]
         low, high = self.limits or (-np.inf, np.inf)
+        muscles, more = range(count), [range(row * count, (row + 1) * count) for row in range(1, rows)]
 
         def send(row: list[float]) -> list[float]:
-            sent = [x + y for x, y in zip(row, value, strict=True)]
-            if not (low <= min(sent) and max(sent) <= high):
-                sent = [min(max(x, low), high) for x in sent]
-            control[:] = array("d", sent * rows)
-            return sent
+            for i in muscles:
+                row[i] += value[i]
+                if not low <= row[i] <= high:
+                    row[i] = min(max(row[i], low), high)
+                control[i] = row[i]
+            for again in more:
+                for i in again:
+                    control[i] = row[i % count]
+            return row
 
         return send
 
     def _eyes(self, recorder: Recorder) -> tuple[Callable[[], None], Seen]:
         """Return a function that brings what the feedback sees up to date, and that."""
         sensors = memoryview(self.plant.data.sensordata)[recorder.muscles]
-        zero, damping, count = recorder.zero, self.plant.damping.tolist(), self.plant.control.shape[1]
-        seen = Seen([], [], [], self.plant.centres[-1])
+        zero, count = recorder.zero, self.plant.control.shape[1]
+        lengths, tensions, pulls = ([0.0] * count for _ in range(3))
+        muscles = [(i, count + i, 2 * count + i, float(c)) for i, c in enumerate(self.plant.damping)]
 
         def look() -> None:
             sensed = sensors.tolist()
-            velocities, forces = sensed[count : 2 * count], sensed[2 * count :]
-            seen.lengths = [x + zero for x in sensed[:count]]
-            seen.tensions = [c * v - f for c, v, f in zip(damping, velocities, forces, strict=True)]
-            seen.pulls = [-f for f in forces]
+            for i, velocity, force, damping in muscles:
+                lengths[i] = sensed[i] + zero
+                tensions[i] = damping * sensed[velocity] - sensed[force]
+                pulls[i] = -sensed[force]
 
-        return look, seen
+        return look, Seen(lengths, tensions, pulls, self.plant.centres[-1])
 
     def _ramps(self, start: int, stop: int) -> Array:
         """Return the controls of every engine step before feedback, shape (ticks, substeps, n)."""
