@@ -52,6 +52,8 @@ def redraw_text(words: list[str]) -> None:
             if not block.same(printed):
                 say("  changed")
                 text = page.read_text()
+                if text[slice(*block.span)] != block.shown:
+                    sys.exit(f"redraw: {page} was edited meanwhile; run this again")
                 page.write_text(text[: block.span[0]] + printed + text[block.span[1] :])
 
 
