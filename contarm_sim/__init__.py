@@ -41,7 +41,7 @@ _HOMES = {
     "Feedback": "control.base",
     "Plan": "control.base",
 }
-_MODULES = ("envs", "kinematics", "mechanics", "mjcf", "paths")
+_MODULES = ("envs", "kinematics", "mechanics", "mjcf", "paths", "studies")
 
 __all__ = [*_HOMES, "kinematics", "paths"]
 

@@ -28,7 +28,7 @@ from contarm_sim.model.load import Load, Muscles, Wrench
 from contarm_sim.statics.equilibrium import equilibrium
 from contarm_sim.statics.loads import AppliedLoad
 from contarm_sim.statics.stiffness import TangentStiffness
-from contarm_sim.studies.possibility import held_off, largest_bends
+from contarm_sim.studies.largest_bends import held_off, largest_bends
 
 HANGING = {"gravity": (0.0, 0.0, 9.81), "payload": 0.1}
 
