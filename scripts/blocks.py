@@ -50,7 +50,7 @@ class Block:
     span: tuple[int, int]
 
     def run(self, folder: Path) -> str:
-        """Return what it prints now, run in a folder; stderr, which has progress and last words, comes after stdout.
+        """Return what it prints now, run in a folder: stdout, then what stderr says of files that were written.
 
         Raises:
             RuntimeError: it did not run to its end.
@@ -65,7 +65,8 @@ class Block:
         done = subprocess.run(words, cwd=folder, capture_output=True, text=True, env=os.environ | {"PYTHONPATH": path})
         if done.returncode not in (0, 1) or "Traceback" in done.stderr or (self.kind != "console" and done.returncode):
             raise RuntimeError(f"{self.page.name}: {self.code}\n{done.stderr}")
-        text = done.stdout + (done.stderr if self.kind == "console" else "")
+        written = [line for line in done.stderr.splitlines() if line.startswith("written:")]  # all else is progress
+        text = "\n".join([done.stdout.rstrip("\n"), *(written if self.kind == "console" else [])])
         return "".join(line.rstrip() + "\n" for line in text.strip("\n").splitlines())
 
     def same(self, printed: str) -> bool:
