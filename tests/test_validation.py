@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from references import resting
 
-from contarm_sim.errors import ConvergenceError
+from contarm_sim.errors import EquilibriumError
 from contarm_sim.kinematics import arc, chain
-from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.mckibben import McKibben
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.results.compare import rotation_angle
 from contarm_sim.results.document import document
@@ -107,7 +108,7 @@ def test_an_arm_with_its_own_gravity_is_judged_under_it():
 
 def test_an_arm_that_blows_up_has_no_real_time_factor_and_writes_no_log(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    arm = Arm(mass=0.01, damping_time=0.0, muscle=Muscle(servo_time=0.0))
+    arm = Arm(mass=0.01, damping_time=0.0, muscle=McKibben(servo_time=0.0))
     outcome = examine(scenarios(arm)[0], dome_grid(2))
     assert outcome.real_time_factor is None
     assert stepping_speed(Arm(), examine(scenarios(Arm())[0], dome_grid(2)).samples) > 1
@@ -130,7 +131,7 @@ def test_a_link_error_that_cannot_be_found_costs_nothing_else(monkeypatch):
 
     def none_for_more_links(arm, *given):
         if arm.links == 48:
-            raise ConvergenceError("settling", 1.0, 1e-9, 3, "N m")
+            raise EquilibriumError("settling")
         return poses_at_rest(arm, *given)
 
     monkeypatch.setattr(module, "poses_at_rest", none_for_more_links)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.results.numbers import ErrorSummary, Spread
@@ -16,7 +16,6 @@ from contarm_sim.studies.checks import ideal_checks, loaded_checks
 from contarm_sim.studies.explained import RodParts
 from contarm_sim.studies.verdict import Check
 
-LARGEST_BEND = math.radians(170)
 HANGING = (0.0, 0.0, 9.81)
 UPRIGHT = (0.0, 0.0, -9.81)
 PAYLOAD = 0.1

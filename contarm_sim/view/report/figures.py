@@ -11,12 +11,13 @@ from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.pneumatics import force
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.colours import muscle_hex
 from contarm_sim.results.compare import Comparison
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.at_rest import Failure, Outcome
 from contarm_sim.studies.convergence import Convergence
 from contarm_sim.studies.tip_stiffness import Stiffness
-from contarm_sim.view.report.style import BLACK, BLUE, GREEN, MUSCLE_COLOURS, ORANGE, PURPLE, RED, Files, figure
+from contarm_sim.view.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, Files, figure
 
 _BUDGET = (("discretisation", BLUE, "--"), ("servo", GREEN, ":"), ("shape", ORANGE, "-."))
 
@@ -79,7 +80,7 @@ def draw_muscles(path: Path, arm: Arm, samples: Trajectory, comparison: Comparis
     pressure = 1e-3 * np.where(np.isfinite(samples.pressure), samples.pressure, np.nan)
     with figure(path, figsize=(6.4, 5.8)) as fig:
         top, middle, bottom = fig.subplots(3, 1, sharex=True)
-        for i, colour in enumerate(MUSCLE_COLOURS):
+        for i, colour in enumerate(map(muscle_hex, range(samples.pressure.shape[1]))):
             top.plot(t, 1e3 * (samples.muscle_lengths[:, i] - arm.length), color=colour, label=f"muscle {i + 1}")
             top.plot(t, 1e3 * analytic[:, i], color=BLACK, linewidth=0.8, linestyle=":")
             middle.plot(t, samples.muscle_tensions[:, i], color=colour)
@@ -169,7 +170,7 @@ def draw_muscle_law(path: Path, arm: Arm, pressures: Iterable[float], kind: str)
     """Draw a muscle's force against contraction at pressures [Pa], beside the lengths that the dome asks for."""
     contraction = np.linspace(-arm.muscle.max_stretch, arm.muscle.max_contraction, 200)
     lengths = arm.muscle_rest_length * (1 - contraction)
-    reach = arm.muscle_radius * np.radians(170)
+    reach = arm.muscle_radius * arc.LARGEST_BEND
     with figure(path, kind, figsize=(5.2, 3.6)) as fig:
         ax = fig.subplots()
         used = 100 * (1 - (arm.length + np.array([reach, -reach])) / arm.muscle_rest_length)
