@@ -14,7 +14,7 @@ from matplotlib import pyplot as plt
 from matplotlib.patches import Arc
 
 from contarm_sim import Arm
-from contarm_sim.kinematics import arc, muscles
+from contarm_sim.kinematics import arc
 
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
@@ -73,7 +73,8 @@ def _top(ax):
     """Draw the base, looked at from above: muscles, bend vector, plane angle."""
     turn = np.linspace(0, 2 * np.pi, 200)
     ax.plot(np.cos(turn), np.sin(turn), color=GREY, lw=1)
-    for i, (where, colour) in enumerate(zip(muscles.DIRECTIONS, MUSCLES, strict=True)):
+    for i, colour in enumerate(MUSCLES):
+        where = np.array([math.cos(2 * math.pi * i / 3), math.sin(2 * math.pi * i / 3)])
         ax.plot([0, where[0]], [0, where[1]], color=GREY, lw=0.8, ls=":")
         ax.add_patch(plt.Circle(where, 0.13, color=colour))
         ax.text(*where, str(i + 1), color="white", ha="center", va="center", fontweight="bold")
@@ -94,14 +95,14 @@ def _top(ax):
     ax.set(xlim=(-1.4, 1.85), ylim=(-1.8, 1.65))
 
 
-def frames() -> None:
+def frames(folder: Path) -> None:
     """Draw the frames and signs."""
     figure, axes = plt.subplots(1, 2, figsize=(9.6, 4.6), width_ratios=(1.1, 1), layout="constrained")
     for ax, draw in zip(axes, (_side, _top), strict=True):
         draw(ax)
         ax.set_aspect("equal")
         ax.axis("off")
-    figure.savefig(IMAGES / "frames.png", dpi=110, facecolor="white", metadata={"Software": None})
+    figure.savefig(folder / "frames.png", dpi=110, facecolor="white", metadata={"Software": None})
 
 
 def _direct(may):
@@ -109,7 +110,7 @@ def _direct(may):
     return {one: {other for other in may[one] if not any(other in may[via] for via in may[one])} for one in may}
 
 
-def imports() -> None:
+def imports(folder: Path) -> None:
     """Draw the packages in levels, as `tests/test_architecture.py` allows their imports."""
     sys.path.insert(0, str(ROOT / "tests"))
     from test_architecture import MAY
@@ -136,9 +137,9 @@ def imports() -> None:
                 bbox={"boxstyle": "round,pad=0.35", "fc": BLUE if free else "#dfe5ea", "ec": "none"})  # fmt: skip
     ax.axis("off")
     ax.set(xlim=(-3.6, 3.6), ylim=(-0.5, max(level.values()) + 0.5))
-    figure.savefig(IMAGES / "imports.png", dpi=110, facecolor="white", metadata={"Software": None})
+    figure.savefig(folder / "imports.png", dpi=110, facecolor="white", metadata={"Software": None})
 
 
 if __name__ == "__main__":
-    frames()
-    imports()
+    frames(IMAGES)
+    imports(IMAGES)

@@ -1,6 +1,7 @@
 """What README and docs tell people to type, typed; and what they say is printed, printed. The site builds."""
 
 import importlib.util
+import pkgutil
 import re
 import shlex
 import subprocess
@@ -122,6 +123,32 @@ def test_every_page_is_in_the_navigation_and_every_picture_is_used():
         assert f"- {page.relative_to(ROOT / 'docs')}\n" in listed, page
     for picture in (ROOT / "docs" / "images").iterdir():
         assert f"images/{picture.name}" in texts, picture
+
+
+def test_what_pages_name_is_there():
+    package, missing = ROOT / "contarm_sim", []
+    for page in pages():
+        text = page.read_text()
+        for name in re.findall(r"`contarm_sim((?:\.\w+)+)`", text):
+            parts = name.split(".")[1:]
+            try:
+                pkgutil.resolve_name(f"contarm_sim.{'.'.join(parts)}")
+            except (ImportError, AttributeError):
+                missing.append(f"{page.name}: contarm_sim{name}")
+        for name in re.findall(r"`((?:\w+/)+\w+\.(?:py|toml|md))`", text):
+            if not any((root / name).is_file() for root in (ROOT, package)):
+                missing.append(f"{page.name}: {name}")
+    assert not missing
+
+
+def test_the_drawings_can_be_made(tmp_path):
+    import drawings
+
+    drawings.frames(tmp_path)
+    drawings.imports(tmp_path)
+    for name in ("frames.png", "imports.png"):
+        assert (tmp_path / name).read_bytes()[:4] == b"\x89PNG"
+        assert (ROOT / "docs" / "images" / name).is_file()
 
 
 def test_the_site_builds_without_a_warning_or_a_call_elsewhere(tmp_path):
