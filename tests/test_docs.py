@@ -33,6 +33,7 @@ CHEAPER = {
         [],
         "targets off the dome cannot be reached",
     ),
+    "init my_arm.toml": ([], "my_arm.toml"),
     "build --links 48 --out my_arm": ([], "my_arm/scene.xml"),
     "doctor": ([], "mujoco"),
     "equilibrium --muscles pressures 500000 200000 200000": ([], "stable"),

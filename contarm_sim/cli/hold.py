@@ -7,16 +7,16 @@ import math
 import click
 
 from contarm_sim import studies
-from contarm_sim.cli.options import Command, arm_options, json_option
+from contarm_sim.cli.options import ANGLE, PLAIN, Command, arm_options, json_option
 from contarm_sim.model.arm import Arm
 
 
 @click.command(cls=Command)
 @click.option(
-    "--bend", type=float, nargs=2, required=True, metavar="BEND_ANGLE PLANE_ANGLE", help="Pose to hold [rad]."
+    "--bend", type=ANGLE, nargs=2, required=True, metavar="BEND_ANGLE PLANE_ANGLE", help="Pose to hold [rad]."
 )
 @click.option(
-    "--share", type=float, default=0.0, show_default=True, metavar="X",
+    "--share", type=PLAIN, default=0.0, show_default=True, metavar="X",
     help="Co-contraction, from 0, the least that pressures allow, to 1, the most.",
 )  # fmt: skip
 @json_option
@@ -46,7 +46,7 @@ def hold(arm: Arm, bend: tuple[float, float], share: float, as_json: bool) -> in
 def _show(found: studies.Hold) -> None:
     from contarm_sim.cli.terminal import table
 
-    each = zip(found.muscle_lengths, found.muscle_forces, found.pressures, strict=True)
+    each = zip(found.muscle_lengths, found.actuator_tensions, found.pressures, strict=True)
     rows = [[f"muscle {i}", f"{1e3 * x:.2f}", f"{f:.2f}", f"{p / 1e3:.1f}"] for i, (x, f, p) in enumerate(each, 1)]
     table("what holds the bend", ["", "length [mm]", "force [N]", "pressure [kPa]"], rows)
     low, high = found.level_range
