@@ -8,10 +8,12 @@ The public names are few and load late, so that `import contarm_sim` costs nothi
     kinematics            closed forms: arc, dome (inverse), muscles, chain
     spec                  the arm as a mujoco.MjSpec to attach to other models
     arm_spec, scene_spec  the arm alone, and in its scene, as a mujoco.MjSpec to compile
-    simulate              follow bends in MuJoCo
-    poses_at_rest         rest poses of commanded bends in MuJoCo
+    Reference             a motion, or poses at rest: times, tip positions, bends
+    simulate              follow a reference in MuJoCo: a Trajectory
+    poses_at_rest         rest poses of a reference in MuJoCo: a Trajectory
     equilibrium           the static pose under a Load (of Wrench, Muscles)
-    compare               samples beside the closed forms
+    compare               a trajectory beside the closed forms
+    Controller            what drives an arm; subclass it, with Plan and Feedback
 """
 
 from __future__ import annotations
@@ -37,6 +39,11 @@ _HOMES = {
     "Muscles": "model.load",
     "Wrench": "model.load",
     "compare": "results.compare",
+    "Reference": "paths.reference",
+    "Trajectory": "results.trajectory",
+    "Controller": "control.base",
+    "Feedback": "control.base",
+    "Plan": "control.base",
 }
 _MODULES = ("envs", "kinematics", "mechanics", "mjcf", "paths", "studies")
 

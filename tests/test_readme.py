@@ -1,58 +1,65 @@
-"""What the README tells people to type, typed; and what it says is printed, printed."""
+"""README: its table against fresh runs, its length, and what it leads to."""
 
-import importlib.util
 import re
-import shlex
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-README = (Path(__file__).parents[1] / "README.md").read_text()
-COMMANDS = re.findall(r"^\$ contarm (?!view)(.*?)(?:\s{2,}#.*)?$", README, re.MULTILINE)  # it runs until Ctrl-C
-EXAMPLES = re.findall(r"```python\n(.*?)```\s*```text\n(.*?)```", README, re.DOTALL)
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text()
+sys.path.insert(0, str(ROOT / "scripts"))
 
+from results import SCENARIOS, at_rest, spiral  # noqa: E402
 
-@pytest.mark.parametrize(("code", "printed"), EXAMPLES, ids=range(len(EXAMPLES)))
-def test_the_python_examples_print_what_they_say(code, printed):
-    for module in ("dm_control", "gymnasium"):
-        if module in code and importlib.util.find_spec(module) is None:
-            pytest.skip(f"{module} is not installed")
-    done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == printed
-
-
-FINDINGS = {
-    "run --path sphere-spiral --project nearest --duration 20": "targets off the dome cannot be reached",
-    "compare-controllers": "failed: bend is one that needs",
+ROWS = {
+    cells[0]: (float(cells[1]), float(cells[2]), cells[3])
+    for cells in re.findall(r"^\| (.+?) \| ([\d.]+) \| ([\d.]+) \| (.+?) \|$", README, re.MULTILINE)
 }
-"""Commands that work and find something that fails: exit code 1, and why."""
+"""What README's table of results says, by what was simulated."""
 
 
-@pytest.mark.parametrize("line", COMMANDS)
-def test_commands_work(line, tmp_path):
-    words = shlex.split(line)
-    if words[0] == "run":
-        words.append("--no-video")  # filming is tested elsewhere
-    if words[0] == "envs":
-        words += ["--seeds", "5"]
-    done = subprocess.run([sys.executable, "-m", "contarm_sim", *words], cwd=tmp_path, capture_output=True, text=True)
-    found = FINDINGS.get(line)
-    assert done.returncode == (0 if found is None else 1) or words[0] == "doctor", done.stderr
-    assert found is None or found in done.stdout
-    assert "Traceback" not in done.stderr
+def _agrees(row):
+    """Half of the last digit, and what another processor may round otherwise."""
+    what, error, left, tensions = row
+    shown = ROWS[what]
+    assert error == pytest.approx(shown[0], abs=0.006)
+    assert left == pytest.approx(shown[1], abs=0.0006)
+    ours, theirs = (re.findall(r"-?[\d.]+", text) for text in (tensions, shown[2]))
+    assert [float(x) for x in ours] == pytest.approx([float(x) for x in theirs], abs=0.11)
 
 
-def test_there_are_commands_and_no_gaps_left():
-    assert len(COMMANDS) >= 7
-    assert len(EXAMPLES) == 5
-    assert not re.search(r"@[A-Z]+@", README)
+def test_the_spiral_is_what_the_table_says():
+    _agrees(spiral())
 
 
-def test_every_parameter_has_its_reason():
-    from contarm_sim.model.flat import MUSCLE_PARAMETERS, PARAMETERS
+@pytest.mark.slow
+def test_poses_at_rest_are_what_the_table_says():
+    rows = at_rest()
+    assert len(rows) == len(SCENARIOS) == len(ROWS) - 1
+    for row in rows:
+        _agrees(row)
 
-    table = README.split("## Assumptions")[1].split("## ")[0]
-    for name in [*PARAMETERS, *MUSCLE_PARAMETERS]:
-        assert name == "base_orientation" or f"`{name}`" in table, name
+
+def test_the_first_command_prints_what_the_tutorial_shows_in_full():
+    """Which is compared with a fresh run by test_docs."""
+    shown = README.split("<!-- made by: python scripts/results.py run -->\n```text\n")[1].split("```")[0]
+    whole = (ROOT / "docs" / "tutorial.md").read_text().split("$ contarm run --no-video\n```\n\n```text\n")[1]
+    assert "target against simulated tip" in shown
+    assert whole.startswith(shown)
+
+
+def test_it_is_short_and_leads_somewhere():
+    assert README.count("\n") <= 130
+    targets = re.findall(r"\]\((?!https?://|#)([^)#]+)", README) + re.findall(r'src="([^"]+)"', README)
+    assert len(targets) > 10
+    for target in targets:
+        assert (ROOT / target).is_file(), target
+
+
+def test_every_command_is_in_its_table():
+    from contarm_sim.cli.main import COMMANDS
+
+    table = README.split("## Commands")[1].split("## ")[0]
+    for command in COMMANDS:
+        assert f"`contarm {command.name}`" in table, command.name

@@ -1,0 +1,84 @@
+"""Runs what README and docs show, and writes what comes out in its place; draws their figures again.
+
+    python scripts/redraw.py                  everything
+    python scripts/redraw.py figures          the figures alone
+    python scripts/redraw.py tutorial drives  the blocks whose page or command contains one of these words
+
+Nothing is rewritten that differs only in times. Changes show in `git diff`: read them before committing.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from blocks import ROOT, blocks, pages
+
+IMAGES = ROOT / "docs" / "images"
+FIGURES = {
+    "fan": "fan", "sag": "sag", "error-map": "error_maps", "possibility": "possibility",
+    "controllers": "controllers", "stiffness": "stiffness",
+}  # fmt: skip
+"""Figures of `contarm figures`, and their files in docs/images."""
+
+
+def say(text: str) -> None:
+    """Tell how far it is."""
+    print(f"redraw: {text}", file=sys.stderr, flush=True)
+
+
+def contarm(*words: str | Path, folder: Path) -> None:
+    """Run a command that draws.
+
+    Raises:
+        subprocess.CalledProcessError: it failed.
+    """
+    subprocess.run([sys.executable, "-m", "contarm_sim", *map(str, words)], cwd=folder, check=True,
+                   stdout=subprocess.DEVNULL)  # fmt: skip
+
+
+def redraw_text(words: list[str]) -> None:
+    """Run every block that a word picks, and put its output in place."""
+    for page in pages():
+        for block in sorted(blocks(page), key=lambda block: block.span, reverse=True):
+            name = f"{page.relative_to(ROOT)}: {block.code.strip().splitlines()[0]}"
+            if words and not any(word in name for word in words):
+                continue
+            say(name)
+            with tempfile.TemporaryDirectory() as folder:
+                printed = block.run(Path(folder))
+            if not block.same(printed):
+                say("  changed")
+                text = page.read_text()
+                if text[slice(*block.span)] != block.shown:
+                    sys.exit(f"redraw: {page} was edited meanwhile; run this again")
+                page.write_text(text[: block.span[0]] + printed + text[block.span[1] :])
+
+
+def redraw_figures() -> None:
+    """Draw docs/images again; `view.png`, a picture of a browser's window, stays."""
+    say("figures")
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        contarm("figures", *FIGURES, "--kind", "png", "--out", "drawn", folder=folder)
+        for name, file in FIGURES.items():
+            (folder / "drawn" / f"{name}.png").replace(IMAGES / f"{file}.png")
+        contarm("run", "--no-video", "--out", "spiral", folder=folder)
+        contarm("render", "spiral", "--out", "spiral.gif", "--size", "480p", "--speed", "2", folder=folder)
+        (folder / "spiral.gif").replace(IMAGES / "spiral.gif")
+    subprocess.run([sys.executable, ROOT / "scripts" / "drawings.py"], check=True)
+
+
+def main() -> None:
+    """Redraw all, or what the arguments name."""
+    words = sys.argv[1:]
+    if not words or "figures" in words:
+        redraw_figures()
+    if words != ["figures"]:
+        redraw_text([word for word in words if word != "figures"])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,70 @@
+"""Every program in examples/ runs as it is, and finds what it is there to show."""
+
+import importlib.util
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+
+
+def _run(name):
+    done = subprocess.run([sys.executable, "-W", "error", EXAMPLES / name], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def _numbers(text, pattern):
+    return [float(x) for x in re.findall(pattern, text)]
+
+
+def test_first_arm():
+    assert "bend from it [1.5708 0.    ] rad" in (printed := _run("first_arm.py"))
+    assert _numbers(printed, r"tip error ([\d.]+) mm")[0] < 0.5
+
+
+def test_own_arm_sags_more_the_more_it_bends():
+    errors = _numbers(_run("own_arm.py"), r"tip +([\d.]+) %")
+    assert len(errors) == 4
+    assert errors == sorted(errors)
+    assert errors[0] > 1  # hanging, m g L^2/EI = 1.8
+
+
+def test_own_controller_is_worse_than_one_that_measures():
+    own, servo = _numbers(_run("own_controller.py"), r"tip error +([\d.]+) mm")
+    assert servo < own < 37  # it follows, within a tenth of length
+
+
+def test_a_force_moves_the_tip_its_own_way():
+    sideways = _numbers(_run("equilibrium_under_load.py"), r"tip \[ *[-\d.]+ +(-?[\d.]+)")
+    assert sideways[0] == pytest.approx(0, abs=0.05)
+    assert sideways[2] == pytest.approx(2 * sideways[1], rel=0.05)
+
+
+def test_stiffer_arms_sag_less():
+    errors = _numbers(_run("sweep_stiffness.py"), r"tip +([\d.]+) %")
+    assert len(errors) == 4
+    assert errors == sorted(errors, reverse=True)
+    assert errors[-1] < 0.3 * errors[0]  # eight times as stiff
+
+
+def test_one_of_two_attached_arms_bends():
+    x = _numbers(_run("attach.py"), r"tip \[ *(-?[\d.]+)")
+    assert x[0] > 0.02
+    assert x[1] == pytest.approx(0, abs=1e-3)
+
+
+@pytest.mark.skipif(importlib.util.find_spec("gymnasium") is None, reason="gymnasium is not installed")
+def test_the_baseline_reaches_and_chance_does_not():
+    assert _numbers(_run("gymnasium_reach.py"), r"solved (\d) of 5") == [5, 0]
+
+
+def test_all_are_tested_and_named():
+    text, listed = Path(__file__).read_text(), (EXAMPLES / "README.md").read_text()
+    for file in EXAMPLES.glob("*.py"):
+        assert f'"{file.name}"' in text, file.name
+        assert f"`{file.name}`" in listed, file.name
+        assert len(file.read_text().splitlines()) <= 40
