@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 import time
 from contextlib import suppress
 
@@ -103,7 +104,7 @@ def test_numbers_are_whole_before_anything_is_drawn(contarm, monkeypatch, tmp_pa
         module = "contarm_sim.view.report.run"
 
     def stop(*given):
-        if isinstance(given[0], os.PathLike):
+        if isinstance(given[0], Path):
             given[0].write_text("half a picture")
         signal.raise_signal(number)
 
