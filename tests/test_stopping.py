@@ -5,9 +5,9 @@ import os
 import signal
 import subprocess
 import sys
-from pathlib import Path
 import time
 from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 import pytest
