@@ -7,11 +7,11 @@ import re
 import signal
 import subprocess
 import sys
-import time
 
 import mujoco
 import numpy as np
 import pytest
+from waiting import PATIENCE, processor_time, wait_for
 
 from contarm_sim.cli.main import main
 from contarm_sim.kinematics import arc
@@ -370,9 +370,9 @@ def test_ctrl_c_in_a_run_keeps_a_whole_folder(tmp_path):
     """A real signal to a real process in the middle of a long run."""
     words = [sys.executable, "-m", "contarm_sim", "run", "--duration", "600", "--no-video", "--out", "kept"]
     process = subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
-    time.sleep(4)
+    wait_for(lambda: process.poll() is not None or processor_time(process.pid) > 5)  # the start takes about one
     process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=60)
+    _, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130, err
     assert "interrupted at" in err
     summary = json.loads((tmp_path / "kept/summary.json").read_text())

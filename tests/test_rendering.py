@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from waiting import PATIENCE
 
 from contarm_sim.errors import InputError, RenderingError
 from contarm_sim.kinematics import arc
@@ -98,7 +99,11 @@ def run_python(code, **environment):
         k: v for k, v in os.environ.items() if k not in ("MUJOCO_GL", "PYOPENGL_PLATFORM", "DISPLAY", "WAYLAND_DISPLAY")
     }
     return subprocess.run(
-        [sys.executable, "-W", "error", "-c", code], env=kept | environment, capture_output=True, text=True, timeout=120
+        [sys.executable, "-W", "error", "-c", code],
+        env=kept | environment,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
     )
 
 

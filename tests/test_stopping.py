@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from waiting import PATIENCE, wait_for
 
 from contarm_sim.cli.main import main
 from contarm_sim.files import appearing, write_whole
@@ -202,11 +203,10 @@ def test_stopped_while_filming_the_numbers_stay(tmp_path, number):
     """A real signal to a real process."""
     words = [sys.executable, "-m", "contarm_sim", "run", "--duration", "20", "--out", "stopped"]
     process = subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
-    while process.poll() is None and not (tmp_path / "stopped/report.html").exists():
-        time.sleep(0.05)
+    wait_for(lambda: process.poll() is not None or (tmp_path / "stopped/report.html").exists())
     time.sleep(0.5)  # filming by now
     process.send_signal(number)
-    _, err = process.communicate(timeout=60)
+    _, err = process.communicate(timeout=PATIENCE)
     assert "Traceback" not in err
     assert process.returncode == 128 + number, err
     assert os.listdir(tmp_path) == ["stopped"]
