@@ -732,9 +732,9 @@ def test_the_command_line_takes_every_controller_there_is():
     import click
 
     from contarm_sim.cli.main import cli
-    from contarm_sim.control.command import CONTROLLERS
+    from contarm_sim.control.registry import NAMES
 
     for name in ("run", "view"):
         taken = next(option for option in cli.commands[name].params if option.name == "controller").type
         assert isinstance(taken, click.Choice)
-        assert tuple(taken.choices) == CONTROLLERS
+        assert tuple(taken.choices) == NAMES

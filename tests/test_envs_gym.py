@@ -246,7 +246,7 @@ def test_a_sparse_reward_is_success_at_this_moment(task):
     observation, _ = envs.reset(seed=0)
     for _ in range(definition.ticks - 1):
         observation, reward, _, _, info = envs.step(policy(observation))
-        near = info["success"] if task == "hold" else info["error"] <= 0.02 * definition.arm.length
+        near = info["success"] if task == "hold" else info["error"] <= 0.01 * definition.arm.length
         np.testing.assert_array_equal(reward, near.astype(float))
         rewards.append(reward)
     assert set(np.unique(rewards)) == {0.0, 1.0}

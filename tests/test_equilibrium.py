@@ -7,6 +7,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from references import resting
 from sampling import bends, differenced_stiffness
 
 from contarm_sim.engine.plant import Plant
@@ -27,7 +28,7 @@ ROD = ELASTICA["parameters"]
 
 
 def _at_rest(arm, bend, controller="servo"):
-    return poses_at_rest(arm, bend, arc.position(bend, arm.length), controller)
+    return poses_at_rest(arm, resting(arm, bend), controller)
 
 
 @pytest.mark.parametrize("path", ["parallel", "spans"])

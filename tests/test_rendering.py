@@ -15,7 +15,7 @@ from contarm_sim.errors import InputError, RenderingError
 from contarm_sim.kinematics import arc
 from contarm_sim.mjcf import scene_spec
 from contarm_sim.model.arm import Arm
-from contarm_sim.results.samples import Samples
+from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.rendering.caption import Caption
 from contarm_sim.view.rendering.draw import ArmRenderer, Overlays, still, trace_colours
 from contarm_sim.view.rendering.encode import encoder
@@ -45,7 +45,10 @@ def samples_of(arm, bend, bent=None, rate=100.0):
     for i in range(1, arm.links + 1):
         qpos[:, model.joint(f"joint_{i:02d}_x").qposadr[0]] = -bent[:, 1] / arm.links
         qpos[:, model.joint(f"joint_{i:02d}_y").qposadr[0]] = bent[:, 0] / arm.links
-    return Samples(
+    return Trajectory(
+        arm=arm,
+        controller="servo",
+        status="finished",
         time=np.arange(count) / rate,
         target=arc.position(bend, arm.length),
         bend=bend,

@@ -5,6 +5,7 @@ import json
 import mujoco
 import numpy as np
 import pytest
+from references import resting
 from scipy.spatial.transform import Rotation
 
 from contarm_sim.engine.plant import Plant
@@ -96,7 +97,7 @@ def test_the_budget_is_that_of_chains_that_others_bend(outcomes, name):
 def test_small_sag_is_that_of_the_guided_beam():
     """A straight arm under a little sideways gravity: lengths fix the total bend, so the tip cannot turn."""
     arm = Arm(gravity=(0.05, 0, 0), payload=0.1, links=48)
-    samples = poses_at_rest(arm, np.zeros((1, 2)), np.array([[0, 0, arm.length]]))
+    samples = poses_at_rest(arm, resting(arm, np.zeros((1, 2))))
     sag = 0.05 * (arm.mass / 24 + arm.payload / 12) * arm.length**3 / arm.bending_stiffness
     assert samples.stations[0, -1, 0] == pytest.approx(sag, rel=0.01)
     assert np.degrees(rotation_angle(samples.tip_rotation[0], np.eye(3))) < 1e-3

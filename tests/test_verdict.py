@@ -5,11 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from references import along
 
-from contarm_sim import paths
-from contarm_sim.kinematics import dome
 from contarm_sim.model.arm import Arm
-from contarm_sim.motion.simulate import STEP_LIMIT, Run, simulate
+from contarm_sim.motion.simulate import STEP_LIMIT, simulate
 from contarm_sim.studies import verdict as limits
 from contarm_sim.studies.checks import ideal_checks, loaded_checks
 from contarm_sim.studies.scenarios import examine, scenarios
@@ -29,8 +28,7 @@ HANGING = Arm(gravity=(0.0, 0.0, 9.81))
 
 
 def _follow(arm, duration, controller="servo", **shape):
-    _, targets = paths.named("spiral", arm.length, duration, **shape).targets(100)
-    return simulate(arm, targets, dome.bend_from_tip(targets, arm.length).bend, controller)
+    return simulate(arm, along(arm, "spiral", duration, **shape), controller)
 
 
 @pytest.fixture(scope="module")
@@ -49,8 +47,8 @@ def soft():
 
 
 def _judged(arm, run, controller="servo", step_error=None, **altered):
-    run = Run(replace(run.samples, **altered), 1.0, interrupted=False, timestep=0.001, step_error=step_error)
-    summary = RunReport(arm, run, controller, poses=20).summary
+    run = replace(run, arm=arm, timestep=0.001, step_error=step_error, **altered)
+    summary = RunReport(run, poses=20).summary
     json.dumps(summary, allow_nan=False, default=str)
     return summary
 
@@ -108,12 +106,12 @@ def test_a_pose_too_far_from_the_model_fails_though_the_rod_explains_it(soft):
 
 
 def test_lengths_that_are_not_held_fail(free):
-    lengths = free.samples.muscle_lengths + np.array([0.0, 1e-3, -1e-3])
+    lengths = free.muscle_lengths + np.array([0.0, 1e-3, -1e-3])
     assert "servo holds lengths" in _failed(_judged(Arm(), free, muscle_lengths=lengths))
 
 
 def _some(run, count, value):
-    tensions = run.samples.muscle_tensions.copy()
+    tensions = run.muscle_tensions.copy()
     tensions[:count, 0] = value
     return tensions
 
@@ -130,7 +128,7 @@ def test_a_deep_push_fails_however_short_and_says_how_deep(free):
     summary = _judged(Arm(), free, muscle_tensions=_some(free, 1, -20.0))
     assert _failed(summary) == ["largest push"]
     assert summary["muscle"]["largest_push_n"] == 20.0
-    assert summary["muscle"]["push_fraction"] == pytest.approx(1 / (3 * len(free.samples)))
+    assert summary["muscle"]["push_fraction"] == pytest.approx(1 / (3 * len(free)))
 
 
 def test_pushes_of_plain_servos_are_said_and_not_judged():
@@ -142,13 +140,13 @@ def test_pushes_of_plain_servos_are_said_and_not_judged():
 
 @pytest.mark.parametrize(("factor", "name"), [(0.7, "contraction"), (1.3, "stretch")])
 def test_lengths_beyond_the_braid_fail(free, factor, name):
-    lengths = free.samples.muscle_lengths.copy()
+    lengths = free.muscle_lengths.copy()
     lengths[7, 1] *= factor
     assert name in _failed(_judged(Arm(), free, muscle_lengths=lengths))
 
 
 def test_the_time_step_is_checked_where_it_was_compared(free):
-    count = len(free.samples)
+    count = len(free)
     small = np.full(count, np.nan)
     small[::10] = 1e-5
     for errors, converged, percent in (
@@ -180,23 +178,23 @@ def test_the_step_that_is_found_meets_the_limit_that_judges_it():
 
 
 def test_targets_off_the_dome_fail_and_millimetres_are_guessed(free):
-    near = _judged(Arm(), free, target=1.005 * free.samples.target)
+    near = _judged(Arm(), free, target=1.005 * free.target)
     assert _failed(near) == []
-    off = _judged(Arm(), free, target=1.1 * free.samples.target)
+    off = _judged(Arm(), free, target=1.1 * free.target)
     assert (_failed(off), off["explained"], off["targets_met"]) == (["miss"], True, False)
     assert "in metres?" not in targets_words(off)
-    millimetres = _judged(Arm(), free, target=1e3 * free.samples.target)
+    millimetres = _judged(Arm(), free, target=1e3 * free.target)
     assert _failed(millimetres) == ["miss"]
     assert "are they in metres?" in targets_words(millimetres)
     assert "targets off the dome" in in_short(millimetres)
 
 
 def test_target_against_simulated_tip_comes_first(free):
-    summary = _judged(Arm(), free, target=free.samples.target + np.array([0.003, 0, 0]))
+    summary = _judged(Arm(), free, target=free.target + np.array([0.003, 0, 0]))
     first, second = budget(summary)[:2]
     assert first[0] == "target against simulated tip"
     assert second[0] == "analytic against simulated tip"
-    offset = free.samples.stations[:, -1] - free.samples.target - np.array([0.003, 0, 0])
+    offset = free.stations[:, -1] - free.target - np.array([0.003, 0, 0])
     assert first[1][0] == pytest.approx(1e3 * np.linalg.norm(offset, axis=1).max())
     assert second[1][0] == pytest.approx(1e3 * summary["tip_error"]["max_m"])
 

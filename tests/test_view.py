@@ -14,9 +14,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from browser import browser, drag, needs_browser, open_page
+from references import resting
 from waiting import PATIENCE, wait_for
 
-from contarm_sim.control.command import CONTROLLERS
+from contarm_sim.control.registry import NAMES
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.model.arm import Arm
@@ -37,7 +38,7 @@ def test_a_session_comes_to_rest_where_the_same_controller_rests(arm, controller
     session = Session(arm, controller)
     session.aim(BEND)
     reading = _ticks(session, 12)[-1]
-    rest = poses_at_rest(arm, BEND[None], arc.position(BEND[None], arm.length), controller)
+    rest = poses_at_rest(arm, resting(arm, BEND[None]), controller)
     np.testing.assert_allclose(reading.tip, rest.stations[0, -1], atol=3e-6)
     np.testing.assert_allclose(reading.tensions, rest.muscle_tensions[0], rtol=2e-3)
 
@@ -64,7 +65,7 @@ def test_every_change_of_controller_or_load_goes_on_from_the_pose_there_was(arm)
     session = Session(arm)
     session.aim(BEND)
     before = _ticks(session, 2)[-1]
-    for controller in (*CONTROLLERS, *reversed(CONTROLLERS)):
+    for controller in (*NAMES, *reversed(NAMES)):
         session.change(controller=controller)
         after = session.tick()
         assert np.linalg.norm(after.tip - before.tip) < 3e-3, controller

@@ -35,7 +35,7 @@ MUSCLE = {
     "beyond_max_pressure": 0, "below_min_pressure": 0,
 }  # fmt: skip
 SUMMARY = {
-    "controller": "servo", "samples": 200, "arm": ARM, "muscle": MUSCLE, "verdict": "pass", "explained": True,
+    "controller": "servo", "holds_lengths": True, "pulls_only": True, "samples": 200, "arm": ARM, "muscle": MUSCLE, "verdict": "pass", "explained": True,
     "converged": True, "targets_met": True, "checks": [TARGETS],
     "constant_curvature": {"holds": True, "error_percent": 0.421, "limit_percent": 1.0},
     "time_step": {"max_m": 2e-5, "rms_m": 1e-5, "max_percent": 0.005, "rms_percent": 0.003, "timestep_s": 0.001,
@@ -55,7 +55,7 @@ def test_the_budget_lists_what_is_known_in_millimetres_and_percent():
     ]  # fmt: skip
     assert rows["target against simulated tip"] == pytest.approx([1.5, 0.75, 1.5 / 3.7, 1.5 / 7.4])
     assert rows["time step: 1 ms, its own error"] == pytest.approx([0.02, 0.01, 0.005, 0.003])
-    unknown = SUMMARY | {"time_step": {"max_m": None}, "controller": "tip"}
+    unknown = SUMMARY | {"time_step": {"max_m": None}, "controller": "tip", "holds_lengths": False}
     assert not any("time step" in name for name, _ in budget(unknown))
     assert any("shifted for the tip" in name for name, _ in budget(unknown))
 
@@ -128,7 +128,7 @@ def test_the_explanation_names_every_part_in_millimetres():
         assert part in said
     assert "within 0.020 mm" in said
     assert "off the dome" not in said
-    said = explanation(SUMMARY | {"miss": spread(12.0), "motion": None, "controller": "tip", "unexplained": None})
+    said = explanation(SUMMARY | {"miss": spread(12.0), "motion": None, "holds_lengths": False, "unexplained": None})
     assert "up to 12.00 mm off the dome" in said
     assert "motion" not in said
     assert "shifted on purpose" in said
@@ -160,6 +160,6 @@ def test_remarks_are_made_only_where_there_is_something_to_say():
     ):
         assert part in line
     assert "in 7 of 200 samples" in found[2]
-    plain = remarks(SUMMARY | {"muscle": MUSCLE | odd, "controller": "paper"})
+    plain = remarks(SUMMARY | {"muscle": MUSCLE | odd, "pulls_only": False})
     assert len(plain) == 2  # plain servos know of no pressure and may push
     assert "not judged" in plain[0]

@@ -135,6 +135,11 @@ class Plant:
         return self.damping * self.data.ten_velocity - self.data.actuator_force.reshape(-1, 3).sum(axis=0)
 
     @property
+    def servo_pulls(self) -> Array:
+        """What the actuators alone pull with [N], pulling > 0, shape (3,)."""
+        return np.asarray(-self.data.actuator_force.reshape(-1, self.control.shape[1]).sum(axis=0))
+
+    @property
     def muscle_slopes(self) -> Array:
         """What tensions gain by length [N/m], shape (3,), controls and pressures as they are."""
         model, data = self.model, self.data
@@ -240,6 +245,27 @@ class Plant:
         mujoco.mj_tendon(model, data)
         mujoco.mj_transmission(model, data)
         mujoco.mj_fwdActuation(model, data)
+
+    def tip_jacobian(self) -> Array:
+        """Return the tip's velocity and rotation [m/s, rad/s] by joint rates, shape (6, dofs)."""
+        J = np.zeros((6, self.model.nv))
+        mujoco.mj_jacBody(self.model, self.data, J[:3], J[3:], self.model.body("tip").id)
+        return J
+
+    def inertial_forces(self, q: Array, v: Array, a: Array) -> Array:
+        """Return the forces of inertia and joint damping [N m], shape (dofs,), of a motion: angles, rates, and theirs.
+
+        The plant is left at the angles, at rest.
+        """
+        model, data = self.model, self.data
+        data.qpos[:], data.qvel[:], data.qacc[:] = q, v, a
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+        inertia, coriolis = np.zeros(model.nv), data.qfrc_bias.copy()
+        mujoco.mj_mulM(model, data, inertia, data.qacc)
+        data.qvel[:] = 0
+        mujoco.mj_fwdVelocity(model, data)
+        return np.asarray(inertia + coriolis - data.qfrc_bias + model.dof_damping * v)
 
     def check(self, settings: dict[str, Any]) -> None:
         """Raise if the engine met a bad state: it would reset the arm and carry on as if nothing had happened.

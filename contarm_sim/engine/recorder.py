@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from contarm_sim.engine.plant import Plant
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.pneumatics import passive_tension, pressure_for
 from contarm_sim.mjcf.routing import counted_from
-from contarm_sim.results.samples import Samples
 
 
 class Recorder:
@@ -42,24 +43,20 @@ class Recorder:
         self.sensed[index] = self._sensordata
         self.stations[index] = self._centres
 
-    def samples(self, count: int, time: Array, target: Array, bend: Array, setpoint: Array) -> Samples:
-        """Return the first `count` samples; the other arrays, of at least that length, are passed through."""
+    def arrays(self, count: int) -> dict[str, Any]:
+        """Return the first `count` samples: lengths, tensions, pressures, stations, tip rotations and joint angles."""
         sensed = self.sensed[:count]
         length, velocity, force = (self._slice(f"muscle_1_{name}", 3) for name in ("length", "velocity", "force"))
         lengths = sensed[:, length] + self.zero
         pulled = passive_tension(lengths, self._arm) + sensed[:, velocity] * self._damping - sensed[:, force]
-        return Samples(
-            time=time[:count],
-            target=target[:count],
-            bend=bend[:count],
-            setpoint=setpoint[:count],
-            muscle_lengths=lengths,
-            muscle_tensions=pulled,
-            pressure=pressure_for(pulled, lengths, self._arm),
-            stations=self.stations[:count],
-            tip_rotation=_rotations(sensed[:, self._slice("tip_orientation", 4)]),
-            qpos=sensed[:, self._angles].copy(),
-        )
+        return {
+            "muscle_lengths": lengths,
+            "muscle_tensions": pulled,
+            "pressure": pressure_for(pulled, lengths, self._arm),
+            "stations": self.stations[:count],
+            "tip_rotation": _rotations(sensed[:, self._slice("tip_orientation", 4)]),
+            "qpos": sensed[:, self._angles].copy(),
+        }
 
 
 def _rotations(quaternions: Array) -> Array:

@@ -146,3 +146,9 @@ def _jacobian(bx: Number, by: Number, length: Any, xi: Any) -> tuple[Any, ...]:
     cx = curving * bx
     mixed = cx * by
     return lateral + cx * bx, mixed, mixed, lateral + curving * by * by, falling * bx, falling * by
+
+
+def described(bend: Any) -> str:
+    """Return a bend [rad], shape (2,), in words, in degrees."""
+    angle, plane = (float(np.degrees(x)) for x in to_polar(bend))
+    return f"a bend of {angle:.0f} deg towards {plane:.0f} deg"

@@ -14,12 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, dome
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing
-from contarm_sim.model.arm import Arm
-from contarm_sim.results.samples import Samples
+from contarm_sim.results.trajectory import Trajectory
 
 SLACK_TENSION = 0.01
 """A muscle that pulls no more than this is slack [N]."""
@@ -59,23 +57,13 @@ class Comparison:
     measured_bend: Array
 
 
-def compare(arm: Arm, samples: Samples, extrapolated: bool = False) -> Comparison:
-    """Return the comparison of simulated samples with the closed forms of the same arm.
-
-    Args:
-        extrapolated: whether the samples are, as `simulate(..., extrapolate=True)` makes them.
-
-    Raises:
-        InputError: samples of an arm with another number of links.
-    """
+def compare(trajectory: Trajectory) -> Comparison:
+    """Return the comparison of a trajectory with the closed forms of its own arm."""
+    samples, arm, extrapolated = trajectory, trajectory.arm, trajectory.extrapolated
     bend, length, links = samples.bend, arm.length, arm.links
-    if samples.stations.shape[1] != links + 1:
-        raise InputError(
-            "samples", f"of an arm with {samples.stations.shape[1] - 1} links", f"samples of {links} links"
-        )
     analytic, chained = arc.position(bend, length), routing.chain_tip(bend, arm, extrapolated)
     measured, _ = routing.bend_from_lengths(samples.muscle_lengths, arm, extrapolated)
-    followed, simulated = routing.chain_tip(measured, arm, extrapolated), samples.stations[:, -1]
+    followed, simulated = routing.chain_tip(measured, arm, extrapolated), samples.tip
     xi = np.arange(links + 1) / links
     arcs = arc.position(bend[:, None, :], length, xi)
     return Comparison(
@@ -125,31 +113,34 @@ def _in_millimetres(target: Array, length: float) -> bool:
     return bool(dome.bend_from_tip(1e-3 * target, length, "nearest").miss.max() <= 0.1 * length)
 
 
-def summarise(arm: Arm, samples: Samples, comparison: Comparison) -> dict[str, Any]:
+def summarise(trajectory: Trajectory, comparison: Comparison) -> dict[str, Any]:
     """Return the numbers of a comparison as plain values: errors, budget, orientation, muscles."""
+    arm = trajectory.arm
     names = ("target_error", "tip_error", "discretisation", "servo", "shape", "backbone_error", "miss")
     degrees = np.degrees(comparison.orientation_error)
     return {
-        "samples": len(samples),
+        "samples": len(trajectory),
+        "pulls_only": trajectory.pulls_only,
+        "holds_lengths": trajectory.holds_lengths,
         **{name: spread(getattr(comparison, name), arm.length) for name in names},
         "targets_in_millimetres": bool(comparison.miss.max() > arm.length)
-        and _in_millimetres(samples.target, arm.length),
+        and _in_millimetres(trajectory.target, arm.length),
         "orientation_error_deg": float(degrees.max()),
         "orientation_error_rms_deg": float(np.sqrt(np.mean(degrees**2))),
-        "muscle": muscle_summary(arm, samples),
+        "muscle": muscle_summary(trajectory),
     }
 
 
-def muscle_summary(arm: Arm, samples: Samples) -> dict[str, Any]:
+def muscle_summary(trajectory: Trajectory) -> dict[str, Any]:
     """Return what the muscles did: forces [N] (pulling > 0), pushes, slack, sums of deltas [m], contractions [-].
 
-    Fractions are of muscle samples, three a sample. And what it takes: the pressure at which McKibben muscles of these
-    lengths have these tensions, and the number of samples in which that exceeds the highest, or lies below the lowest
-    there is. Length servos do not know of pressure.
+    Fractions are of muscle samples, one a muscle and sample. And what it takes: the pressure at which McKibben muscles
+    of these lengths have these tensions, and the number of samples in which that exceeds the highest, or lies below
+    the lowest there is. Length servos do not know of pressure.
     """
-    tensions, lengths = samples.muscle_tensions, samples.muscle_lengths
+    arm, tensions, lengths = trajectory.arm, trajectory.muscle_tensions, trajectory.muscle_lengths
     contraction = 1 - lengths / arm.muscle_rest_length
-    pressure = samples.pressure
+    pressure = trajectory.pressure
     return {
         "min_force_n": float(tensions.min()),
         "max_force_n": float(tensions.max()),
@@ -162,7 +153,7 @@ def muscle_summary(arm: Arm, samples: Samples) -> dict[str, Any]:
             np.count_nonzero(((pressure > 0) & (pressure < (1 - 1e-6) * arm.muscle.min_pressure)).any(axis=1))
         ),
         "beyond_max_pressure": int(np.count_nonzero((pressure > arm.muscle.max_pressure).any(axis=1))),
-        "max_sum_of_deltas_m": float(np.abs(lengths.sum(axis=1) - 3 * arm.length).max()),
+        "max_sum_of_deltas_m": float(np.abs(lengths.sum(axis=1) - lengths.shape[1] * arm.length).max()),
         "min_contraction": float(contraction.min()),
         "max_contraction": float(contraction.max()),
         "allowed_contraction": [-arm.muscle.max_stretch, arm.muscle.max_contraction],

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from contarm_sim.control.command import Controller, pulls_only
 from contarm_sim.model.arm import Arm
 from contarm_sim.studies import verdict as limits
 from contarm_sim.studies.verdict import Check, at_most
@@ -24,7 +23,7 @@ def ideal_checks(arm: Arm, summary: dict[str, Any]) -> list[Check]:
                 "without load the simulated tip is known in closed form"),
         at_most("simulated against arc", error, arc, _LENGTH, "a chain of that many links is nearer to the arc"),
         at_most("tip orientation", summary["orientation_error_deg"], turned, "deg", "the hinges' twists cancel"),
-        *muscle_checks(summary, "servo"),
+        *muscle_checks(summary),
     ]  # fmt: skip
 
 
@@ -34,14 +33,14 @@ def loaded_checks(arm: Arm, summary: dict[str, Any]) -> list[Check]:
         at_most("servo holds lengths", summary["servo"]["max_percent"], limits.CHAIN_LIMIT, _LENGTH,
                 "at rest lengths are held to rounding"),
         *shape_checks(arm, summary),
-        *muscle_checks(summary, "servo"),
+        *muscle_checks(summary),
     ]  # fmt: skip
 
 
-def run_checks(arm: Arm, summary: dict[str, Any], controller: Controller) -> list[Check]:
-    """Return the checks of a motion; `tip` shifts lengths on purpose, so how it holds them is not judged."""
+def run_checks(arm: Arm, summary: dict[str, Any]) -> list[Check]:
+    """Return the checks of a motion; where the controller shifts lengths on purpose, how it holds them is not."""
     found = shape_checks(arm, summary)
-    if controller != "tip":
+    if summary["holds_lengths"]:
         found.append(
             at_most("servo holds lengths", summary["servo"]["max_percent"], limits.SERVO_LIMIT, _LENGTH,
                     "the servo is on trial, not the model")
@@ -51,7 +50,7 @@ def run_checks(arm: Arm, summary: dict[str, Any], controller: Controller) -> lis
             at_most("motion share", summary["motion"]["max_percent"], limits.MOTION_LIMIT, _LENGTH,
                     "the arm swings rather than follows")
         )  # fmt: skip
-    found += muscle_checks(summary, controller)
+    found += muscle_checks(summary)
     step = summary["time_step"]
     if step["compared"]:
         found.append(
@@ -78,7 +77,7 @@ def shape_checks(arm: Arm, summary: dict[str, Any]) -> list[Check]:
     ]  # fmt: skip
 
 
-def muscle_checks(summary: dict[str, Any], controller: Controller) -> list[Check]:
+def muscle_checks(summary: dict[str, Any]) -> list[Check]:
     """Return the checks of the muscles: contractions are what a braid allows; those that can only pull, do."""
     muscle = summary["muscle"]
     low, high = muscle["allowed_contraction"]
@@ -87,7 +86,7 @@ def muscle_checks(summary: dict[str, Any], controller: Controller) -> list[Check
         at_most("contraction", 100 * muscle["max_contraction"], 100 * high, "%", braid),
         at_most("stretch", -100 * muscle["min_contraction"], -100 * low, "%", braid),
     ]
-    if not pulls_only(controller):
+    if not summary["pulls_only"]:
         return found
     depth = 100 * muscle["largest_push_n"] / max(muscle["max_force_n"], 1e-12)
     share = "% of muscle samples"

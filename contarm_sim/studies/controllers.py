@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 
 from contarm_sim import paths
-from contarm_sim.control.command import CONTROLLERS, Controller
-from contarm_sim.control.tip_plan import plan_rest
+from contarm_sim.control.registry import NAMES
+from contarm_sim.control.tip import plan_rest
 from contarm_sim.errors import ConvergenceError, DivergenceError, InputError
-from contarm_sim.kinematics import arc, dome
+from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
-from contarm_sim.motion.simulate import CONTROL_RATE, simulate
+from contarm_sim.motion.simulate import simulate
+from contarm_sim.paths.reference import Reference
 from contarm_sim.results.compare import muscle_summary
 from contarm_sim.studies.scenarios import Track, under_load
 
@@ -35,7 +36,7 @@ def compare_all(arm: Arm, duration: float, track: Track) -> list[dict[str, Any]]
     """
     pulled, loaded = under_load(arm)
     arms = {"free": arm.unloaded, "gravity": pulled, "payload": loaded}
-    jobs = [(load, controller) for load in arms for controller in CONTROLLERS]
+    jobs = [(load, controller) for load in arms for controller in NAMES]
     rows: list[dict[str, Any]] = []
     reach: dict[str, Array] = {}
     for i in track(range(len(jobs)), "controllers"):
@@ -46,10 +47,8 @@ def compare_all(arm: Arm, duration: float, track: Track) -> list[dict[str, Any]]
     return rows
 
 
-def _path(arm: Arm, duration: float) -> tuple[Array, Array, Array]:
-    """Return times [s], targets [m] and bends [rad] of the spiral."""
-    time, targets = paths.named("spiral", arm.length, duration).targets(CONTROL_RATE)
-    return time, targets, dome.bend_from_tip(targets, arm.length).bend
+def _spiral(arm: Arm, duration: float) -> Reference:
+    return Reference.from_path(paths.named("spiral", arm.length, duration), arm)
 
 
 def _reachable(arm: Arm, duration: float) -> Array:
@@ -59,8 +58,8 @@ def _reachable(arm: Arm, duration: float) -> Array:
     """
     from scipy.interpolate import CubicSpline
 
-    _, targets, bend = _path(arm, duration)
-    targets, bend = targets[::EVERY], bend[::EVERY]
+    spiral = _spiral(arm, duration)
+    targets, bend = spiral.target[::EVERY], spiral.bend[::EVERY]
     solved = np.unique(np.linspace(0, len(bend) - 1, POSES).round().astype(int))
     inverse: Any
     try:
@@ -72,16 +71,17 @@ def _reachable(arm: Arm, duration: float) -> Array:
     return np.linalg.pinv(inverse) @ inverse
 
 
-def _row(arm: Arm, controller: Controller, duration: float, reach: Array) -> dict[str, Any]:
-    time, targets, bend = _path(arm, duration)
+def _row(arm: Arm, controller: str, duration: float, reach: Array) -> dict[str, Any]:
+    spiral = _spiral(arm, duration)
+    time, targets = spiral.time, spiral.target
     try:
-        samples = simulate(arm, targets, bend, controller).samples
+        samples = simulate(arm, spiral, controller)
     except (ConvergenceError, DivergenceError, InputError) as error:
         return {"failed": str(error)}
-    tips, after = samples.stations[:, -1], time >= min(SETTLED, 0.5 * duration)
+    tips, after = samples.tip, time >= min(SETTLED, 0.5 * duration)
     offset = tips - targets
     along = np.einsum("tij,tj->ti", reach, offset[::EVERY])[after[::EVERY]]
-    muscle = muscle_summary(arm, samples)
+    muscle = muscle_summary(samples)
     return {
         "tip_rms_percent": _rms(offset[after], arm),
         "tip_max_percent": 100 * float(np.linalg.norm(offset[after], axis=1).max()) / arm.length,

@@ -17,7 +17,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.rod import MODES, SEGMENTS, STATIONS, polynomials, rod_tips
 from contarm_sim.model.arm import Arm
 from contarm_sim.results.compare import Comparison, known_spread
-from contarm_sim.results.samples import Samples
+from contarm_sim.results.trajectory import Trajectory
 
 
 @dataclass(frozen=True)
@@ -43,12 +43,12 @@ class Explanation:
         return {"sag": sag, "inertia": inertia, "unexplained": left}
 
 
-def explain(arm: Arm, samples: Samples, comparison: Comparison, poses: int = 100) -> Explanation:
+def explain(samples: Trajectory, comparison: Comparison, poses: int = 100) -> Explanation:
     """Return what the rod explains of the shape at about `poses` samples; all of them at rest.
 
     In motion first and last sample have no acceleration and are left out; fewer than three samples have none at all.
     """
-    moving = bool(len(samples) > 1 and samples.time[-1] > samples.time[0])
+    arm, moving = samples.arm, bool(len(samples) > 1 and samples.time[-1] > samples.time[0])
     last = len(samples) - 1
     picked = np.arange(1, last, max(1, len(samples) // poses)) if moving else np.arange(len(samples))
     bend = comparison.measured_bend[picked]

@@ -11,7 +11,6 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from contarm_sim.control.command import Controller
 from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.errors import ConvergenceError, DivergenceError
 from contarm_sim.kinematics import arc
@@ -19,8 +18,9 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import MAX_LINKS, Arm
 from contarm_sim.model.arm_file import arm_to_dict
 from contarm_sim.motion.rest import poses_at_rest
+from contarm_sim.paths.reference import Reference
 from contarm_sim.results.compare import Comparison, compare, spread, summarise
-from contarm_sim.results.samples import Samples
+from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.checks import ideal_checks, loaded_checks
 from contarm_sim.studies.explained import explain
 from contarm_sim.studies.verdict import Check, constant_curvature, verdict
@@ -52,7 +52,7 @@ class Scenario:
     name: str
     meaning: str
     arm: Arm
-    controller: Controller
+    controller: str
     checks: Callable[[Arm, dict[str, Any]], list[Check]] | None
 
 
@@ -61,7 +61,7 @@ class Outcome:
     """A scenario's samples, comparison and numbers."""
 
     scenario: Scenario
-    samples: Samples
+    samples: Trajectory
     comparison: Comparison
     summary: dict[str, Any]
 
@@ -115,14 +115,14 @@ def examine(scenario: Scenario, bends: Array, track: Track) -> Outcome:
         ConvergenceError, DivergenceError: the arm has no such rest pose.
     """
     arm = scenario.arm
-    target = arc.position(bends, arm.length)
+    reference = Reference.from_bends(bends, arm)
     ticks = track(range(len(bends)), scenario.name)
     try:
-        samples = poses_at_rest(arm, bends, target, scenario.controller, ticks)
+        samples = poses_at_rest(arm, reference, scenario.controller, ticks)
     except ConvergenceError as failure:
         raise failure.located(f"scenario {scenario.name}") from None
-    comparison = compare(arm, samples)
-    summary = summarise(arm, samples, comparison)
+    comparison = compare(samples)
+    summary = summarise(samples, comparison)
     to_chain = np.linalg.norm(comparison.simulated_tip - comparison.chain_tip, axis=-1)
     summary["chain_error"] = spread(to_chain, arm.length)
     summary |= {**_described(scenario), "real_time_factor": stepping_speed(arm, samples)}
@@ -131,7 +131,7 @@ def examine(scenario: Scenario, bends: Array, track: Track) -> Outcome:
         error = _link_error(scenario, bends[worst], comparison.simulated_tip[worst])
         known = None if error is None else {**spread(error, arm.length), "bend": bends[worst].tolist()}
         summary["link_error"] = known
-    summary |= explain(arm, samples, comparison).summary(arm)
+    summary |= explain(samples, comparison).summary(arm)
     summary["constant_curvature"] = constant_curvature(summary)
     judged = verdict([] if scenario.checks is None else scenario.checks(arm, summary))
     summary |= judged if scenario.checks is not None else judged | {"verdict": NOT_JUDGED}
@@ -155,7 +155,7 @@ def _described(scenario: Scenario) -> dict[str, Any]:
     return found | {"weight_over_stiffness": weight * arm.length**2 / arm.bending_stiffness}
 
 
-def stepping_speed(arm: Arm, samples: Samples, steps: int = 300) -> float | None:
+def stepping_speed(arm: Arm, samples: Trajectory, steps: int = 300) -> float | None:
     """Return simulated over wall-clock time of bare stepping in the last pose, with the default step.
 
     None where that blows up.
@@ -184,7 +184,7 @@ def _link_error(scenario: Scenario, bend: Array, tip: Array) -> Array | None:
     double = 2 * links <= MAX_LINKS
     other = replace(scenario.arm, links=2 * links if double else links // 2)
     try:
-        samples = poses_at_rest(other, bend[None], arc.position(bend[None], other.length), scenario.controller)
+        samples = poses_at_rest(other, Reference.from_bends(bend[None], other), scenario.controller)
     except (ConvergenceError, DivergenceError):
         return None
     return np.linalg.norm(samples.stations[:, -1] - tip, axis=-1) * (4 / 3 if double else 1 / 3)

@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.model.arm import Arm
-from contarm_sim.motion.simulate import Run
 from contarm_sim.results.compare import spread
+from contarm_sim.results.trajectory import Trajectory
 
 
-def step_summary(arm: Arm, run: Run) -> dict[str, Any]:
+def step_summary(run: Trajectory) -> dict[str, Any]:
     """Return the time step [s], and its own error as `run.step_error` has it; None for numbers that nobody knows.
 
     `compared` tells whether it was estimated anywhere. Errors that are infinite leave numbers None, and fail.
@@ -22,5 +21,5 @@ def step_summary(arm: Arm, run: Run) -> dict[str, Any]:
     missing = dict.fromkeys(("max_m", "rms_m", "max_percent", "rms_percent"))
     if len(found) and not np.isfinite(found).all():
         return {"timestep_s": run.timestep, "compared": True, **missing}
-    numbers = spread(found, arm.length) if len(found) else missing
+    numbers = spread(found, run.arm.length) if len(found) else missing
     return {"timestep_s": run.timestep, "compared": bool(len(found)), **numbers}

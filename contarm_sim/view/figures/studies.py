@@ -10,6 +10,7 @@ from contarm_sim.kinematics import arc
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.lag import motion_part
 from contarm_sim.motion.rest import poses_at_rest
+from contarm_sim.paths.reference import Reference
 from contarm_sim.results.compare import compare
 from contarm_sim.studies import convergence as refinement
 from contarm_sim.studies import scenarios as study
@@ -31,8 +32,8 @@ def error_map(path: Files, arm: Arm) -> None:
 def budget(path: Files, arm: Arm) -> None:
     """Draw the sizes of the parts of the tip error along the spiral, stacked; the error itself is their vector sum."""
     samples = followed(arm)
-    comparison = compare(arm, samples)
-    time, motion = motion_part(arm, samples, "servo")
+    comparison = compare(samples)
+    time, motion = motion_part(samples)
     moving = np.minimum(np.interp(samples.time, time, motion), comparison.shape)
     parts = {
         "discretisation: arc vs links": comparison.discretisation, "servo: lengths not as asked": comparison.servo,
@@ -97,13 +98,12 @@ def sag(path: Files, arm: Arm) -> None:
     with figure(path, figsize=(4.6, 3.6)) as fig:
         ax = fig.subplots()
         for degrees, colour, marker in ((30, BLUE, "o"), (90, ORANGE, "s"), (150, RED, "D")):
-            bend = arc.from_polar(np.radians([degrees]), 0.4)
-            target = arc.position(bend, arm.length)
-            free = poses_at_rest(arm.unloaded, bend, target).stations[0, -1]
+            reference = Reference.from_bends(arc.from_polar(np.radians([degrees]), 0.4), arm)
+            free = poses_at_rest(arm.unloaded, reference).tip[0]
             moved = []
             for weight in weights:
                 heavy = replace(pulled, gravity=tuple(scale * weight * direction))
-                moved.append(np.linalg.norm(poses_at_rest(heavy, bend, target).stations[0, -1] - free))
+                moved.append(np.linalg.norm(poses_at_rest(heavy, reference).tip[0] - free))
             ax.loglog(
                 weights, 100 * np.array(moved) / arm.length, color=colour, marker=marker, label=f"bend {degrees}°"
             )

@@ -9,7 +9,6 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from contarm_sim.control.command import Controller
 from contarm_sim.engine.plant import engine_room
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
@@ -26,7 +25,7 @@ _SPACE, _BACKSPACE = 32, 259
 _PICTURE = 1 / 60
 
 
-def show(arm: Arm, controller: Controller = "servo") -> None:
+def show(arm: Arm, controller: str = "servo") -> None:
     """Show the arm until the window is closed, or Ctrl-C.
 
     Raises:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from contarm_sim.control.command import CONTROLLERS
+from contarm_sim.control.registry import NAMES
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf.routing import COLOURS
@@ -50,7 +50,7 @@ class Panel:
             self._angle = _slider(gui, "bend angle [deg]", (0, largest), 0.5, 0.0, hint="Or drag the ball on the dome.")
             self._plane = _slider(gui, "plane angle [deg]", (-180, 180), 1.0, 0.0, hint="0 is towards muscle 1, red.")
         with gui.add_folder("Control"):
-            self._controller = gui.add_dropdown("controller", CONTROLLERS, initial_value=self._session.controller)
+            self._controller = gui.add_dropdown("controller", NAMES, initial_value=self._session.controller)
             least = arm.muscle.min_tension
             self._least = _slider(
                 gui, "least tension [N]", (0.5, max(60.0, 2 * least)), 0.5, least,

@@ -19,7 +19,7 @@ from contarm_sim.view.rendering.muscles import Muscles
 from contarm_sim.view.rendering.overlays import MAX_SEGMENTS, Colour, add_ball, add_line, add_triad, add_tube, thin
 
 if TYPE_CHECKING:
-    from contarm_sim.results.samples import Samples
+    from contarm_sim.results.trajectory import Trajectory
 
 Pixels = NDArray[np.uint8]
 Quality = Literal["draft", "final"]
@@ -99,7 +99,7 @@ class ArmRenderer:
     def __exit__(self, *_: object) -> None:
         self._renderer.close()
 
-    def frame(self, samples: Samples, index: int, overlays: Overlays = ALL, largest: float | None = None) -> Pixels:
+    def frame(self, samples: Trajectory, index: int, overlays: Overlays = ALL, largest: float | None = None) -> Pixels:
         """Draw sample `index`, muscles coloured by tension; return the picture, shape (height, width, 3).
 
         Args:
@@ -178,7 +178,7 @@ class ArmRenderer:
         add_tube(self._renderer.scene, points, frames, radius, GHOST)
 
 
-def tip_error(arm: Arm, samples: Samples) -> Array:
+def tip_error(arm: Arm, samples: Trajectory) -> Array:
     """Return the distance from simulated to analytic tips [m], shape (T,)."""
     return np.linalg.norm(samples.stations[:, -1] - arc.position(samples.bend, arm.length), axis=1)
 

@@ -13,7 +13,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.pneumatics import force
 from contarm_sim.model.arm import Arm
 from contarm_sim.results.compare import Comparison
-from contarm_sim.results.samples import Samples
+from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.scenarios import Failure, Outcome
 from contarm_sim.view.report.style import BLACK, BLUE, GREEN, MUSCLE_COLOURS, ORANGE, PURPLE, RED, Files, figure
 
@@ -23,7 +23,7 @@ ROUNDING = 1e-6
 """Distance that is put down to rounding [mm]."""
 
 
-def draw_path(path: Path, arm: Arm, samples: Samples, comparison: Comparison) -> None:
+def draw_path(path: Path, arm: Arm, samples: Trajectory, comparison: Comparison) -> None:
     """Draw target and simulated tips in three dimensions, with the dome behind and the backbone at the end."""
     mm = 1e3
     with figure(path, figsize=(6.0, 5.2)) as fig:
@@ -46,7 +46,7 @@ def draw_path(path: Path, arm: Arm, samples: Samples, comparison: Comparison) ->
 
 
 def draw_budget(
-    path: Path, arm: Arm, samples: Samples, comparison: Comparison, motion: tuple[Array, Array] | None = None
+    path: Path, arm: Arm, samples: Trajectory, comparison: Comparison, motion: tuple[Array, Array] | None = None
 ) -> None:
     """Draw tip error and its parts, and orientation error, over time; `motion` is what `motion_part` returned."""
     t = samples.time
@@ -70,7 +70,7 @@ def draw_budget(
         bottom.set_xlabel("time [s]")
 
 
-def draw_muscles(path: Path, arm: Arm, samples: Samples, comparison: Comparison) -> None:
+def draw_muscles(path: Path, arm: Arm, samples: Trajectory, comparison: Comparison) -> None:
     """Draw muscle length changes, analytic and simulated, tensions and pressures over time."""
     from contarm_sim.kinematics.muscles import deltas_from_bend
 

@@ -9,15 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.control.command import Controller
+from contarm_sim.control.base import Controller
 from contarm_sim.errors import ConvergenceError, EncodingError
 from contarm_sim.files import appearing
 from contarm_sim.mjcf import arm_spec, exact_xml
-from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import arm_to_dict, arm_to_toml
 from contarm_sim.motion.lag import motion_part
-from contarm_sim.motion.simulate import Run
 from contarm_sim.results.compare import compare, known_spread, summarise
+from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.checks import run_checks
 from contarm_sim.studies.explained import explain
 from contarm_sim.studies.timestep import step_summary
@@ -38,22 +37,23 @@ class RunReport:
             no ideal rod is found.
     """
 
-    def __init__(self, arm: Arm, run: Run, controller: Controller, poses: int = 100) -> None:
-        self._arm, self._samples, self._pressures = arm, run.samples, controller == "pressure"
-        self._comparison = compare(arm, run.samples, run.extrapolated)
+    def __init__(self, run: Trajectory, poses: int = 100, controller: Controller | None = None) -> None:
+        arm = self._arm = run.arm
+        self._samples, self._pressures = run, run.actuation == "pressures"
+        self._comparison, interrupted = compare(run), run.status == "interrupted"
         try:
-            self._motion = motion_part(arm, run.samples, controller, poses, run.extrapolated)
+            self._motion = motion_part(run, poses, controller)
         except ConvergenceError:  # a pose that the loaded arm cannot rest in
-            self._motion = run.samples.time[[0, -1]], np.full(2, np.nan)
-        summary = summarise(arm, run.samples, self._comparison)
+            self._motion = run.time[[0, -1]], np.full(2, np.nan)
+        summary = summarise(run, self._comparison)
         summary["motion"] = known_spread(self._motion[1], arm.length)
-        summary |= explain(arm, run.samples, self._comparison, poses).summary(arm)
-        summary["time_step"] = step_summary(arm, run)
+        summary |= explain(run, self._comparison, poses).summary(arm)
+        summary["time_step"] = step_summary(run)
         summary["constant_curvature"] = constant_curvature(summary)
-        summary |= verdict(run_checks(arm, summary, controller))
-        if run.interrupted:
+        summary |= verdict(run_checks(arm, summary))
+        if interrupted:
             summary["verdict"] = "interrupted"
-        summary |= {"controller": controller, "real_time_factor": run.real_time_factor, "interrupted": run.interrupted}
+        summary |= {"controller": run.controller, "real_time_factor": run.real_time_factor, "interrupted": interrupted}
         summary["extrapolated"] = run.extrapolated
         self.summary: dict[str, Any] = summary | {"arm": arm_to_dict(arm), "versions": versions()}
 
