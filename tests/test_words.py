@@ -35,7 +35,8 @@ MUSCLE = {
     "beyond_max_pressure": 0, "below_min_pressure": 0,
 }  # fmt: skip
 SUMMARY = {
-    "controller": "servo", "holds_lengths": True, "pulls_only": True, "samples": 200, "arm": ARM, "muscle": MUSCLE, "verdict": "pass", "explained": True,
+    "controller": "servo", "holds_lengths": True, "pulls_only": True,
+    "samples": 200, "arm": ARM, "muscle": MUSCLE, "verdict": "pass", "explained": True,
     "converged": True, "targets_met": True, "checks": [TARGETS],
     "constant_curvature": {"holds": True, "error_percent": 0.421, "limit_percent": 1.0},
     "time_step": {"max_m": 2e-5, "rms_m": 1e-5, "max_percent": 0.005, "rms_percent": 0.003, "timestep_s": 0.001,
