@@ -490,19 +490,21 @@ def test_muscle_prints_and_draws_the_force_family(contarm, tmp_path):
     assert "700 kPa [N]" in contarm("muscle")[1]
 
 
-def test_compare_controllers_tells_them_apart(contarm, tmp_path):
-    code, out, err = contarm("compare-controllers", "--duration", 6, "--out", "c", "--json")
-    failed = [row for row in json.loads(out)["rows"] if "failed" in row]
+def test_compare_controllers_tells_them_apart(typed):
+    done, place = typed("compare-controllers")
+    (folder,) = place.glob("runs/compare-controllers-*")
+    found = json.loads((folder / "summary.json").read_text())["rows"]
+    failed = [row for row in found if "failed" in row]
     assert all("kPa" in row["failed"] for row in failed)
-    assert code == (1 if failed else 0), err
-    rows = {(row["load"], row["controller"]): row for row in json.loads(out)["rows"]}
+    assert done.returncode == (1 if failed else 0), done.stderr
+    rows = {(row["load"], row["controller"]): row for row in found}
     assert len(rows) == 18
     assert rows["free", "paper"]["pushes"] > 0
     assert rows["free", "servo"]["pushes"] == 0
     for load in ("gravity", "payload"):
         assert rows[load, "tip"]["tip_rms_percent"] < 0.5 * rows[load, "servo"]["tip_rms_percent"]
         assert rows[load, "tip"]["along_rms_percent"] < 0.4 * rows[load, "servo"]["along_rms_percent"]
-    assert os.listdir(tmp_path / "c") == ["summary.json"]
+    assert os.listdir(folder) == ["summary.json"]
 
 
 @pytest.mark.parametrize("bend", [(1.0472, 0.0), (0.5, 1.0)])
@@ -532,15 +534,16 @@ def test_hold_prints_what_holds_a_bend_and_refuses_what_pressure_cannot(contarm)
     assert (code, err) == (2, "contarm: share is 1.5; allowed: 0 to 1\n")
 
 
-def test_possibility_maps_three_loads(contarm, tmp_path):
-    code, out, err = contarm("possibility", "--out", "p", "--json")
-    assert code == 0, err
-    rows = json.loads(out)["rows"]
+def test_possibility_maps_three_loads(typed):
+    done, place = typed("possibility")
+    assert done.returncode == 0, done.stderr
+    (folder,) = place.glob("runs/possibility-*")
+    rows = json.loads((folder / "summary.json").read_text())["rows"]
     largest = {load: min(row["inflated_deg"] for row in rows if row["load"] == load) for load in ("free", "payload")}
     assert 130 < largest["free"] < 145
     assert largest["payload"] < largest["free"] - 10
     assert max(row["simulated_off_deg"] for row in rows if row["load"] == "free") < 0.3
-    assert set(os.listdir(tmp_path / "p")) == {"summary.json", "possibility.png"}
+    assert set(os.listdir(folder)) == {"summary.json", "possibility.png"}
 
 
 def test_release_swings_and_checks_itself(contarm, tmp_path):

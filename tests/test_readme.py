@@ -2,7 +2,6 @@
 
 import importlib.util
 import re
-import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -31,15 +30,12 @@ FINDINGS = {
 
 
 @pytest.mark.parametrize("line", COMMANDS)
-def test_commands_work(line, tmp_path):
-    words = shlex.split(line)
-    if words[0] == "run":
-        words.append("--no-video")  # filming is tested elsewhere
-    if words[0] == "envs":
-        words += ["--seeds", "5"]
-    done = subprocess.run([sys.executable, "-m", "contarm_sim", *words], cwd=tmp_path, capture_output=True, text=True)
+def test_commands_work(line, typed):
+    word = line.split()[0]
+    # Filming is tested elsewhere; some seeds are enough.
+    done, _ = typed(line + {"run": " --no-video", "envs": " --seeds 5"}.get(word, ""))
     found = FINDINGS.get(line)
-    assert done.returncode == (0 if found is None else 1) or words[0] == "doctor", done.stderr
+    assert done.returncode == (0 if found is None else 1) or word == "doctor", done.stderr
     assert found is None or found in done.stdout
     assert "Traceback" not in done.stderr
 
