@@ -13,7 +13,6 @@ from contarm_sim import Arm, paths
 from contarm_sim.control.servo import Servo
 from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.engine.recorder import Recorder
-from contarm_sim.model.arm import Muscle
 from contarm_sim.motion.loop import Pass
 from contarm_sim.motion.simulate import CONTROL_RATE, simulate
 from contarm_sim.paths.reference import Reference
@@ -73,8 +72,7 @@ def main():
         ratios = loop(Arm(), substeps)
         low, middle, high = np.percentile(ratios, [25, 50, 75])
         print(f"{name}: loop over bare mj_step {middle:.3f} (quartiles {low:.3f} to {high:.3f})")
-    spans = Muscle(path="spans")
-    parallel, straight, free = steps([(Arm(), "lengths"), (Arm(muscle=spans), "lengths"), (Arm(), "none")])
+    parallel, straight, free = steps([(Arm(), "lengths"), (Arm(path="spans"), "lengths"), (Arm(), "none")])
     print(
         f"a step at 24 links: parallel muscles {parallel / straight:.2f}, none {free / straight:.2f} of straight spans"
     )

@@ -2,7 +2,8 @@
 
 The public names are few and load late, so that `import contarm_sim` costs nothing:
 
-    Arm, Muscle           the parameters (SI units)
+    Arm                   the parameters (SI units): sections, muscles and the world they stand in
+    Section, Routing, McKibben, World   what an arm consists of
     load_arm              an Arm from TOML
     kinematics            closed forms: arc, dome (inverse), muscles, chain
     spec                  the arm as a mujoco.MjSpec to attach to other models
@@ -21,16 +22,20 @@ if TYPE_CHECKING:  # a public name is a line here and one in _HOMES
     from contarm_sim import mechanics as mechanics
     from contarm_sim import mjcf as mjcf
     from contarm_sim import paths as paths
+    from contarm_sim import studies as studies
     from contarm_sim.errors import ContarmError as ContarmError
     from contarm_sim.mjcf import arm_spec as arm_spec
     from contarm_sim.mjcf import scene_spec as scene_spec
     from contarm_sim.mjcf import spec as spec
     from contarm_sim.model.arm import Arm as Arm
-    from contarm_sim.model.arm import Muscle as Muscle
     from contarm_sim.model.arm_file import load_arm as load_arm
     from contarm_sim.model.load import Load as Load
     from contarm_sim.model.load import Muscles as Muscles
     from contarm_sim.model.load import Wrench as Wrench
+    from contarm_sim.model.mckibben import McKibben as McKibben
+    from contarm_sim.model.routing import Routing as Routing
+    from contarm_sim.model.section import Section as Section
+    from contarm_sim.model.world import World as World
     from contarm_sim.motion.rest import poses_at_rest as poses_at_rest
     from contarm_sim.motion.simulate import simulate as simulate
     from contarm_sim.results.compare import compare as compare
@@ -40,7 +45,10 @@ if TYPE_CHECKING:  # a public name is a line here and one in _HOMES
 
 _HOMES = {
     "Arm": "model.arm",
-    "Muscle": "model.arm",
+    "McKibben": "model.mckibben",
+    "Routing": "model.routing",
+    "Section": "model.section",
+    "World": "model.world",
     "load_arm": "model.arm_file",
     "ContarmError": "errors",
     "arm_spec": "mjcf",
@@ -54,7 +62,7 @@ _HOMES = {
     "Wrench": "model.load",
     "compare": "results.compare",
 }
-_MODULES = ("envs", "kinematics", "mechanics", "mjcf", "paths")
+_MODULES = ("envs", "kinematics", "mechanics", "mjcf", "paths", "studies")
 
 if not TYPE_CHECKING:  # to a type checker, a name that is not imported above does not exist
     __all__ = [*_HOMES, "kinematics", "paths"]

@@ -12,11 +12,11 @@ from contarm_sim.control.base import Seen
 from contarm_sim.control.servo import LengthFeedback, Servo
 from contarm_sim.control.tip import plan_motion, plan_rest
 from contarm_sim.engine.plant import Plant
-from contarm_sim.errors import ConvergenceError, NoRestError
+from contarm_sim.errors import EquilibriumError
 from contarm_sim.kinematics import arc
 from contarm_sim.mechanics import pneumatics, routing
 from contarm_sim.mechanics.statics import servo_tensions
-from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.arm import Arm
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.statics.solver import Solver, tolerance
 
@@ -84,7 +84,7 @@ def test_every_random_arm_settles_under_any_set_points():
 @pytest.mark.parametrize("path", ["parallel", "spans"])
 def test_one_newton_finds_what_the_controller_at_rest_ends_in(path, twist):
     """Settling and correcting set-points by turns, as the controller in motion does, comes to the same pose."""
-    arm = Arm(gravity=(1.0, 2.0, 8.0), payload=0.05, torsional_stiffness=twist, muscle=Muscle(path=path))
+    arm = Arm(gravity=(1.0, 2.0, 8.0), payload=0.05, torsional_stiffness=twist, path=path)
     bend = np.array([[1.1, -0.7]])
     orders = Servo().plan(arm, resting(arm, bend))
     plant, feedback = Plant(arm), LengthFeedback(arm, orders.lengths)
@@ -124,11 +124,11 @@ def test_pressures_at_rest_hold_the_bend_and_are_the_least():
     ],
 )
 def test_where_there_is_no_rest_it_says_why(arm, bend, said):
-    with pytest.raises(NoRestError) as caught:
+    with pytest.raises(EquilibriumError) as caught:
         _at_rest(arm, arc.from_polar(bend, 0.0))
     assert said in str(caught.value)
     assert "at a bend of" in str(caught.value)
-    assert isinstance(caught.value, ConvergenceError)
+    assert isinstance(caught.value, EquilibriumError)
 
 
 SHORT = Arm(length=0.25, muscle_radius=0.012, bending_stiffness=0.02, mass=0.12, gravity=(0.0, 0.0, 9.81), payload=0.05)
@@ -152,7 +152,7 @@ def test_the_tip_is_planned_wherever_the_servo_rests():
         arm, bend = random_arm(rng), _random_bend(rng)
         try:
             plain = _at_rest(arm, bend)
-        except NoRestError:
+        except EquilibriumError:
             continue
         planned += 1
         target = arc.position(bend, arm.length)

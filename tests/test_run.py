@@ -12,7 +12,8 @@ from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import DivergenceError, InputError, Interrupted
 from contarm_sim.kinematics import arc
 from contarm_sim.mechanics import routing
-from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.mckibben import McKibben
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.motion.simulate import ACCURATE, FAST, STEP_LIMIT, Stepping, simulate
 from contarm_sim.results.trajectory import Trajectory
@@ -76,7 +77,7 @@ def test_the_default_step_errs_by_less_than_a_fiftieth_of_a_percent(recorded):
 
 def test_divergence_raises_with_time_dof_and_settings_and_leaves_no_log(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    wild = Arm(damping_time=0.0, mass=0.01, muscle=Muscle(servo_stiffness=1e7, servo_time=0.0))
+    wild = Arm(damping_time=0.0, mass=0.01, muscle=McKibben(servo_stiffness=1e7, servo_time=0.0))
     with pytest.raises(DivergenceError) as caught:
         simulate(wild, _spiral(wild), controller="paper", stepping=ACCURATE)
     error = caught.value
@@ -133,7 +134,7 @@ def test_a_step_that_does_not_divide_the_tick_is_refused():
 
 def test_controllers_improve_from_paper_to_servo():
     """With a soft servo under gravity, each step of the ladder follows lengths better than the one before."""
-    arm = Arm(gravity=(0, 0, 9.81), muscle=Muscle(servo_stiffness=2e4))
+    arm = Arm(gravity=(0, 0, 9.81), muscle=McKibben(servo_stiffness=2e4))
     bend = np.repeat(arc.from_polar(np.array([1.5]), 0.5), 201, axis=0)
     reference, errors = moving(arm, bend), []
     for controller in ("paper", "feedforward", "servo"):

@@ -14,7 +14,8 @@ from contarm_sim.kinematics import arc
 from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.statics import holding_tensions, servo_control
 from contarm_sim.mjcf import arm_spec
-from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.mckibben import McKibben
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.motion.simulate import STEP_LIMIT, Stepping, simulate
 
@@ -78,7 +79,7 @@ def test_at_zero_control_the_committed_arm_stays_straight():
 
 @pytest.mark.parametrize("kp", [2e4, 3e5])
 def test_softer_and_stiffer_servos_do_not_hunt_either(kp):
-    arm = Arm(muscle=Muscle(servo_stiffness=kp, servo_time=0.005))
+    arm = Arm(muscle=McKibben(servo_stiffness=kp, servo_time=0.005))
     _, swing = _stepped(arm_spec(arm).compile(), _controls(arm, 4, 2), 0.005, 4.0)
     assert swing < 1e-3 * arm.length
 
@@ -174,7 +175,7 @@ def test_the_steps_error_is_seen_wherever_the_arm_is_jolted(count):
 
 
 def test_where_muscles_rub_the_whole_motion_is_compared():
-    arm = Arm(links=8, muscle=Muscle(braid_friction=0.5))
+    arm = Arm(links=8, muscle=McKibben(braid_friction=0.5))
     run = simulate(arm, _spiral(arm, 3.0))
     assert np.isfinite(run.step_error).all()
 

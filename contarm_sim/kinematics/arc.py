@@ -25,6 +25,9 @@ import numpy as np
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import FEW, Array, Number, as_vectors, as_xi, blocks, sinc_and_slope
 
+LARGEST_BEND = float(np.radians(170))
+"""Largest bend angle that studies, actions and the live page go to [rad]."""
+
 
 def as_bend(bend: Any) -> Array:
     """Return bend vectors [rad] as an array of shape (..., 2), each shorter than pi.

@@ -129,15 +129,16 @@ class Pass:
     def _eyes(self, recorder: Recorder) -> tuple[Callable[[], None], Seen]:
         """Return a function that brings what the feedback sees up to date, and that."""
         sensors = memoryview(self.plant.data.sensordata)[recorder.muscles]
-        zero, count = recorder.zero, self.plant.control.shape[1]
+        count = self.plant.control.shape[1]
         lengths, tensions, pulls = ([0.0] * count for _ in range(3))
-        muscles = [(i, count + i, 2 * count + i, float(c)) for i, c in enumerate(self.plant.damping)]
+        damping, zero = self.plant.damping.tolist(), self.plant.index.zero.tolist()
+        muscles = [(i, count + i, 2 * count + i, damping[i], zero[i]) for i in range(count)]
 
         def look() -> None:
             sensed = sensors.tolist()
-            for i, velocity, force, damping in muscles:
-                lengths[i] = sensed[i] + zero
-                tensions[i] = damping * sensed[velocity] - sensed[force]
+            for i, velocity, force, rate, straight in muscles:
+                lengths[i] = sensed[i] + straight
+                tensions[i] = rate * sensed[velocity] - sensed[force]
                 pulls[i] = -sensed[force]
 
         return look, Seen(lengths, tensions, pulls, self.plant.centres[-1])

@@ -10,11 +10,10 @@ to the tip error.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from contarm_sim.kinematics import arc, dome
+from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing
 from contarm_sim.results.trajectory import Trajectory
@@ -90,71 +89,3 @@ def _norm(vectors: Array) -> Array:
 def rotation_angle(a: Array, b: Array) -> Array:
     """Return the angle [rad] between orientations, shape (..., 3, 3) -> (...), accurate for small angles too."""
     return 2 * np.arcsin(np.clip(np.linalg.norm(a - b, axis=(-2, -1)) / np.sqrt(8), 0, 1))
-
-
-def spread(distances: Array, length: float) -> dict[str, float]:
-    """Return the largest and root-mean-square distance, in m and in percent of length."""
-    most, rms = float(distances.max()), float(np.sqrt(np.mean(distances**2)))
-    return {
-        "max_m": most,
-        "rms_m": rms,
-        "max_percent": 100 * most / length,
-        "rms_percent": 100 * rms / length,
-    }
-
-
-def known_spread(distances: Array, length: float) -> dict[str, float] | None:
-    """Return what `spread` does, or None where there are no distances or one is not known."""
-    return spread(distances, length) if len(distances) and np.isfinite(distances).all() else None
-
-
-def _in_millimetres(target: Array, length: float) -> bool:
-    """Tell whether a thousandth of targets [m], shape (T, 3), lies within a tenth of length off the dome."""
-    return bool(dome.bend_from_tip(1e-3 * target, length, "nearest").miss.max() <= 0.1 * length)
-
-
-def summarise(trajectory: Trajectory, comparison: Comparison) -> dict[str, Any]:
-    """Return the numbers of a comparison as plain values: errors, budget, orientation, muscles."""
-    arm = trajectory.arm
-    names = ("target_error", "tip_error", "discretisation", "servo", "shape", "backbone_error", "miss")
-    degrees = np.degrees(comparison.orientation_error)
-    return {
-        "samples": len(trajectory),
-        "pulls_only": trajectory.pulls_only,
-        "holds_lengths": trajectory.holds_lengths,
-        **{name: spread(getattr(comparison, name), arm.length) for name in names},
-        "targets_in_millimetres": bool(comparison.miss.max() > arm.length)
-        and _in_millimetres(trajectory.target, arm.length),
-        "orientation_error_deg": float(degrees.max()),
-        "orientation_error_rms_deg": float(np.sqrt(np.mean(degrees**2))),
-        "muscle": muscle_summary(trajectory),
-    }
-
-
-def muscle_summary(trajectory: Trajectory) -> dict[str, Any]:
-    """Return what the muscles did: forces [N] (pulling > 0), pushes, slack, sums of deltas [m], contractions [-].
-
-    Fractions are of muscle samples, one a muscle and sample. And what it takes: the pressure at which McKibben muscles
-    of these lengths have these tensions, and the number of samples in which that exceeds the highest, or lies below
-    the lowest there is. Length servos do not know of pressure.
-    """
-    arm, tensions, lengths = trajectory.arm, trajectory.muscle_tensions, trajectory.muscle_lengths
-    contraction = 1 - lengths / arm.muscle_rest_length
-    pressure = trajectory.pressure
-    return {
-        "min_force_n": float(tensions.min()),
-        "max_force_n": float(tensions.max()),
-        "pushes": int(np.count_nonzero(tensions < PUSH_TENSION)),
-        "push_fraction": float(np.mean(tensions < PUSH_TENSION)),
-        "largest_push_n": max(0.0, -float(tensions.min())),
-        "slack_fraction": float(np.mean((tensions >= PUSH_TENSION) & (tensions < SLACK_TENSION))),
-        "max_pressure_needed_pa": float(pressure.max()) if np.isfinite(pressure).all() else None,
-        "below_min_pressure": int(
-            np.count_nonzero(((pressure > 0) & (pressure < (1 - 1e-6) * arm.muscle.min_pressure)).any(axis=1))
-        ),
-        "beyond_max_pressure": int(np.count_nonzero((pressure > arm.muscle.max_pressure).any(axis=1))),
-        "max_sum_of_deltas_m": float(np.abs(lengths.sum(axis=1) - lengths.shape[1] * arm.length).max()),
-        "min_contraction": float(contraction.min()),
-        "max_contraction": float(contraction.max()),
-        "allowed_contraction": [-arm.muscle.max_stretch, arm.muscle.max_contraction],
-    }

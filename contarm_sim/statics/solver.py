@@ -88,16 +88,16 @@ class Solver:
         self.extra: Array | float = 0.0
         self.forces: Array = np.zeros(plant.model.nv)
         self.iterations = 0
-        self.tensions: Array = np.zeros(3)
+        self.tensions: Array = np.zeros(len(plant.damping))
         self._matrix: Array = np.zeros((0, 0))
-        self._unlimited: Array = np.zeros(3)
+        self._unlimited: Array = np.zeros(len(plant.damping))
         self._swing: Swing = (self.forces, 0.0, self.tensions)
 
     def __call__(self, setpoint: Array) -> float:
-        """Settle under set-points [m] or pressures [Pa], shape (3,), going down; return the residual [N m].
+        """Settle under set-points [m] or pressures [Pa], shape (M,), going down; return the residual [N m].
 
         Raises:
-            NoRestError: no equilibrium near, or only an unstable one; says why.
+            EquilibriumError: no equilibrium near, or only an unstable one; says why.
         """
         self.plant.control[:] = setpoint
         if len(self.plant.pressure):
@@ -105,9 +105,9 @@ class Solver:
         self.iterations = 0
         residual, stable = descend(self, self.steps)
         if residual > self.tolerance:
-            raise unsettled(self.plant.arm, residual, self.tolerance, self.iterations)
+            raise unsettled(self.plant, residual, self.tolerance, self.iterations)
         if not stable:
-            raise unstable(self.plant.arm, self.softest())
+            raise unstable(self.plant, self.softest())
         return residual
 
     @property
@@ -160,7 +160,7 @@ class Solver:
         """Return J K^-1 J^T, shape (6, 6): displacement [m] and rotation [rad] of the tip by force and couple there."""
         model, data = self.plant.model, self.plant.data
         J = np.zeros((6, model.nv))
-        mujoco.mj_jacBody(model, data, J[:3], J[3:], model.body("tip").id)
+        mujoco.mj_jacBody(model, data, J[:3], J[3:], self.plant.index.tip)
         return J @ np.linalg.solve(self.stiffness.matrix(self.tensions, self.plant.muscle_slopes), J.T)
 
     def share(self, step: NDArray[np.floating]) -> float:

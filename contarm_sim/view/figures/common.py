@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from functools import lru_cache
 
 from contarm_sim import paths
@@ -13,11 +12,6 @@ from contarm_sim.paths.reference import Reference
 from contarm_sim.results.trajectory import Trajectory
 
 DURATION = 10.0
-
-
-def quietly(steps: Iterable[int], what: str) -> Iterable[int]:
-    """Return the steps: a progress bar that shows nothing."""
-    return steps
 
 
 @lru_cache(maxsize=4)

@@ -13,7 +13,7 @@ from contarm_sim.mechanics.statics import pressure_needed
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.paths.reference import Reference
-from contarm_sim.studies.scenarios import under_load
+from contarm_sim.studies.scenarios import under_loads
 from contarm_sim.view.figures.common import followed
 from contarm_sim.view.report.map import draw_possibility
 from contarm_sim.view.report.style import BLACK, BLUE, GREEN, ORANGE, RED, Files, figure
@@ -45,8 +45,7 @@ def fan(path: Files, arm: Arm) -> None:
 
 def possibility(path: Files, arm: Arm) -> None:
     """Draw the pressure-limited possibility map inside the paper's ellipse, free and loaded."""
-    pulled, loaded = under_load(arm)
-    draw_possibility(path, {"free": arm.unloaded, "gravity": pulled, "payload": loaded})
+    draw_possibility(path, under_loads(arm))
 
 
 def spiral(path: Files, arm: Arm) -> None:

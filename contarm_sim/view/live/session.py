@@ -13,6 +13,7 @@ from contarm_sim.control.tip import Tip
 from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import DivergenceError, InputError
 from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import pneumatics, routing
 from contarm_sim.mechanics.statics import cocontraction, servo_control
@@ -24,7 +25,6 @@ from contarm_sim.paths.reference import Reference
 PERIOD = 1 / CONTROL_RATE
 """Simulated time of a control tick [s]."""
 
-LARGEST = np.radians(170.0)
 """Largest bend angle asked for [rad]."""
 
 _LAG = 0.2  # s, of each of two stages: a hand's jump becomes a motion that muscles can follow
@@ -93,9 +93,9 @@ class Session:
         self.reading = self._read()
 
     def aim(self, bend: Array) -> None:
-        """Go to a bend [rad], shape (2,), cut to `LARGEST`."""
+        """Go to a bend [rad], shape (2,), cut to `LARGEST_BEND`."""
         bend = arc.as_bend(bend)
-        self.goal = bend * min(1.0, LARGEST / max(float(np.hypot(*bend)), 1e-12))
+        self.goal = bend * min(1.0, LARGEST_BEND / max(float(np.hypot(*bend)), 1e-12))
 
     def change(self, arm: Arm | None = None, controller: str | None = None) -> None:
         """Take other parameters or another controller from here on; the pose and its speed stay.

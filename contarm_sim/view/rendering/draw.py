@@ -79,6 +79,7 @@ class ArmRenderer:
         choose_backend()
         import mujoco
 
+        from contarm_sim.engine.index import ArmIndex
         from contarm_sim.mjcf import scene_spec
 
         self.arm = arm
@@ -86,7 +87,7 @@ class ArmRenderer:
         self._camera = check_camera(camera)
         _set_quality(self._model, quality)
         _fit(self._model, width, height)
-        self._muscles = Muscles(self._model, arm)
+        self._muscles, self._index = Muscles(self._model, arm), ArmIndex.of(self._model, arm)
         self._data = mujoco.MjData(self._model)
         try:
             self._renderer = mujoco.Renderer(self._model, height, width)
@@ -128,7 +129,7 @@ class ArmRenderer:
     def pose(self, qpos: Array, target: Array | None = None) -> Pixels:
         """Draw the arm with joint angles [rad], shape (dofs,), and a ball at a target [m], if there is one."""
         self._pose(qpos)
-        self._muscles.show(np.ones(3))
+        self._muscles.show(np.ones(self._index.zero.size))
         self._look(0.0)
         if target is not None:
             add_ball(self._renderer.scene, self.to_world(target), 0.02 * self.arm.length, TARGET)
@@ -136,10 +137,8 @@ class ArmRenderer:
 
     def bent(self, bend: Array) -> Array:
         """Return the joint angles [rad], shape (dofs,), of the arm with every joint bent alike."""
-        qpos, share = np.zeros(self._model.nq), np.asarray(bend, dtype=float) / self.arm.links
-        for i in range(1, self.arm.links + 1):
-            qpos[self._model.joint(f"joint_{i:02d}_x").qposadr[0]] = -share[1]
-            qpos[self._model.joint(f"joint_{i:02d}_y").qposadr[0]] = share[0]
+        qpos, share = np.zeros(self._model.nq), np.asarray(bend, dtype=float) / self.arm.section.links
+        qpos[self._index.bending["x"]], qpos[self._index.bending["y"]] = -share[1], share[0]
         return qpos
 
     def to_world(self, points: Array) -> Array:

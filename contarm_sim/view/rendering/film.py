@@ -13,6 +13,7 @@ from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.colours import muscle_hex
 from contarm_sim.view.rendering.caption import Caption
 from contarm_sim.view.rendering.draw import PATH, TARGET, ArmRenderer, Pixels, Quality, tip_error, trace_colours
 from contarm_sim.view.rendering.panel import Curve, Panel
@@ -147,16 +148,11 @@ def film_beside(
 
 def _panels(arm: Arm, samples: Trajectory, error: Array, look: Look, scale: Scale) -> dict[str, Panel]:
     """Return the plots of the lower corners: tip error, and muscle pressures (those needed, under length servos)."""
-    from contarm_sim.mjcf.routing import COLOURS
-
     size = (round(0.27 * look.width), round(0.25 * look.height))
     if size[0] < 160 or size[1] < 90:
         return {}
     red = Curve(1e3 * error, "#C0392B")
-    pressures = [
-        Curve(1e-3 * samples.pressure[:, i], "#" + "".join(f"{round(255 * c):02x}" for c in COLOURS[i][:3]))
-        for i in range(3)
-    ]
+    pressures = [Curve(1e-3 * samples.pressure[:, i], muscle_hex(i)) for i in range(samples.pressure.shape[1])]
     highest = 1e-3 * arm.muscle.max_pressure
     limit = highest if scale.pressure > 600 * highest else None
     return {
