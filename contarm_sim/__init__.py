@@ -16,10 +16,34 @@ The public names are few and load late, so that `import contarm_sim` costs nothi
     Controller            what drives an arm; subclass it, with Plan and Feedback
 """
 
-from __future__ import annotations
+TYPE_CHECKING = False  # true to type checkers, which know it by its name; `typing` would take as long as all the rest
 
-from importlib import import_module
-from typing import Any
+if TYPE_CHECKING:  # a public name is a line here and one in _HOMES
+    from contarm_sim import envs as envs
+    from contarm_sim import kinematics as kinematics
+    from contarm_sim import mechanics as mechanics
+    from contarm_sim import mjcf as mjcf
+    from contarm_sim import paths as paths
+    from contarm_sim import studies as studies
+    from contarm_sim.errors import ContarmError as ContarmError
+    from contarm_sim.mjcf import arm_spec as arm_spec
+    from contarm_sim.mjcf import scene_spec as scene_spec
+    from contarm_sim.mjcf import spec as spec
+    from contarm_sim.model.arm import Arm as Arm
+    from contarm_sim.model.arm_file import load_arm as load_arm
+    from contarm_sim.model.load import Load as Load
+    from contarm_sim.model.load import Muscles as Muscles
+    from contarm_sim.model.load import Wrench as Wrench
+    from contarm_sim.model.mckibben import McKibben as McKibben
+    from contarm_sim.model.routing import Routing as Routing
+    from contarm_sim.model.section import Section as Section
+    from contarm_sim.model.world import World as World
+    from contarm_sim.motion.rest import poses_at_rest as poses_at_rest
+    from contarm_sim.motion.simulate import simulate as simulate
+    from contarm_sim.results.compare import compare as compare
+    from contarm_sim.statics.equilibrium import equilibrium as equilibrium
+
+    __version__: str
 
 _HOMES = {
     "Arm": "model.arm",
@@ -47,16 +71,19 @@ _HOMES = {
 }
 _MODULES = ("envs", "kinematics", "mechanics", "mjcf", "paths", "studies")
 
-__all__ = [*_HOMES, "kinematics", "paths"]
+if not TYPE_CHECKING:  # to a type checker, a name that is not imported above does not exist
+    __all__ = [*_HOMES, "kinematics", "paths"]
 
+    def __getattr__(name):
+        from importlib import import_module, metadata
 
-def __getattr__(name: str) -> Any:
-    if name in _HOMES:
-        return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-    if name in _MODULES:
-        return import_module(f"{__name__}.{name}")
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        if name in _HOMES:
+            return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+        if name in _MODULES:
+            return import_module(f"{__name__}.{name}")
+        if name == "__version__":
+            return metadata.version("contarm-sim")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    def __dir__():
+        return sorted({*globals(), *__all__})

@@ -8,6 +8,7 @@ import warnings
 
 import numpy as np
 import pytest
+from waiting import PATIENCE
 
 pytest.importorskip("dm_control", reason="dm-control cannot be installed on Python 3.13")
 pytest.importorskip("gymnasium")
@@ -76,7 +77,7 @@ def test_steps_follow_dm_envs_conventions(name):
      ("reach", {"arm": HANGING, "reward": "sparse"}), ("hold", {"arm": HANGING}), ("reach", {"variations": UNIFORM})],
 )  # fmt: skip
 def test_both_front_ends_give_the_same_trajectory(name, given):
-    """Two episodes; also where the arm hangs in dm_control's world, its base turned over."""
+    """An episode and a second's beginning; also where the arm hangs in dm_control's world, its base turned over."""
     env, other, rng = dm.load(name, random=5, **given), ArmEnv(name, **given), np.random.default_rng(0)
     definition = other.definition
 
@@ -86,7 +87,7 @@ def test_both_front_ends_give_the_same_trajectory(name, given):
 
     for episode in range(2):
         agree(env.reset(), other.reset(seed=None if episode else 5)[0])
-        for _ in range(definition.ticks):
+        for _ in range(5 if episode else definition.ticks):
             action = rng.uniform(-1, 1, env.action_spec().shape)
             step, (observation, reward, _, truncated, info) = env.step(action), other.step(action)
             agree(step, observation)
@@ -210,7 +211,9 @@ def test_dm_controls_viewer_opens_and_runs_a_policy():
         app.launch(lambda: dm.load("reach", random=0), policy=lambda step: [0.5, 0.1])
         print(max(seen) > 0)"""
     words = ["xvfb-run", "-a", sys.executable, "-c", code]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=60, env={**os.environ, "MUJOCO_GL": "glfw"})
+    done = subprocess.run(
+        words, capture_output=True, text=True, timeout=PATIENCE, env={**os.environ, "MUJOCO_GL": "glfw"}
+    )
     assert done.stdout == "True\n", done.stderr
 
 
@@ -253,14 +256,3 @@ def test_without_dm_control_one_line_says_so_and_nothing_else_breaks():
     done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True)
     assert "needs dm-control 1.0.50" in done.stdout
     assert done.stdout.count("\n") == 1
-
-
-def test_a_random_policy_meets_no_bounds():
-    for name in dm.ALL:
-        env, rng = dm.load(name, random=0), np.random.default_rng(0)
-        env.reset()
-        for _ in range(80):
-            step = env.step(rng.uniform(-1, 1, env.action_spec().shape))
-            assert all(np.isfinite(value).all() for value in step.observation.values())
-            if step.last():
-                env.reset()

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from waiting import PATIENCE
 
 from contarm_sim.errors import InputError, RenderingError
 from contarm_sim.kinematics import arc
@@ -108,7 +109,11 @@ def run_python(code, **environment):
         k: v for k, v in os.environ.items() if k not in ("MUJOCO_GL", "PYOPENGL_PLATFORM", "DISPLAY", "WAYLAND_DISPLAY")
     }
     return subprocess.run(
-        [sys.executable, "-W", "error", "-c", code], env=kept | environment, capture_output=True, text=True, timeout=120
+        [sys.executable, "-W", "error", "-c", code],
+        env=kept | environment,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
     )
 
 
@@ -341,7 +346,7 @@ def test_no_camera_clips_the_arm(gravity, size, shape):
     for xi in np.linspace(0, 1, 9):
         edge = arc.position(bend, arm.length, xi)[:, None] + rim @ arc.rotation(bend, xi).swapaxes(1, 2)
         for camera in ("front", "side", "top"):
-            places = project(arm, edge, *size, camera)
+            places = project(arm, edge, size[0], size[1], camera)
             caption = 0.05 * size[1]
             assert np.all((places > [0, caption]) & (places < size)), (camera, xi)
 
@@ -391,8 +396,9 @@ def test_lines_keep_their_ends():
 def test_a_caption_is_not_clipped(size):
     text = "t = 10.00 s    tip error 100.00 mm"
     picture = np.zeros((size[1], size[0], 3), np.uint8)
+    width, height = size
     caption = Caption(
-        *size, text, {"path": [(0.3, 0.3, 0.4)], "tip, by error": trace_colours(np.linspace(0, 1, 24), 1.0)}
+        width, height, text, {"path": [(0.3, 0.3, 0.4)], "tip, by error": trace_colours(np.linspace(0, 1, 24), 1.0)}
     )
     caption.write(picture, text)
     strip = picture[: np.flatnonzero(picture.any(axis=(1, 2)))[-1] + 1].min(axis=2)
@@ -464,10 +470,12 @@ def test_an_interrupted_video_leaves_what_was_there(gl, arm, tmp_path):
 @pytest.mark.gl
 def test_a_gif_has_every_frame_at_its_time(gl, arm, tmp_path):
     from PIL import Image
+    from PIL.GifImagePlugin import GifImageFile
 
     write_gif(shot(arm, fps=15), tmp_path / "v.gif")
     assert [file.name for file in tmp_path.iterdir()] == ["v.gif"]
     with Image.open(tmp_path / "v.gif") as film:
+        assert isinstance(film, GifImageFile)
         assert (film.size, film.n_frames, film.info["loop"]) == ((160, 120), 8, 0)
         durations = []
         for i in range(film.n_frames):
@@ -480,9 +488,11 @@ def test_a_gif_has_every_frame_at_its_time(gl, arm, tmp_path):
 @pytest.mark.gl
 def test_a_webp_has_every_frame(gl, arm, tmp_path):
     from PIL import Image
+    from PIL.WebPImagePlugin import WebPImageFile
 
     write_webp(shot(arm, fps=20), tmp_path / "v.webp")
     with Image.open(tmp_path / "v.webp") as film:
+        assert isinstance(film, WebPImageFile)
         assert (film.size, film.n_frames) == ((160, 120), 11)
 
 

@@ -63,7 +63,6 @@ def test_a_motion_stays_near_the_arc_and_every_muscle_pulls(recorded):
     error = np.linalg.norm(run.stations[:, -1] - arc.position(run.bend, arm.length), axis=-1)
     assert error.max() < 0.02 * arm.length
     assert run.muscle_tensions.min() > 0.5 * arm.muscle.min_tension
-    assert run.real_time_factor > 1
 
 
 def test_the_default_step_errs_by_less_than_a_fiftieth_of_a_percent(recorded):
@@ -155,10 +154,38 @@ def test_samples_survive_the_disk(recorded, tmp_path):
         Trajectory.load(tmp_path / "bad.npz")
 
 
-def test_unusual_arms_run():
-    for arm in (Arm(links=7), Arm(torsional_stiffness=0.05), replace(Arm(), length=1.0, muscle_radius=0.05, mass=2.0)):
-        run = simulate(arm, _spiral(arm, 0.5, turns=0.2, max_bend=0.5))
-        assert np.isfinite(run.stations).all()
+@pytest.mark.parametrize(
+    "arm",
+    [Arm(links=7), Arm(torsional_stiffness=0.05), Arm(length=1.0, muscle_radius=0.05, mass=2.0, bending_stiffness=4.0)],
+    ids=["7 links", "twists", "1 m"],
+)
+def test_unusual_arms_move_as_usual_ones_do(arm):
+    """Without gravity every arm follows the arc, but for its links, and its muscles pull."""
+    reference = _spiral(arm, 8.0, turns=0.2, max_bend=0.5)
+    run = simulate(arm, reference)
+    off = np.linalg.norm(run.tip - reference.target, axis=1)
+    assert off.max() < 0.002 * arm.length
+    links = 0.5**2 / (12 * arm.links**2)
+    assert off[-1] < (links + 0.0005) * arm.length
+    assert run.muscle_tensions.min() > 0.5 * arm.muscle.min_tension
+
+
+def _tangents(arm, bend, step=1e-4):
+    """Return where the resting tip goes as the bend that servos hold changes [m/rad], shape (T, 3, 2), by differences.
+
+    Nothing of it is the planner's: poses of the `servo` controller, found from scratch.
+    """
+    changed = [
+        [poses_at_rest(arm, resting(arm, bend + sign * step * one), "servo").tip for sign in (1, -1)]
+        for one in np.eye(2)
+    ]
+    return np.stack([(more - less) / (2 * step) for more, less in changed], axis=-1)
+
+
+def _along(tangents, offset):
+    """Return the part of offsets (T, 3) in the planes of tangents (T, 3, 2)."""
+    basis = np.linalg.qr(tangents)[0]
+    return np.einsum("tij,tkj,tk->ti", basis, basis, offset)
 
 
 def test_the_tip_is_brought_as_near_as_two_degrees_of_freedom_allow():
@@ -169,8 +196,10 @@ def test_the_tip_is_brought_as_near_as_two_degrees_of_freedom_allow():
     blind, seeing = (poses_at_rest(arm, resting(arm, bend, target), controller) for controller in ("servo", "tip"))
     before, after = (samples.stations[:, -1] - target for samples in (blind, seeing))
     assert np.all(np.linalg.norm(after, axis=1) < 0.5 * np.linalg.norm(before, axis=1))
-    reached = np.einsum("tij,tj->ti", plan_rest(arm, bend, target).tip_to_bend, after)
-    assert np.abs(reached).max() < 1e-6
+    held, _ = routing.bend_from_lengths(seeing.muscle_lengths, arm)
+    same = poses_at_rest(arm, resting(arm, held), "servo").tip
+    np.testing.assert_allclose(same, seeing.stations[:, -1], atol=1e-7)
+    assert np.abs(_along(_tangents(arm, held), after)).max() < 1e-6
 
 
 def test_the_tip_controller_follows_a_slow_path_under_gravity():
@@ -210,16 +239,16 @@ def test_at_rest_pressures_bring_lengths_where_servos_would_under_load():
 
 
 def test_the_planned_tips_derivative_is_that_of_the_resting_tip():
+    """Taken at the bend that the plan holds, which is some degrees further than the one asked for."""
     arm = Arm(gravity=(0, 0, 9.81), payload=0.1)
-    bend = arc.from_polar(np.array([1.1]), 0.7)
+    bend = arc.from_polar(np.array([1.1, 0.4]), np.array([0.7, -2.5]))
     target = arc.position(bend, arm.length)
-    inverse = plan_rest(arm, bend, target).tip_to_bend[0]
-    step = 1e-4
-    for direction in np.eye(2):
-        moved = [resting(arm, bend + sign * step * direction) for sign in (1, -1)]
-        tips = [poses_at_rest(arm, each).tip[0] for each in moved]
-        # The plan's own pose is some degrees further; its derivative by the bend asked for is nearly this one.
-        np.testing.assert_allclose(inverse @ (tips[0] - tips[1]) / (2 * step), direction, atol=0.25)
+    planned = plan_rest(arm, bend, target)
+    held, _ = routing.bend_from_lengths(planned.lengths, arm)
+    assert np.linalg.norm(held - bend, axis=1).min() > 0.03
+    np.testing.assert_allclose(
+        planned.tip_to_bend @ _tangents(arm, held), np.broadcast_to(np.eye(2), (2, 2, 2)), atol=1e-4
+    )
 
 
 @pytest.mark.parametrize("load", [{}, {"gravity": (0, 0, 9.81), "payload": 0.1}])
@@ -227,8 +256,8 @@ def test_the_tip_controller_leaves_next_to_nothing_that_lengths_could_remove(loa
     """0.1 % of length, after the first second, along the surface that the tip can reach; free, in all."""
     arm = Arm(**load)
     reference = _spiral(arm, 5.0, turns=1.0)
-    offset = simulate(arm, reference, "tip").tip - reference.target
-    offset, inverse = offset[100::10], plan_rest(arm, reference.bend[100::10], reference.target[100::10]).tip_to_bend
-    reached = np.einsum("tij,tj->ti", np.linalg.pinv(inverse) @ inverse, offset)
-    left = reached if load else offset
+    run = simulate(arm, reference, "tip")
+    offset = (run.tip - reference.target)[100::20]
+    held, _ = routing.bend_from_lengths(run.muscle_lengths[100::20], arm)
+    left = _along(_tangents(arm, held), offset) if load else offset
     assert np.sqrt(np.mean(np.sum(left**2, axis=1))) < 1e-3 * arm.length

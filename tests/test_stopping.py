@@ -8,9 +8,11 @@ import sys
 import time
 import weakref
 from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 import pytest
+from waiting import PATIENCE, wait_for
 
 from contarm_sim.cli.main import main
 from contarm_sim.errors import InputError
@@ -106,7 +108,7 @@ def test_numbers_are_whole_before_anything_is_drawn(contarm, monkeypatch, tmp_pa
         module = "contarm_sim.view.report.run"
 
     def stop(*given):
-        if isinstance(given[0], os.PathLike):
+        if isinstance(given[0], Path):
             given[0].write_text("half a picture")
         signal.raise_signal(number)
 
@@ -204,11 +206,10 @@ def test_stopped_while_filming_the_numbers_stay(tmp_path, number):
     """A real signal to a real process."""
     words = [sys.executable, "-m", "contarm_sim", "run", "--duration", "20", "--out", "stopped"]
     process = subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
-    while process.poll() is None and not (tmp_path / "stopped/report.html").exists():
-        time.sleep(0.05)
+    wait_for(lambda: process.poll() is not None or (tmp_path / "stopped/report.html").exists())
     time.sleep(0.5)  # filming by now
     process.send_signal(number)
-    _, err = process.communicate(timeout=60)
+    _, err = process.communicate(timeout=PATIENCE)
     assert "Traceback" not in err
     assert process.returncode == 128 + number, err
     assert os.listdir(tmp_path) == ["stopped"]

@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 from dataclasses import FrozenInstanceError, dataclass, field
+from typing import Any
 
 import numpy as np
 import pytest
@@ -72,7 +73,7 @@ def _untimed(value):
 @pytest.mark.parametrize("line", LINES)
 def test_a_command_prints_what_its_study_returns(contarm, line):  # noqa: F811
     printed = json.loads(contarm(*line.split(), "--links", 8, "--json")[1])
-    found = LINES[line]()
+    found: Any = LINES[line]()
     made = _untimed(document(found))
     assert made
     assert {key: _untimed(printed[key]) for key in made} == made

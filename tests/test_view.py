@@ -1,5 +1,6 @@
 """The live arm: as a session, in a real browser, and in MuJoCo's own viewer."""
 
+import io
 import json
 import os
 import shutil
@@ -7,14 +8,14 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from browser import BROWSER, Page, wait_for
+from browser import browser, drag, needs_browser, open_page
 from references import resting
+from waiting import PATIENCE, wait_for
 
 from contarm_sim.control.registry import NAMES
 from contarm_sim.errors import InputError
@@ -146,60 +147,65 @@ def _served(*words, **env):
         process.communicate()
 
 
+def _text(page):
+    """Return all that a page shows in words."""
+    return page.inner_text("body")
+
+
 def _time(page):
     """Return the simulated time that a page shows [s]."""
-    return float(page.text().split("t = ")[1].split(" s")[0])
+    return float(_text(page).split("t = ")[1].split(" s")[0])
 
 
-def _ball(page, path):
-    """Return where a page shows the target [pixels]."""
+def _ball(page):
+    """Return where a page shows the target [pixels], None where it does not."""
     from PIL import Image
 
-    page.screenshot(path)
-    red, green, blue = np.moveaxis(np.asarray(Image.open(path).convert("RGB")).astype(int)[:, 320:940], 2, 0)
+    picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+    red, green, blue = np.moveaxis(np.asarray(picture).astype(int)[:, 320:940], 2, 0)
     y, x = np.nonzero((blue - green > 60) & (blue > red + 10))  # between the panels, nothing else is violet up there
     return (320 + float(np.median(x[y <= y.min() + 8])), float(y.min() + 6)) if len(x) > 30 else None
 
 
-@pytest.mark.skipif(BROWSER is None, reason="no Chromium here")
-def test_two_browsers_steer_the_arm_and_may_leave(tmp_path):
+@needs_browser
+def test_two_browsers_steer_the_arm_and_may_leave():
+    errors = []
     with _served("--json", "--port", str(free_port(None))) as process:
         said = ""
         while not said.endswith("}\n"):
             said += process.stdout.readline()
         url = json.loads(said)["url"]
-        with Page(url, tmp_path / "first") as first:
-            with Page(url, tmp_path / "second", 900, 500) as second:
-                wait_for(lambda: all("Tip error" in page.text() for page in (first, second)))
-                wait_for(lambda: _ball(first, tmp_path / "early.png"))
-                time.sleep(1)  # the camera may still be on its way
-                ball = _ball(first, tmp_path / "straight.png")
-                first.drag(ball, (ball[0] + 100, ball[1] + 40), steps=5)
-                for page in (first, second):
-                    wait_for(lambda page=page: "bend 0" not in page.text())
-                    assert "towards" in page.text()
+        with browser() as chromium:
+            first, second = open_page(chromium, url, errors), open_page(chromium, url, errors, 900, 500)
+            for page in (first, second):
+                wait_for(lambda page=page: "Tip error" in _text(page))
+            wait_for(lambda: _ball(first) is not None and _ball(first) == _ball(first))  # the camera has arrived
+            ball = _ball(first)
+            drag(first, ball, (ball[0] + 100, ball[1] + 40), steps=5)
+            for page in (first, second):
+                wait_for(lambda page=page: "bend 0" not in _text(page))
+                assert "towards" in _text(page)
+            second.context.close()
             started = _time(first)  # the second has left
             wait_for(lambda: _time(first) > started + 1)
-            assert "0.00 mm" not in first.text()
-            first.click("Pause")
-            wait_for(lambda: "paused" in first.text())
+            assert "0.00 mm" not in _text(first)
+            first.get_by_role("button", name="Pause").click()
+            wait_for(lambda: "paused" in _text(first))
             stopped = _time(first)
-            time.sleep(1)
+            first.wait_for_timeout(1000)
             assert _time(first) == stopped
-            first.click("Reset")
-            wait_for(lambda: "bend 0.0" in first.text())
+            first.get_by_role("button", name="Reset").click()
+            wait_for(lambda: "bend 0.0" in _text(first))
             assert _time(first) == 0
-            first.click("Go on")
+            first.get_by_role("button", name="Go on").click()
             wait_for(lambda: _time(first) > 0.5)
             for typed in ("0", "-1", "1e9"):  # into the box of the speed
-                first.run("Array.from(document.querySelectorAll('input')).pop().select()")
-                first.ask("Input.insertText", text=typed)
+                first.locator("input").last.fill(typed)
                 before = _time(first)
                 wait_for(lambda before=before: _time(first) > before)
-            ours = [error for error in first.errors + second.errors if "passive event listener" not in error]
-            assert not ours
+            assert not [error for error in errors if "passive event listener" not in error]
         process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=20)
+        out, err = process.communicate(timeout=PATIENCE)
         assert process.returncode == 0
         assert out == ""
         assert err.splitlines()[-1] == "ended"
@@ -209,11 +215,11 @@ def test_a_busy_port_and_a_missing_display_each_take_one_line():
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
         with _served("--port", port) as process:
-            out, err = process.communicate(timeout=60)
+            out, err = process.communicate(timeout=PATIENCE)
     assert (process.returncode, out) == (2, "")
     assert err == f"contarm: port is {port}; allowed: a port that is free\n"
     with _served("--native", DISPLAY="", WAYLAND_DISPLAY="") as process:
-        out, err = process.communicate(timeout=60)
+        out, err = process.communicate(timeout=PATIENCE)
     assert (process.returncode, out, err.count("\n")) == (1, "", 1)
     assert "no display" in err
 
@@ -241,9 +247,9 @@ def test_the_native_viewer_bends_the_arm_by_keys(tmp_path):
 
             wait_for(bent)
             process.send_signal(signal.SIGINT)
-            assert process.wait(20) == 0
+            assert process.wait(PATIENCE) == 0
     finally:
         screen.terminate()
-        screen.wait(10)
+        screen.wait(PATIENCE)
         os.close(read)
         os.close(write)

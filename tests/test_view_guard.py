@@ -9,7 +9,7 @@ from dataclasses import make_dataclass
 from types import SimpleNamespace
 
 import pytest
-from browser import wait_for
+from waiting import PATIENCE, wait_for
 
 from contarm_sim.errors import GuardError
 from contarm_sim.view.live.page import free_port, page
@@ -35,9 +35,6 @@ viser._viser.ViserTunnel = Tunnel
 sys.argv = ["contarm", "view", "--json"]
 sys.exit(main())
 """
-
-PATIENCE = 60
-"""Wall-clock time [s] after which a page counts as frozen."""
 
 CAMERA = {
     "wxyz": [1.0, 0.0, 0.0, 0.0],
@@ -90,7 +87,7 @@ class Visitor:
 
     def read(self):
         """Take one window of messages: the uuids of controls by label, their values, the simulated time [s]."""
-        raw = self.socket.recv(timeout=60)
+        raw = self.socket.recv(timeout=PATIENCE)
         length = int.from_bytes(raw[8:16], "little")
         window = msgspec.msgpack.decode(zstandard.ZstdDecompressor().decompress(raw[16 : 16 + length]))
         for message in window["messages"]:
@@ -106,9 +103,9 @@ class Visitor:
                     self.status = str(updates)
                     self.time = float(self.status.split("t = ")[1].split(" s")[0])
 
-    def wait(self, condition, seconds=None):
+    def wait(self, condition):
         """Read on until something is true."""
-        end = time.monotonic() + (seconds or PATIENCE)
+        end = time.monotonic() + PATIENCE
         while not condition():
             assert time.monotonic() < end, "waited in vain"
             self.read()
@@ -137,7 +134,7 @@ def view(tmp_path_factory):
         yield port, lambda: (process.poll(), out.read_text(), err.read_text())
     finally:
         process.kill()
-        process.wait(20)
+        process.wait(PATIENCE)
 
 
 @pytest.fixture
@@ -155,7 +152,7 @@ def port(view):
 
 def _asked(port, headers, upgrade):
     """Return the status with which a request is answered."""
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
     connection.putrequest("GET", "/", skip_host=True)
     if upgrade:
         headers = [*headers, ("Upgrade", "websocket"), ("Connection", "Upgrade"), ("Sec-WebSocket-Version", "13")]
@@ -217,7 +214,7 @@ def test_a_page_of_another_version_is_told_so_and_nobody_else(port):
 
     with connect(f"ws://127.0.0.1:{port}", subprotocols=["viser-v0.0.0"], proxy=None) as socket:
         with pytest.raises(ConnectionClosed) as closed:
-            socket.recv(timeout=30)
+            socket.recv(timeout=PATIENCE)
         assert closed.value.rcvd.code == 1002
 
 
