@@ -14,6 +14,8 @@ from contarm_sim import paths
 from contarm_sim.kinematics import dome
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.simulate import simulate
+from contarm_sim.view.rendering.encode import encoder, encoding
+from contarm_sim.view.report.page import LARGEST_VIDEO, embedded
 from contarm_sim.view.report.run import RunReport
 
 
@@ -42,7 +44,7 @@ class _Outline(HTMLParser):
 
 def test_the_page_needs_nothing_else_and_says_everything_in_words(page):
     text = page.read_text()
-    assert len(text) < 8e6
+    assert len(text) + 4 / 3 * LARGEST_VIDEO < 3e6
     outline = _Outline()
     outline.feed(text)
     for tag, attributes in outline.tags:
@@ -58,6 +60,18 @@ def test_the_page_needs_nothing_else_and_says_everything_in_words(page):
     assert "Constant curvature:</strong> " in text
     assert "Simulation: explained" in text
     assert text.index("target against simulated tip") < text.index("analytic against simulated tip")
+
+
+def test_a_large_film_is_embedded_in_a_smaller_size(tmp_path):
+    """Two seconds of noise, which no encoder can press without loss: the worst film that there is."""
+    film, noise = tmp_path / "video.mp4", np.random.default_rng(0)
+    with encoding(encoder(), film, (720, 1280), 15) as add:
+        for _ in range(30):
+            add(noise.integers(0, 256, (720, 1280, 3), np.uint8))
+    assert film.stat().st_size > 5 * LARGEST_VIDEO
+    found = embedded(film, 2.0)
+    assert (found["width"], found["height"]) == (960, 540)
+    assert len(found["data"]) < 1.5 * 4 / 3 * LARGEST_VIDEO
 
 
 PROBE = """
