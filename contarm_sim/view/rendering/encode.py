@@ -13,8 +13,8 @@ from typing import Any
 from contarm_sim.errors import EncodingError
 from contarm_sim.view.rendering.draw import Pixels
 
-_REPRODUCIBLE = ["-threads", "2", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
-"""What x264 writes depends on its number of threads; by default that is the number of processors."""
+_REPRODUCIBLE = ["-threads", "1", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
+"""What x264 writes depends on its number of threads, which is that of the processors unless given."""
 
 _SLOWEST = 12_500
 """Rate below which a picture is not pressed [bytes/s]."""
