@@ -5,7 +5,7 @@ import time
 import numpy as np
 
 from contarm_sim import Arm
-from contarm_sim.control.command import CONTROLLERS
+from contarm_sim.control.registry import NAMES
 from contarm_sim.engine.plant import engine_room
 from contarm_sim.kinematics import arc
 from contarm_sim.view.live.page import page
@@ -23,7 +23,7 @@ def seconds_of(function, count):
 
 
 def main():
-    for controller in CONTROLLERS:
+    for controller in NAMES:
         session = Session(Arm(), controller)
         session.aim(arc.from_polar(1.2, 0.5))
         with engine_room(), page(session, None) as (_, scene, panel, _):

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from contarm_sim import paths
-from contarm_sim.kinematics import dome
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.simulate import simulate
+from contarm_sim.paths.reference import Reference
 from contarm_sim.view.rendering.draw import ArmRenderer
 from contarm_sim.view.rendering.encode import encoder, encoding
 from contarm_sim.view.rendering.film import Look, frame_indices
@@ -34,8 +34,8 @@ def _bare(shot: Shot, path: Path) -> None:
 def main() -> None:
     """Print the ratio, best of interleaved repeats."""
     arm = Arm()
-    _, targets = paths.named("spiral", arm.length, 4.0, turns=1.0).targets(100)
-    samples = simulate(arm, targets, dome.bend_from_tip(targets, arm.length).bend).samples
+    path = paths.named("spiral", arm.length, 4.0, turns=1.0)
+    samples = simulate(arm, Reference.from_path(path, arm))
     shot, ours, bare = Shot(arm, samples, Look()), [], []
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(REPEATS):

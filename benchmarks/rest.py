@@ -7,17 +7,17 @@ import numpy as np
 
 from contarm_sim import Arm, poses_at_rest
 from contarm_sim.engine.plant import Plant
-from contarm_sim.kinematics import arc
+from contarm_sim.paths.reference import Reference
 from contarm_sim.studies.scenarios import dome_grid
 
 
 def main():
     for name, arm in {"no gravity": Arm(), "hanging": Arm(gravity=(0, 0, 9.81))}.items():
         bend = dome_grid(5)
-        target = arc.position(bend, arm.length)
-        poses_at_rest(arm, bend[:3], target[:3])
+        reference = Reference.from_bends(bend, arm)
+        poses_at_rest(arm, Reference.from_bends(bend[:3], arm))
         start = time.perf_counter()
-        samples = poses_at_rest(arm, bend, target)
+        samples = poses_at_rest(arm, reference)
         newton = (time.perf_counter() - start) / len(bend)
         swings = []
         for i in range(1, len(bend), 15):

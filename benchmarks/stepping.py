@@ -10,14 +10,12 @@ import mujoco
 import numpy as np
 
 from contarm_sim import Arm, paths
-from contarm_sim.control.command import command
-from contarm_sim.control.feedback import feedback_for
+from contarm_sim.control.servo import Servo
 from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.engine.recorder import Recorder
-from contarm_sim.kinematics import dome
-from contarm_sim.model.arm import Muscle
 from contarm_sim.motion.loop import Pass
 from contarm_sim.motion.simulate import CONTROL_RATE, simulate
+from contarm_sim.paths.reference import Reference
 
 DURATION, REPEATS = 2.0, 25
 LINKS = (6, 12, 24, 48, 96)
@@ -36,20 +34,19 @@ def bare(plant, controls, substeps):
 
 def loop(arm, substeps):
     """Return the ratios of the loop to the bare steps of the same motion."""
-    _, targets = paths.named("spiral", arm.length, duration=DURATION, turns=0.4).targets(CONTROL_RATE)
-    bend = dome.bend_from_tip(targets, arm.length).bend
-    orders = command(arm, bend, "servo", 1 / CONTROL_RATE)
-    controls = simulate(arm, targets, bend).samples.setpoint
+    spiral, servo = Reference.from_path(paths.named("spiral", arm.length, DURATION, turns=0.4), arm), Servo()
+    plan = servo.plan(arm, spiral)
+    controls = simulate(arm, spiral).setpoint
     plant, ratios = Plant(arm, timestep=1 / (CONTROL_RATE * substeps)), []
-    recorder = Recorder(plant, len(bend))
+    recorder = Recorder(plant, len(spiral))
     with engine_room():
         for _ in range(REPEATS):
-            plant.restart(np.zeros(plant.model.nq), orders.start)
-            one = Pass(plant, orders, feedback_for(arm, orders, bend, targets), CONTROL_RATE, substeps)
+            plant.restart(np.zeros(plant.model.nq), plan.start)
+            one = Pass(plant, plan, None, servo.feedback(arm, spiral, plan), CONTROL_RATE, substeps)
             start = time.process_time()
-            one.run(recorder, 0, len(bend))
+            one.run(recorder, 0, len(spiral))
             spent = time.process_time() - start
-            plant.restart(np.zeros(plant.model.nq), orders.start)
+            plant.restart(np.zeros(plant.model.nq), plan.start)
             ratios.append(spent / bare(plant, controls, substeps))
     return np.array(ratios)
 
@@ -75,8 +72,7 @@ def main():
         ratios = loop(Arm(), substeps)
         low, middle, high = np.percentile(ratios, [25, 50, 75])
         print(f"{name}: loop over bare mj_step {middle:.3f} (quartiles {low:.3f} to {high:.3f})")
-    spans = Muscle(path="spans")
-    parallel, straight, free = steps([(Arm(), "lengths"), (Arm(muscle=spans), "lengths"), (Arm(), "none")])
+    parallel, straight, free = steps([(Arm(), "lengths"), (Arm(path="spans"), "lengths"), (Arm(), "none")])
     print(
         f"a step at 24 links: parallel muscles {parallel / straight:.2f}, none {free / straight:.2f} of straight spans"
     )

@@ -2,7 +2,8 @@
 
 The public names are few and load late, so that `import contarm_sim` costs nothing:
 
-    Arm, Muscle           the parameters (SI units)
+    Arm                   the parameters (SI units): sections, muscles and the world they stand in
+    Section, Routing, McKibben, World   what an arm consists of
     load_arm              an Arm from TOML
     kinematics            closed forms: arc, dome (inverse), muscles, chain
     spec                  the arm as a mujoco.MjSpec to attach to other models
@@ -20,7 +21,10 @@ from typing import Any
 
 _HOMES = {
     "Arm": "model.arm",
-    "Muscle": "model.arm",
+    "McKibben": "model.mckibben",
+    "Routing": "model.routing",
+    "Section": "model.section",
+    "World": "model.world",
     "load_arm": "model.arm_file",
     "ContarmError": "errors",
     "arm_spec": "mjcf",
@@ -34,7 +38,7 @@ _HOMES = {
     "Wrench": "model.load",
     "compare": "results.compare",
 }
-_MODULES = ("envs", "kinematics", "mechanics", "mjcf", "paths")
+_MODULES = ("envs", "kinematics", "mechanics", "mjcf", "paths", "studies")
 
 __all__ = [*_HOMES, "kinematics", "paths"]
 

@@ -112,6 +112,18 @@ class NoRestError(ConvergenceError):
         return NoRestError(self.reason, self.value, self.limit, f"{where}: {self.where}")
 
 
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C ended a simulation early.
+
+    Attributes:
+        trajectory: what was recorded until then.
+    """
+
+    def __init__(self, trajectory: Any) -> None:
+        self.trajectory = trajectory
+        super().__init__(f"the simulation was interrupted after {len(trajectory)} samples")
+
+
 class RenderingError(ContarmError):
     """No picture can be made here; says what was tried and why each attempt failed."""
 

@@ -10,7 +10,7 @@ from contarm_sim.statics.equilibrium import equilibrium
 
 def simulated(case, links, path="parallel"):
     """Return the equilibrium of a case's arm with so many links."""
-    arm = replace(case.arm, links=links, muscle=replace(case.arm.muscle, path=path))
+    arm = replace(case.arm, links=links, path=path)
     wrench = Wrench(xi=1, force=tuple(case.force), moment=tuple(case.moment))
     return equilibrium(arm, Load(wrenches=(wrench,), muscles=Muscles(kind=case.kind, values=tuple(case.values))))
 

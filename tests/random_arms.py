@@ -10,7 +10,8 @@ from dataclasses import replace
 import numpy as np
 from rod import ANGLES, NoEquilibriumError, parallel_rod
 
-from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.mckibben import McKibben
 
 MARGIN = 0.1
 """Least eigenvalue of an arm that can stand, as a share of the least stiffness, EI or GJ: further from buckling."""
@@ -44,10 +45,10 @@ def random_arm(rng, twist=0.0, spans=0.0) -> Arm:
         payload=mass * _between(rng, 0.05, 2.0) * (rng.random() < 0.5),
         joint_friction=1e-3 * stiffness / length if rng.random() < 0.2 else None,
         torsional_stiffness=stiffness * _between(rng, 0.3, 3.0) if rng.random() < twist else None,
-        muscle=Muscle(
+        muscle=McKibben(
             braid_friction=_between(rng, 0.01, 1.0) if rng.random() < 0.2 else None,
-            path="spans" if rng.random() < spans else "parallel",
         ),
+        path="spans" if rng.random() < spans else "parallel",
     )
 
 
@@ -64,7 +65,7 @@ def can_stand(arm, bend) -> bool:
     if lengths.min() < shortest or lengths.max() > longest:
         return False
     try:
-        rod = parallel_rod(replace(arm, muscle=replace(arm.muscle, path="parallel")), lengths=lengths)
+        rod = parallel_rod(replace(arm, path="parallel"), lengths=lengths)
     except NoEquilibriumError:
         return False
     needed = np.ptp(rod.tensions) + arm.muscle.min_tension

@@ -5,11 +5,12 @@ import numpy as np
 
 from contarm_sim.kinematics import arc
 from contarm_sim.mechanics.pneumatics import passive_tension
-from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.mckibben import McKibben
 
 HEAVY = Arm(
     links=9, payload=0.2, torsional_stiffness=0.03, gravity=(1.0, 2.0, 9.0), length=1 / 3, joint_friction=1 / 700,
-    muscle=Muscle(passive_stiffness=1e3 / 7, braid_friction=1 / 3, valve_time=1 / 30),
+    muscle=McKibben(passive_stiffness=1e3 / 7, braid_friction=1 / 3, valve_time=1 / 30),
 )  # fmt: skip
 
 

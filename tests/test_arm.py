@@ -5,8 +5,9 @@ import math
 import pytest
 
 from contarm_sim.errors import InputError
-from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import arm_from_dict, arm_to_dict, arm_to_toml, load_arm
+from contarm_sim.model.mckibben import McKibben
 
 
 @pytest.mark.parametrize(
@@ -32,19 +33,21 @@ def test_unusable_parameters_are_refused_by_name(name, value):
 )  # fmt: skip
 def test_unusable_muscles_are_refused(given):
     with pytest.raises(InputError, match=rf"muscle\.{next(iter(given))}"):
-        Muscle(**given)
+        McKibben(**given)
 
 
 def test_the_papers_muscle():
     """Design values from the paper's dimensions: braid angle, passive stretch, blocked force."""
-    muscle = Muscle()
+    muscle = McKibben()
     assert math.degrees(muscle.braid_angle) == pytest.approx(39.7, abs=0.05)
     assert muscle.max_stretch == pytest.approx(0.13, abs=0.005)
     assert muscle.blocked_force == pytest.approx(177, abs=1)
 
 
 def test_toml_round_trip(tmp_path):
-    arm = Arm(length=1 / 3, links=17, gravity=(0.1, -2, 9.7), torsional_stiffness=0.07, muscle=Muscle(min_tension=2.5))
+    arm = Arm(
+        length=1 / 3, links=17, gravity=(0.1, -2, 9.7), torsional_stiffness=0.07, muscle=McKibben(min_tension=2.5)
+    )
     file = tmp_path / "arm.toml"
     file.write_text(arm_to_toml(arm))
     assert load_arm(file) == arm

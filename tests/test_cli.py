@@ -730,8 +730,8 @@ def test_without_an_optional_library_one_line_says_what_to_install(library, comm
 
 def test_the_command_line_takes_every_controller_there_is():
     from contarm_sim.cli.main import cli
-    from contarm_sim.control.command import CONTROLLERS
+    from contarm_sim.control.registry import NAMES
 
     for name in ("run", "view"):
         taken = next(option for option in cli.commands[name].params if option.name == "controller").type.choices
-        assert tuple(taken) == CONTROLLERS
+        assert tuple(taken) == NAMES

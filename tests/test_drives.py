@@ -11,7 +11,7 @@ from held_bends import E, polar
 from random_drives import random_cases
 from rod import parallel_rod
 
-from contarm_sim.mjcf.backbone import joint_axes
+from contarm_sim.mjcf.names import joint_axes
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles, Wrench
 from contarm_sim.statics.equilibrium import equilibrium
@@ -62,7 +62,7 @@ def test_parallel_muscles_are_as_long_as_the_hinges_say(torsional_stiffness):
     arm = Arm(torsional_stiffness=torsional_stiffness, gravity=(3.0, -2.0, 8.0))
     twist = Wrench(xi=1, moment=(0, 0, 0.05))
     found = equilibrium(arm, Load(wrenches=(twist,), muscles=Muscles(kind="tensions", values=(30, 12, 22))))
-    names, angles = [joint_axes(arm, joint) for joint in range(arm.links)], iter(found.qpos)
+    names, angles = [joint_axes(arm, 0, joint) for joint in range(arm.links)], iter(found.qpos)
     turned = [{axis: next(angles) for axis in axes} for axes in names]
     left = arm.link_pitch - arm.muscle_radius * np.array([E @ [one["y"], -one["x"]] for one in turned])
     stretch = np.array([[(arm.muscle_radius * one.get("z", 0.0)) ** 2 / 2] for one in turned]) / left

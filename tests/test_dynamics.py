@@ -6,7 +6,7 @@ import pytest
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles
 from contarm_sim.motion.modes import natural_frequencies
-from contarm_sim.motion.release import release
+from contarm_sim.motion.release import SwingSettings, release
 from contarm_sim.statics.equilibrium import equilibrium
 
 CLAMPED_FREE = np.array([1.8751041, 4.6940911, 7.8547574])  # roots of cosh x cos x = -1
@@ -26,7 +26,7 @@ def test_natural_frequencies_are_those_of_the_clamped_beam():
 def _release(arm, timestep, duration):
     """Hold the arm by constant tensions in a bent pose, let go of the muscles, and return the swing."""
     held = equilibrium(arm, Load(muscles=Muscles(kind="tensions", values=(25.0, 5.0, 10.0))))
-    return release(arm, held.qpos, Load(), timestep, duration)
+    return release(arm, held.qpos, Load(), SwingSettings(timestep, duration))
 
 
 @pytest.mark.parametrize("gravity", [(0.0, 0.0, 0.0), (0.0, 0.0, 9.81)])

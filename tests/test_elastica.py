@@ -105,7 +105,7 @@ def test_what_extrapolation_is_trusted_with_gets_better_by_what_it_says(links):
 @pytest.mark.parametrize("kind", ["tensions", "pressures"])
 def test_extrapolation_of_driven_arms_with_few_links_is_better_or_refused(kind, path):
     for case in random_cases(1, 6, kind):
-        arm = replace(case.arm, links=12, muscle=replace(case.arm.muscle, path=path))
+        arm = replace(case.arm, links=12, path=path)
         wrench = Wrench(xi=1, force=tuple(case.force), moment=tuple(case.moment))
         better, fine = extrapolated(
             arm, Load(wrenches=(wrench,), muscles=Muscles(kind=kind, values=tuple(case.values)))

@@ -10,12 +10,12 @@ import pytest
 
 pytest.importorskip("gymnasium")
 
-from contarm_sim.envs.actions import MAX_BEND
 from contarm_sim.envs.baseline import baseline, random_policy
 from contarm_sim.envs.definition import TASKS, define
 from contarm_sim.envs.scores import score
 from contarm_sim.envs.vector import ArmVectorEnv
 from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.model.arm import Arm
 
 HANGING = replace(Arm(), gravity=(0.0, 0.0, 9.81))
@@ -40,7 +40,7 @@ def dome_targets(largest):
 
 
 def test_every_target_on_the_dome_is_reached_within_a_millimetre():
-    targets = dome_targets(MAX_BEND)
+    targets = dome_targets(LARGEST_BEND)
     assert np.linalg.norm(tips_reached(Arm(), targets) - targets, axis=1).max() < 1e-3
 
 

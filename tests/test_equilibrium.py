@@ -7,6 +7,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from references import resting
 from sampling import bends, differenced_stiffness
 
 from contarm_sim.engine.plant import Plant
@@ -14,8 +15,8 @@ from contarm_sim.errors import ConvergenceError
 from contarm_sim.kinematics import arc, chain, hinges, muscles
 from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.statics import holding_tensions
-from contarm_sim.mjcf.routing import MUSCLES
-from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.mjcf import names
+from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.statics.loads import AppliedLoad
@@ -27,14 +28,14 @@ ROD = ELASTICA["parameters"]
 
 
 def _at_rest(arm, bend, controller="servo"):
-    return poses_at_rest(arm, bend, arc.position(bend, arm.length), controller)
+    return poses_at_rest(arm, resting(arm, bend), controller)
 
 
 @pytest.mark.parametrize("path", ["parallel", "spans"])
 @pytest.mark.parametrize("links", [4, 24, 31])
 def test_engine_geometry_is_the_chain_form(links, path):
     """Sites and tendons of MuJoCo at a uniform planar bend, where the two-hinge joint is exactly a ball joint."""
-    arm = Arm(links=links, muscle=Muscle(path=path))
+    arm = Arm(links=links, path=path)
     plant = Plant(arm)
     for bend in arc.from_polar(np.array([0.0, 1e-6, 0.5, 2.9]), np.array([0.0, np.pi / 2, np.pi, -np.pi / 2])):
         plant.reset(bend)
@@ -62,7 +63,7 @@ def test_engine_geometry_is_that_of_hinge_pairs_in_every_plane(links, torsion):
         np.testing.assert_allclose(lengths, arc_lengths, atol=0.02 / links**2)
         np.testing.assert_allclose(routing.bend_from_lengths(lengths, arm)[0], bend, atol=1e-13)
         # Muscles are drawn where they act: on every link, at the muscle radius.
-        for index, name in enumerate(MUSCLES):
+        for index, name in enumerate(names.muscles(arm)):
             for place, body in enumerate(("base", "link_01", "tip")):
                 geom, link = plant.data.geom(f"{body}_{name}"), plant.data.body(body)
                 across = link.xmat.reshape(3, 3).T @ (geom.xpos - link.xpos)
@@ -75,7 +76,7 @@ def test_engine_geometry_is_that_of_hinge_pairs_in_every_plane(links, torsion):
 @pytest.mark.parametrize("pull_only", [True, False])
 @pytest.mark.parametrize("torsion", [None, 0.05])
 def test_tangent_stiffness_is_the_derivative_of_the_forces(pull_only, torsion, path):
-    arm = Arm(links=10, gravity=(1, 2, -9), payload=0.1, torsional_stiffness=torsion, muscle=Muscle(path=path))
+    arm = Arm(links=10, gravity=(1, 2, -9), payload=0.1, torsional_stiffness=torsion, path=path)
     plant = Plant(arm, pull_only=pull_only)
     model, data = plant.model, plant.data
     plant.reset(np.array([1.0, 0.7]))
@@ -96,7 +97,7 @@ def test_at_rest_without_gravity_the_arm_is_the_chain_and_tensions_are_the_close
 
 
 def test_straight_spans_hold_the_bend_of_their_closed_form(arm):
-    arm = replace(arm, muscle=Muscle(path="spans"))
+    arm = replace(arm, path="spans")
     bend = arc.from_polar(np.radians([0.0, 40, 90, 170, 170]), np.radians([0, 10, 200, -75, 60]))
     samples = _at_rest(arm, bend)
     np.testing.assert_allclose(samples.stations[:, -1], chain.tip(bend, arm.length, arm.links), atol=4e-5)

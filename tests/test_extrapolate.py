@@ -4,10 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from references import along, moving
 
-from contarm_sim import paths
 from contarm_sim.errors import InputError
-from contarm_sim.kinematics import dome
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.simulate import ACCURATE, simulate
 
@@ -20,11 +19,10 @@ def _rms(one, other):
 def test_two_coarse_chains_beat_a_fine_one(load):
     """16 and 8 links together leave less than 24 alone; the reference is 48 extrapolated from 24, ten times as fine."""
     arm = Arm(**load)
-    _, targets = paths.named("spiral", arm.length, duration=4.0, turns=0.8).targets(100)
-    bend = dome.bend_from_tip(targets, arm.length).bend
+    spiral = along(arm, duration=4.0, turns=0.8)
 
     def moved(links, extrapolate):
-        return simulate(replace(arm, links=links), targets, bend, stepping=ACCURATE, extrapolate=extrapolate).samples
+        return simulate(replace(arm, links=links), spiral, stepping=ACCURATE, extrapolate=extrapolate)
 
     truth, alone = moved(48, True), moved(24, False)
     both, most = moved(16, True), moved(24, True)
@@ -42,4 +40,4 @@ def test_two_coarse_chains_beat_a_fine_one(load):
 def test_too_few_links_are_refused():
     arm = Arm(links=6)
     with pytest.raises(InputError, match="at least 8"):
-        simulate(arm, np.array([[0.0, 0.0, arm.length]]), np.zeros((1, 2)), extrapolate=True)
+        simulate(arm, moving(arm, np.zeros((1, 2))), extrapolate=True)

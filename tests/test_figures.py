@@ -6,8 +6,8 @@ from xml.etree import ElementTree
 import pytest
 
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.colours import muscle_hex
 from contarm_sim.view.figures import FIGURES, common, studies
-from contarm_sim.view.report.style import MUSCLE_COLOURS
 
 UNITS = r"\[(mm|deg|kPa|N|N/m|s|-|% of length)\]"
 
@@ -38,4 +38,4 @@ def test_a_figure_follows_the_arm(tmp_path):
         draw(tmp_path / f"{file}.svg", arm)
     a, b, c = (re.sub(r"<dc:date>.*?</dc:date>", "", (tmp_path / f"{f}.svg").read_text()) for f in "abc")
     assert a == b != c
-    assert MUSCLE_COLOURS[0] not in a
+    assert muscle_hex(0) not in a

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, chain, hinges, muscles, spans
-from contarm_sim.model.arm import GUIDE
+from contarm_sim.model.section import GUIDE
 
 LENGTH, RADIUS = 0.37, 0.018
 angle = st.floats(0, 3.14)
@@ -60,7 +60,7 @@ def _link_by_link(bend, links):
     h = LENGTH / links
     joint = Rotation.from_rotvec(np.array([-bend[1], bend[0], 0]) / links).as_matrix()
     p, R = np.zeros(3), np.eye(3)
-    circle = RADIUS * np.column_stack([muscles.DIRECTIONS, np.zeros(3)])
+    circle = RADIUS * np.column_stack([muscles.directions(), np.zeros(3)])
     stations, pieces = [p], []
     for _ in range(links):
         p = p + R @ [0, 0, h / 2]
@@ -99,7 +99,7 @@ def test_spans_shorten_as_between_the_disks_of_a_rod_that_bends_evenly():
     links = 24
     for bend in bends(50, largest=2.0):
         half = np.hypot(*bend) / (2 * links)
-        rod = (LENGTH - RADIUS * (muscles.DIRECTIONS @ bend)) * np.sinc(half / np.pi)
+        rod = (LENGTH - RADIUS * (muscles.directions() @ bend)) * np.sinc(half / np.pi)
         softening, third = LENGTH * half**2 / 6, RADIUS * links * (2 * half) ** 3 / 12
         found = spans.lengths_from_bend(bend, _guides(links))
         np.testing.assert_allclose(found, rod, atol=0.05 * softening + 1.1 * third)

@@ -23,12 +23,13 @@ from contarm_sim.mechanics.statics import (
     weight_moment,
 )
 from contarm_sim.mjcf import arm_spec, exact_xml
-from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles, Wrench
+from contarm_sim.model.mckibben import McKibben
 from contarm_sim.statics.equilibrium import equilibrium
 from contarm_sim.statics.loads import AppliedLoad
 from contarm_sim.statics.stiffness import TangentStiffness
-from contarm_sim.studies.possibility import held_off, largest_bends
+from contarm_sim.studies.largest_bends import held_off, largest_bends
 
 HANGING = {"gravity": (0.0, 0.0, 9.81), "payload": 0.1}
 
@@ -41,7 +42,7 @@ def _pressurised(arm, pressures):
 
 
 @pytest.mark.parametrize(
-    "muscle", [Muscle(), Muscle(max_contraction=0.4, mount_contraction=0.2)], ids=["paper", "long"]
+    "muscle", [McKibben(), McKibben(max_contraction=0.4, mount_contraction=0.2)], ids=["paper", "long"]
 )
 def test_native_actuators_are_the_mckibben_law_over_all_lengths_and_pressures(muscle):
     """Asked for is 1 % of the blocked force; the line and the parabola are exact, slack muscles included."""
@@ -85,7 +86,7 @@ def test_a_batch_and_the_file_step_as_the_plant_does(arm):
 
 
 def test_stretched_silicone_pulls_beyond_the_rest_length_only():
-    arm = Arm(muscle=Muscle(passive_stiffness=300.0))
+    arm = Arm(muscle=McKibben(passive_stiffness=300.0))
     plant = _pressurised(arm, 0.0)
     for angle in (0.5, 2.5):
         plant.reset(arc.from_polar(angle, np.pi))
@@ -104,7 +105,7 @@ def test_stretched_silicone_pulls_beyond_the_rest_length_only():
 
 @pytest.mark.parametrize("passive", [None, 300.0])
 def test_tangent_stiffness_under_pressure_is_the_derivative_of_the_forces(passive):
-    arm = Arm(links=8, **HANGING, muscle=Muscle(passive_stiffness=passive))
+    arm = Arm(links=8, **HANGING, muscle=McKibben(passive_stiffness=passive))
     plant = _pressurised(arm, np.array([6e5, 2e5, 1e5]))
     model, data = plant.model, plant.data
     data.qpos[:] = np.random.default_rng(1).normal(0.15, 0.05, model.nq)
@@ -133,7 +134,7 @@ def test_braid_friction_makes_the_hysteresis_that_the_statics_say():
     arm = Arm(links=8)
     up, down, lengths = _cycle(arm)
     lag = down - up
-    up, down, _ = _cycle(replace(arm, muscle=Muscle(braid_friction=friction)))
+    up, down, _ = _cycle(replace(arm, muscle=McKibben(braid_friction=friction)))
     index = 500
     pressures = np.array([1e5 + 3e5 * index / 1199, 1e5, 1e5])
     springs = length_jacobian([up[index], 0.0], arm)[:, 0] ** 2 @ force_slope(pressures, lengths[index], arm)
@@ -226,7 +227,7 @@ def test_a_vented_muscle_is_without_tension_where_the_map_says_so(arm):
 
 
 def test_silicone_takes_its_share_of_the_holding_tensions():
-    arm = Arm(muscle=Muscle(passive_stiffness=300.0))
+    arm = Arm(muscle=McKibben(passive_stiffness=300.0))
     bend = arc.from_polar(1.8, np.pi / 3)
     lengths = routing.lengths_from_bend(bend, arm)
     passive = passive_tension(lengths, arm)

@@ -7,7 +7,7 @@ from rod import parallel_rod, tension
 from scipy.optimize import brentq
 
 from contarm_sim.model.arm import Arm
-from contarm_sim.studies.possibility import every_bend, held_off, largest_bends, largest_bends_at_rest
+from contarm_sim.studies.largest_bends import every_bend, held_off, largest_bends, largest_bends_at_rest
 
 PLANES = np.radians(np.arange(0, 360, 5))
 

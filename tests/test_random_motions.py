@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from random_arms import can_stand, random_arm
+from references import moving
 
-from contarm_sim.control.command import CONTROLLERS
+from contarm_sim.control.registry import NAMES
 from contarm_sim.errors import ContarmError
 from contarm_sim.kinematics import arc
 from contarm_sim.motion.simulate import STEP_LIMIT, Stepping, simulate
@@ -36,27 +37,27 @@ def _standing(rng, links=60, weight=np.inf):
 def _moves(rng, controller, links=60, weight=np.inf):
     """Move an arm; return whether its step is said to be short enough, which a quarter of it then confirms."""
     arm, bend = _standing(rng, links, weight)
-    targets = arc.position(bend, arm.length)
-    run = simulate(arm, targets, bend, controller)
+    reference = moving(arm, bend, rate=RATE)
+    run = simulate(arm, reference, controller)
     if np.nanmax(run.step_error) >= STEP_LIMIT * arm.length:
         return False
-    finer = simulate(arm, targets, bend, controller, stepping=Stepping(0.25 * run.timestep))
-    off = np.linalg.norm(run.samples.stations[:, -1] - finer.samples.stations[:, -1], axis=1).max()
+    finer = simulate(arm, reference, controller, stepping=Stepping(0.25 * run.timestep))
+    off = np.linalg.norm(run.tip - finer.tip, axis=1).max()
     assert off < STEP_LIMIT * arm.length, (arm, controller, run.timestep)
-    assert run.samples.muscle_tensions.max() < 1.5 * arm.muscle.blocked_force or controller in ("paper", "chain")
+    assert run.muscle_tensions.max() < 1.5 * arm.muscle.blocked_force or controller in ("paper", "chain")
     return True
 
 
 @pytest.mark.parametrize("controller", ["chain", "feedforward", "servo", "tip"])
 def test_random_arms_that_can_stand_move(controller):
-    assert _moves(np.random.default_rng(CONTROLLERS.index(controller)), controller, links=10, weight=10.0)
+    assert _moves(np.random.default_rng(NAMES.index(controller)), controller, links=10, weight=10.0)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("controller", CONTROLLERS)
+@pytest.mark.parametrize("controller", NAMES)
 def test_nearly_all_random_arms_that_can_stand_move(controller):
     """At least 85 % do, but for those whose pressures are not enough, which is said; the step of some is not found."""
-    rng, failed, count = np.random.default_rng(100 + CONTROLLERS.index(controller)), [], 25
+    rng, failed, count = np.random.default_rng(100 + NAMES.index(controller)), [], 25
     for _ in range(count):
         try:
             if not _moves(rng, controller):

@@ -11,7 +11,7 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles, Wrench
 from contarm_sim.motion.course import forces_over_time, ramp_down
 from contarm_sim.motion.modes import bare, beam_frequencies, natural_frequencies, small_swing
-from contarm_sim.motion.release import release
+from contarm_sim.motion.release import SwingSettings, release
 from contarm_sim.motion.swing_error import judged_release
 from contarm_sim.statics.equilibrium import equilibrium
 from contarm_sim.statics.extrapolation import interpolate
@@ -46,7 +46,7 @@ def _off(points, rod):
 def _judge(seed, time):
     arm, wrenches = _rod_and_wrenches(seed)
     rod = released(arm, wrenches, time, xi=(0.3, 1.0), order=6)
-    found = judged_release(arm, _load(wrenches), duration=time[-1], xi=(0.3, 1.0))
+    found = judged_release(arm, _load(wrenches), SwingSettings(duration=time[-1], xi=(0.3, 1.0)))
     return rod, found
 
 
@@ -85,7 +85,7 @@ def test_a_released_rod_that_twists_swings_as_one_without_links(torsional_stiffn
     arm = replace(THIN, torsional_stiffness=torsional_stiffness, gravity=(0.0, 0.0, 9.81))
     wrenches = ((0.5, (0.0, 0.3, 0.0), (0, 0, 0)), (1.0, (0.25, -0.1, 0.0), (0, 0, 0)))
     rod = released(arm, wrenches, TIME[:51], xi=(0.3, 1.0), order=6)
-    _agrees(rod, judged_release(arm, _load(wrenches), duration=0.5, xi=(0.3, 1.0)))
+    _agrees(rod, judged_release(arm, _load(wrenches), SwingSettings(duration=0.5, xi=(0.3, 1.0))))
 
 
 def test_the_first_kick_lasts_half_a_step_and_links_err_to_second_order():
@@ -93,7 +93,7 @@ def test_the_first_kick_lasts_half_a_step_and_links_err_to_second_order():
     arm, wrenches = replace(THIN, damping_time=0.001), ((1.0, (0.15, 0.1, 0.0), (0, 0, 0)),)
     load, time = _load(wrenches), TIME[:41]
     tips = {
-        (links, step): release(made, equilibrium(made, load).qpos, load, step, time[-1]).tip
+        (links, step): release(made, equilibrium(made, load).qpos, load, SwingSettings(step, time[-1])).tip
         for links, step in ((24, 1e-3), (24, 1.25e-4), (12, 1.25e-4))
         for made in [replace(arm, links=links)]
     }
@@ -136,10 +136,10 @@ def test_a_load_that_fades_is_followed():
     held = equilibrium(THIN, load).qpos
     course = ramp_down(0.2)
     rod = released(THIN, wrenches, time, order=6, course=course).points[:, 0]
-    swing = release(THIN, held, load, duration=time[-1], course=course)
+    swing = release(THIN, held, load, SwingSettings(duration=time[-1], course=course))
     assert _off(swing.tip, rod) < 0.1
-    assert _off(release(THIN, held, load, duration=time[-1]).tip, rod) > 10
-    kept = release(THIN, held, load, duration=0.1, course=lambda t: 1.0)
+    assert _off(release(THIN, held, load, SwingSettings(duration=time[-1])).tip, rod) > 10
+    kept = release(THIN, held, load, SwingSettings(duration=0.1, course=lambda t: 1.0))
     assert np.abs(kept.tip - kept.tip[0]).max() < 1e-8
 
 
@@ -148,7 +148,7 @@ def test_a_table_of_forces_is_followed():
     course, time = forces_over_time(times, forces, xi=0.5), TIME[:31]
     first = ((0.5, tuple(forces[0]), (0, 0, 0)),)
     held = equilibrium(THIN, _load(first)).qpos
-    swing = release(THIN, held, _load(first), duration=time[-1], course=course)
+    swing = release(THIN, held, _load(first), SwingSettings(duration=time[-1], course=course))
     axes = tuple((0.5, tuple(row), (0, 0, 0)) for row in np.eye(3))
     from rod import parallel_rod
 
@@ -161,12 +161,12 @@ def test_places_between_stations_and_sample_periods():
     load = Load(wrenches=(Wrench(xi=1.0, force=(0.3, 0.1, 0.0)),))
     held = equilibrium(THIN, load)
     xi = (0.0, 0.31, 0.5, 1.0)
-    swing = release(THIN, held.qpos, load, 1e-3, 0.1, sample_period=2e-3, xi=xi)
+    swing = release(THIN, held.qpos, load, SwingSettings(1e-3, 0.1, sample_period=2e-3, xi=xi))
     assert swing.frames.shape == (51, 4, 4, 4)
     assert swing.time[-1] == pytest.approx(0.1)
     assert swing.frames[0] == pytest.approx(interpolate(held.frames, THIN.length, xi), abs=1e-12)
     assert swing.frames[:, 3, :3, 3] == pytest.approx(swing.tip, abs=1e-12)
-    sparse = release(THIN, held.qpos, load, 1e-3, 0.1, xi=xi)
+    sparse = release(THIN, held.qpos, load, SwingSettings(1e-3, 0.1, xi=xi))
     assert sparse.frames == pytest.approx(swing.frames[::5], abs=1e-12)
     w, x, y, z = np.moveaxis(swing.quaternions, -1, 0)
     assert 1 - 2 * (x**2 + y**2) == pytest.approx(swing.frames[..., 2, 2])
@@ -180,7 +180,7 @@ def test_what_cannot_be_is_refused():
         {"course": lambda t: Load(muscles=Muscles(kind="tensions", values=(1, 1, 1)))},
     ):  # fmt: skip
         with pytest.raises(InputError):
-            release(THIN, held, load, duration=0.05, **wrong)
+            release(THIN, held, load, SwingSettings(**{"duration": 0.05, **wrong}))
     with pytest.raises(InputError):
         ramp_down(0.0)
     for times, forces in (([0, 0], np.zeros((2, 3))), ([1.0], np.zeros((1, 3))), ([0.0], np.zeros((1, 2)))):

@@ -14,7 +14,7 @@ from contarm_sim.errors import InputError, RenderingError
 from contarm_sim.kinematics import arc
 from contarm_sim.mjcf import scene_spec
 from contarm_sim.model.arm import Arm
-from contarm_sim.results.samples import Samples
+from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.rendering.caption import Caption
 from contarm_sim.view.rendering.draw import ArmRenderer, Overlays, still, trace_colours
 from contarm_sim.view.rendering.encode import encoder
@@ -44,7 +44,10 @@ def samples_of(arm, bend, bent=None, rate=100.0):
     for i in range(1, arm.links + 1):
         qpos[:, model.joint(f"joint_{i:02d}_x").qposadr[0]] = -bent[:, 1] / arm.links
         qpos[:, model.joint(f"joint_{i:02d}_y").qposadr[0]] = bent[:, 0] / arm.links
-    return Samples(
+    return Trajectory(
+        arm=arm,
+        controller="servo",
+        status="finished",
         time=np.arange(count) / rate,
         target=arc.position(bend, arm.length),
         bend=bend,
@@ -56,6 +59,13 @@ def samples_of(arm, bend, bent=None, rate=100.0):
         tip_rotation=arc.rotation(bent),
         qpos=qpos,
     )
+
+
+def moved(samples, offset):
+    """Return samples whose tips are elsewhere by an offset [m]."""
+    stations = samples.stations.copy()
+    stations[:, -1] += offset
+    return replace(samples, stations=stations)
 
 
 def spiral(arm, count=51):
@@ -228,7 +238,7 @@ def test_the_target_is_drawn_where_the_closed_form_says(gl, gravity, camera):
 @pytest.mark.gl
 def test_target_trace_and_ghost_end_within_two_pixels_of_the_closed_forms_at_720p(gl, arm):
     samples = spiral(arm)
-    samples.stations[:, -1] += [0.01, 0.0, 0.0]  # a simulated tip that is not the analytic one
+    samples = moved(samples, [0.01, 0.0, 0.0])  # a simulated tip that is not the analytic one
     with ArmRenderer(arm, 1280, 720) as renderer:
         plain = renderer.frame(samples, 45, NOTHING)
         drawn = {
@@ -307,7 +317,7 @@ def test_a_sample_is_replayed_and_its_trace_ends_at_its_tip(gl, arm):
 @pytest.mark.gl
 def test_muscles_show_their_tension(gl, arm):
     samples = samples_of(arm, np.zeros((2, 2)))
-    samples.muscle_tensions[0], samples.muscle_tensions[1] = (40.0, 0.0, 0.0), (0.0, 0.0, 40.0)
+    samples = replace(samples, muscle_tensions=[(40.0, 0.0, 0.0), (0.0, 0.0, 40.0)])
     with ArmRenderer(arm, 320, 240) as renderer:
         red, amber = (renderer.frame(samples, i, NOTHING).astype(int) for i in (0, 1))
     redness = [np.sum((p[..., 0] > 140) & (p[..., 1] < 60) & (p[..., 2] < 60)) for p in (red, amber)]
@@ -397,7 +407,7 @@ def test_a_caption_is_not_clipped(size):
 
 def test_two_runs_beside_each_other_have_one_scale(arm):
     straight, off = samples_of(arm, np.zeros((5, 2))), samples_of(arm, np.zeros((5, 2)))
-    off.stations[:, -1, 0] += 0.02
+    off = moved(off, [0.02, 0.0, 0.0])
     assert Scale.of((arm, straight)).error == pytest.approx(0.0, abs=1e-12)
     assert Scale.of((arm, straight), (arm, off)) == Scale.of((arm, off), (arm, straight))
     assert Scale.of((arm, straight), (arm, off)).error == pytest.approx(0.02)
@@ -505,7 +515,7 @@ def test_a_still_shows_the_sample_nearest_to_its_time(gl, arm, tmp_path):
 def test_plots_fill_up_as_time_passes(gl, arm):
     """Where a curve will be it is pale, where it has been it is dark, and the arm in the middle stays free."""
     samples = spiral(arm, 101)
-    samples.stations[:, -1, 0] += np.linspace(0, 0.01, 101)  # an error that grows
+    samples = moved(samples, np.linspace(0, 0.01, 101)[:, None] * [1.0, 0.0, 0.0])  # an error that grows
     look = Look(640, 360)
     early, late = (next(Shot(arm, replace(samples), look).frames(some=1)) for _ in range(2))
     early, *_, late = Shot(arm, samples, look).frames()

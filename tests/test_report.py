@@ -9,9 +9,8 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 from browser import BROWSER
+from references import along
 
-from contarm_sim import paths
-from contarm_sim.kinematics import dome
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.simulate import simulate
 from contarm_sim.view.rendering.encode import encoder, encoding
@@ -23,9 +22,7 @@ from contarm_sim.view.report.run import RunReport
 def page(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run")
     arm = Arm()
-    _, targets = paths.named("spiral", arm.length, 2.0, turns=0.5).targets(100)
-    run = simulate(arm, targets, dome.bend_from_tip(targets, arm.length).bend)
-    report = RunReport(arm, run, "servo")
+    report = RunReport(simulate(arm, along(arm, "spiral", 2.0, turns=0.5)))
     report.draw(folder)
     (folder / "video.mp4").write_bytes(b"not really a film")
     given = {"path": "</script><b>", "duration": 2.0, "command": "contarm run --out '<&>'", "video": "video.mp4"}
@@ -120,9 +117,7 @@ def test_a_browser_shows_it_without_an_error_and_the_view_answers_to_the_mouse(p
 
 def test_a_failed_run_and_a_missing_film_are_said_so(tmp_path):
     arm = replace(Arm(), gravity=(0.0, 0.0, 9.81))
-    _, targets = paths.named("circle", arm.length, 1.0).targets(100)
-    run = simulate(arm, targets, dome.bend_from_tip(targets, arm.length).bend)
-    report = RunReport(arm, run, "servo")
+    report = RunReport(simulate(arm, along(arm, "circle", 1.0)))
     assert np.isfinite(report.summary["tip_error"]["max_m"])
     given = {"path": "circle", "duration": 1.0, "command": "contarm run", "video": "none: no GL library"}
     check = {"name": "slack", "value": 1.0, "limit": 0.0, "unit": "%", "passed": False}

@@ -5,17 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from random_arms import can_stand, random_arm
+from references import moving, resting
 from rod import parallel_rod
 
-from contarm_sim.control.command import command
-from contarm_sim.control.feedback import LengthFeedback, Seen
-from contarm_sim.control.tip_plan import plan_motion, plan_rest
+from contarm_sim.control.base import Seen
+from contarm_sim.control.servo import LengthFeedback, Servo
+from contarm_sim.control.tip import plan_motion, plan_rest
 from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import ConvergenceError, NoRestError
 from contarm_sim.kinematics import arc
 from contarm_sim.mechanics import pneumatics, routing
 from contarm_sim.mechanics.statics import servo_tensions
-from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.arm import Arm
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.statics.solver import Solver, tolerance
 
@@ -26,7 +27,7 @@ def _random_bend(rng):
 
 def _at_rest(arm, bend, controller="servo"):
     bend = np.atleast_2d(bend)
-    return poses_at_rest(arm, bend, arc.position(bend, arm.length), controller)
+    return poses_at_rest(arm, resting(arm, bend), controller)
 
 
 def test_every_random_arm_that_can_stand_is_found_at_rest():
@@ -83,9 +84,9 @@ def test_every_random_arm_settles_under_any_set_points():
 @pytest.mark.parametrize("path", ["parallel", "spans"])
 def test_one_newton_finds_what_the_controller_at_rest_ends_in(path, twist):
     """Settling and correcting set-points by turns, as the controller in motion does, comes to the same pose."""
-    arm = Arm(gravity=(1.0, 2.0, 8.0), payload=0.05, torsional_stiffness=twist, muscle=Muscle(path=path))
+    arm = Arm(gravity=(1.0, 2.0, 8.0), payload=0.05, torsional_stiffness=twist, path=path)
     bend = np.array([[1.1, -0.7]])
-    orders = command(arm, bend, "servo")
+    orders = Servo().plan(arm, resting(arm, bend))
     plant, feedback = Plant(arm), LengthFeedback(arm, orders.lengths)
     plant.reset(bend[0])
     solver = Solver(plant)
@@ -138,7 +139,7 @@ def test_the_tip_is_planned_at_every_link_count(links):
     arm = replace(SHORT, links=links)
     bend = arc.from_polar(np.radians([0, 30, 60, 90, 120]), np.radians([0, 50, 120, 200, 300]))
     target = arc.position(bend, arm.length)
-    plain, planned = (poses_at_rest(arm, bend, target, name) for name in ("servo", "tip"))
+    plain, planned = (poses_at_rest(arm, resting(arm, bend, target), name) for name in ("servo", "tip"))
     off = [np.linalg.norm(samples.stations[:, -1] - target, axis=1) for samples in (plain, planned)]
     assert np.all(off[1] <= off[0] + 1e-9)
     left = np.einsum("tij,tj->ti", plan_rest(arm, bend, target).tip_to_bend, target - planned.stations[:, -1])
@@ -164,6 +165,6 @@ def test_planned_set_points_are_smooth():
     """No bursts: over ticks of 10 ms tensions change their rate by less than the path alone asks, within 1 %."""
     arm, time = replace(SHORT, links=12), np.arange(0, 3, 0.01)
     bend = arc.from_polar(1.6 * np.sin(np.pi * time / 6) ** 2, 2 * np.pi * time / 3)
-    orders = plan_motion(arm, bend, arc.position(bend, arm.length), 0.01)
+    orders = plan_motion(arm, moving(arm, bend))
     tensions = servo_tensions(orders.setpoint, orders.lengths, arm)
     assert np.abs(np.diff(tensions, 2, axis=0)).max() < 0.01 * np.ptp(tensions)

@@ -5,59 +5,51 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
+from references import along, moving, resting
 
-from contarm_sim import paths
-from contarm_sim.control.tip_plan import plan_rest
+from contarm_sim.control.tip import plan_rest
 from contarm_sim.engine.plant import Plant
-from contarm_sim.errors import DivergenceError, InputError
-from contarm_sim.kinematics import arc, dome
+from contarm_sim.errors import DivergenceError, InputError, Interrupted
+from contarm_sim.kinematics import arc
 from contarm_sim.mechanics import routing
-from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.mckibben import McKibben
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.motion.simulate import ACCURATE, FAST, STEP_LIMIT, Stepping, simulate
-from contarm_sim.results.samples import Samples
+from contarm_sim.results.trajectory import Trajectory
 
 
 def _spiral(arm, duration=1.0, **shape):
-    _, targets = paths.named("spiral", arm.length, duration=duration, **shape).targets(100)
-    return targets, dome.bend_from_tip(targets, arm.length).bend
+    return along(arm, "spiral", duration, **shape)
 
 
 @pytest.fixture(scope="module")
 def recorded():
     arm = Arm()
-    return arm, simulate(arm, *_spiral(arm, 2.0, turns=0.5, max_bend=1.0))
-
-
-def _first(samples, count):
-    return Samples(*(getattr(samples, name)[:count] for name in samples.__dataclass_fields__))
-
-
-def _same(a, b):
-    return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in a.__dataclass_fields__)
+    return arm, simulate(arm, _spiral(arm, 2.0, turns=0.5, max_bend=1.0))
 
 
 def test_the_same_input_gives_bit_identical_samples(recorded):
     arm, run = recorded
-    assert _same(run.samples, simulate(arm, *_spiral(arm, 2.0, turns=0.5, max_bend=1.0)).samples)
+    assert run == simulate(arm, _spiral(arm, 2.0, turns=0.5, max_bend=1.0))
 
 
 def test_poses_belong_to_the_sampled_time(recorded):
     """Recomputing every pose from the recorded joint angles gives the recorded pose, not the one a step earlier."""
     arm, run = recorded
     plant = Plant(arm)
-    for i in range(0, len(run.samples), 25):
-        plant.data.qpos[:] = run.samples.qpos[i]
+    for i in range(0, len(run), 25):
+        plant.data.qpos[:] = run.qpos[i]
         mujoco.mj_forward(plant.model, plant.data)
-        np.testing.assert_allclose(plant.stations, run.samples.stations[i], atol=1e-15)
-        np.testing.assert_allclose(plant.muscle_lengths, run.samples.muscle_lengths[i], atol=1e-15)
-        np.testing.assert_allclose(plant.tip_rotation, run.samples.tip_rotation[i], atol=1e-15)
-    np.testing.assert_allclose(run.samples.time, np.arange(201) / 100, atol=1e-9)
+        np.testing.assert_allclose(plant.stations, run.stations[i], atol=1e-15)
+        np.testing.assert_allclose(plant.muscle_lengths, run.muscle_lengths[i], atol=1e-15)
+        np.testing.assert_allclose(plant.tip_rotation, run.tip_rotation[i], atol=1e-15)
+    np.testing.assert_allclose(run.time, np.arange(201) / 100, atol=1e-9)
 
 
 def test_tensions_are_those_of_the_servo_law(recorded):
     arm, run = recorded
-    s = run.samples
+    s = run
     speed = np.gradient(s.muscle_lengths, 0.01, axis=0)
     changes = s.muscle_lengths - arm.length
     servo = arm.servo_stiffness * (changes - s.setpoint) + arm.muscle.min_tension
@@ -68,27 +60,27 @@ def test_tensions_are_those_of_the_servo_law(recorded):
 
 def test_a_motion_stays_near_the_arc_and_every_muscle_pulls(recorded):
     arm, run = recorded
-    error = np.linalg.norm(run.samples.stations[:, -1] - arc.position(run.samples.bend, arm.length), axis=-1)
+    error = np.linalg.norm(run.stations[:, -1] - arc.position(run.bend, arm.length), axis=-1)
     assert error.max() < 0.02 * arm.length
-    assert run.samples.muscle_tensions.min() > 0.5 * arm.muscle.min_tension
+    assert run.muscle_tensions.min() > 0.5 * arm.muscle.min_tension
     assert run.real_time_factor > 1
 
 
 def test_the_default_step_errs_by_less_than_a_fiftieth_of_a_percent(recorded):
     """Against ten times finer stepping, hanging with a payload too; --fast is about twice as coarse."""
     for arm in (Arm(), Arm(gravity=(0, 0, 9.81), payload=0.1)):
-        targets, bend = _spiral(arm, 3.0, turns=0.6)
-        fine = simulate(arm, targets, bend, stepping=Stepping(ACCURATE.timestep / 10)).samples.stations[:, -1]
+        reference = _spiral(arm, 3.0, turns=0.6)
+        fine = simulate(arm, reference, stepping=Stepping(ACCURATE.timestep / 10)).stations[:, -1]
         for stepping, limit in ((ACCURATE, 2e-4), (FAST, 5e-4)):
-            coarse = simulate(arm, targets, bend, stepping=stepping).samples.stations[:, -1]
+            coarse = simulate(arm, reference, stepping=stepping).stations[:, -1]
             assert np.linalg.norm(coarse - fine, axis=-1).max() < limit * arm.length
 
 
 def test_divergence_raises_with_time_dof_and_settings_and_leaves_no_log(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    wild = Arm(damping_time=0.0, mass=0.01, muscle=Muscle(servo_stiffness=1e7, servo_time=0.0))
+    wild = Arm(damping_time=0.0, mass=0.01, muscle=McKibben(servo_stiffness=1e7, servo_time=0.0))
     with pytest.raises(DivergenceError) as caught:
-        simulate(wild, *_spiral(wild), controller="paper", stepping=ACCURATE)
+        simulate(wild, _spiral(wild), controller="paper", stepping=ACCURATE)
     error = caught.value
     assert 0 < error.time < 1
     assert error.joint.startswith("joint_")
@@ -103,11 +95,15 @@ def test_ctrl_c_keeps_what_was_recorded():
         if count == 40:
             raise KeyboardInterrupt
 
-    targets, bend = _spiral(arm)
-    run = simulate(arm, targets, bend, stepping=ACCURATE, on_tick=press)
-    assert run.interrupted
-    assert len(run.samples) == 40
-    assert _same(run.samples, _first(simulate(arm, targets, bend, stepping=ACCURATE).samples, 40))
+    reference = _spiral(arm)
+    with pytest.raises(Interrupted) as caught:
+        simulate(arm, reference, stepping=ACCURATE, on_tick=press)
+    run = caught.value.trajectory
+    assert isinstance(caught.value, KeyboardInterrupt)
+    assert run.status == "interrupted"
+    assert len(run) == 40
+    whole = simulate(arm, reference, stepping=ACCURATE)
+    assert replace(run, status="finished") == whole.first(40)
 
 
 def test_ctrl_c_while_a_finer_step_is_tried_keeps_the_coarser_run():
@@ -118,30 +114,32 @@ def test_ctrl_c_while_a_finer_step_is_tried_keeps_the_coarser_run():
         if len(seen) > 150:
             raise KeyboardInterrupt
 
-    targets, bend = _spiral(arm)
-    run = simulate(arm, targets, bend, on_tick=press)
-    assert run.interrupted
-    assert len(run.samples) == len(bend)
-    assert _same(run.samples, simulate(arm, targets, bend, stepping=Stepping(run.timestep)).samples)
+    reference = _spiral(arm)
+    with pytest.raises(Interrupted) as caught:
+        simulate(arm, reference, on_tick=press)
+    run = caught.value.trajectory
+    assert run.status == "interrupted"
+    assert len(run) == len(reference)
+    again = simulate(arm, reference, stepping=Stepping(run.timestep))
+    assert replace(run, status="finished", step_error=None) == again
     assert np.nanmax(run.step_error) > STEP_LIMIT * arm.length
 
 
 def test_a_step_that_does_not_divide_the_tick_is_refused():
     arm = Arm()
     with pytest.raises(InputError, match="whole fraction"):
-        simulate(arm, *_spiral(arm), stepping=Stepping(0.003))
+        simulate(arm, _spiral(arm), stepping=Stepping(0.003))
     with pytest.raises(InputError, match="paper, chain"):
-        simulate(arm, *_spiral(arm), controller="pid")
+        simulate(arm, _spiral(arm), controller="pid")
 
 
 def test_controllers_improve_from_paper_to_servo():
     """With a soft servo under gravity, each step of the ladder follows lengths better than the one before."""
-    arm = Arm(gravity=(0, 0, 9.81), muscle=Muscle(servo_stiffness=2e4))
+    arm = Arm(gravity=(0, 0, 9.81), muscle=McKibben(servo_stiffness=2e4))
     bend = np.repeat(arc.from_polar(np.array([1.5]), 0.5), 201, axis=0)
-    targets = arc.position(bend, arm.length)
-    errors = []
+    reference, errors = moving(arm, bend), []
     for controller in ("paper", "feedforward", "servo"):
-        s = simulate(arm, targets, bend, controller).samples
+        s = simulate(arm, reference, controller)
         wanted = s.bend[-1]
         measured, _ = routing.bend_from_lengths(s.muscle_lengths[-1], arm)
         errors.append(np.linalg.norm(measured - wanted))
@@ -150,17 +148,17 @@ def test_controllers_improve_from_paper_to_servo():
 
 def test_samples_survive_the_disk(recorded, tmp_path):
     _, run = recorded
-    run.samples.save(tmp_path / "trajectory.npz")
-    assert _same(Samples.load(tmp_path / "trajectory.npz"), run.samples)
+    run.save(tmp_path / "trajectory.npz")
+    assert Trajectory.load(tmp_path / "trajectory.npz") == run
     (tmp_path / "bad.npz").write_text("no")
     with pytest.raises(InputError):
-        Samples.load(tmp_path / "bad.npz")
+        Trajectory.load(tmp_path / "bad.npz")
 
 
 def test_unusual_arms_run():
     for arm in (Arm(links=7), Arm(torsional_stiffness=0.05), replace(Arm(), length=1.0, muscle_radius=0.05, mass=2.0)):
-        run = simulate(arm, *_spiral(arm, 0.5, turns=0.2, max_bend=0.5))
-        assert np.isfinite(run.samples.stations).all()
+        run = simulate(arm, _spiral(arm, 0.5, turns=0.2, max_bend=0.5))
+        assert np.isfinite(run.stations).all()
 
 
 def test_the_tip_is_brought_as_near_as_two_degrees_of_freedom_allow():
@@ -168,19 +166,19 @@ def test_the_tip_is_brought_as_near_as_two_degrees_of_freedom_allow():
     arm = Arm(gravity=(0, 0, 9.81), payload=0.1)
     bend = arc.from_polar(np.array([0.6, 1.4]), np.array([0.3, -2.0]))
     target = arc.position(bend, arm.length)
-    blind, seeing = (poses_at_rest(arm, bend, target, controller) for controller in ("servo", "tip"))
+    blind, seeing = (poses_at_rest(arm, resting(arm, bend, target), controller) for controller in ("servo", "tip"))
     before, after = (samples.stations[:, -1] - target for samples in (blind, seeing))
     assert np.all(np.linalg.norm(after, axis=1) < 0.5 * np.linalg.norm(before, axis=1))
-    along = np.einsum("tij,tj->ti", plan_rest(arm, bend, target).tip_to_bend, after)
-    assert np.abs(along).max() < 1e-6
+    reached = np.einsum("tij,tj->ti", plan_rest(arm, bend, target).tip_to_bend, after)
+    assert np.abs(reached).max() < 1e-6
 
 
 def test_the_tip_controller_follows_a_slow_path_under_gravity():
     arm = Arm(gravity=(0, 0, 9.81))
-    targets, bend = _spiral(arm, 4.0, turns=0.5, max_bend=1.0)
+    reference = _spiral(arm, 4.0, turns=0.5, max_bend=1.0)
     errors = {}
     for controller in ("servo", "tip"):
-        offset = simulate(arm, targets, bend, controller).samples.stations[:, -1] - targets
+        offset = simulate(arm, reference, controller).tip - reference.target
         errors[controller] = np.sqrt(np.mean(np.sum(offset[100:] ** 2, axis=1)))
     assert errors["tip"] < 0.5 * errors["servo"]
 
@@ -188,9 +186,9 @@ def test_the_tip_controller_follows_a_slow_path_under_gravity():
 def test_pressures_move_the_arm_within_their_limits():
     """Through McKibben muscles and valves; the lag of 50 ms is led, so the tip is not late."""
     arm = Arm()
-    targets, bend = _spiral(arm, 6.0, turns=1.0)
-    samples = simulate(arm, targets, bend, "pressure").samples
-    error = np.linalg.norm(samples.stations[:, -1] - targets, axis=1)
+    reference = _spiral(arm, 6.0, turns=1.0)
+    samples = simulate(arm, reference, "pressure")
+    error = np.linalg.norm(samples.tip - reference.target, axis=1)
     assert np.sqrt(np.mean(error[100:] ** 2)) < 0.01 * arm.length
     for pressures in (samples.setpoint, samples.pressure):
         assert pressures.min() >= 0.999 * arm.muscle.min_pressure
@@ -203,7 +201,9 @@ def test_at_rest_pressures_bring_lengths_where_servos_would_under_load():
     arm = Arm(gravity=(0, 0, 9.81))
     bend = arc.from_polar(np.array([0.4, 1.2]), np.array([0.2, -2.0]))
     target = arc.position(bend, arm.length)
-    pressed, served = (poses_at_rest(arm, bend, target, controller) for controller in ("pressure", "servo"))
+    pressed, served = (
+        poses_at_rest(arm, resting(arm, bend, target), controller) for controller in ("pressure", "servo")
+    )
     found = [routing.bend_from_lengths(s.muscle_lengths, arm)[0] for s in (pressed, served)]
     np.testing.assert_allclose(*found, atol=1e-5)
     assert pressed.pressure.min() >= arm.muscle.min_pressure * (1 - 1e-9)
@@ -216,7 +216,8 @@ def test_the_planned_tips_derivative_is_that_of_the_resting_tip():
     inverse = plan_rest(arm, bend, target).tip_to_bend[0]
     step = 1e-4
     for direction in np.eye(2):
-        tips = [poses_at_rest(arm, bend + sign * step * direction, target, "servo").stations[0, -1] for sign in (1, -1)]
+        moved = [resting(arm, bend + sign * step * direction) for sign in (1, -1)]
+        tips = [poses_at_rest(arm, each).tip[0] for each in moved]
         # The plan's own pose is some degrees further; its derivative by the bend asked for is nearly this one.
         np.testing.assert_allclose(inverse @ (tips[0] - tips[1]) / (2 * step), direction, atol=0.25)
 
@@ -225,9 +226,9 @@ def test_the_planned_tips_derivative_is_that_of_the_resting_tip():
 def test_the_tip_controller_leaves_next_to_nothing_that_lengths_could_remove(load):
     """0.1 % of length, after the first second, along the surface that the tip can reach; free, in all."""
     arm = Arm(**load)
-    targets, bend = _spiral(arm, 5.0, turns=1.0)
-    offset = simulate(arm, targets, bend, "tip").samples.stations[:, -1] - targets
-    offset, inverse = offset[100::10], plan_rest(arm, bend[100::10], targets[100::10]).tip_to_bend
-    along = np.einsum("tij,tj->ti", np.linalg.pinv(inverse) @ inverse, offset)
-    left = along if load else offset
+    reference = _spiral(arm, 5.0, turns=1.0)
+    offset = simulate(arm, reference, "tip").tip - reference.target
+    offset, inverse = offset[100::10], plan_rest(arm, reference.bend[100::10], reference.target[100::10]).tip_to_bend
+    reached = np.einsum("tij,tj->ti", np.linalg.pinv(inverse) @ inverse, offset)
+    left = reached if load else offset
     assert np.sqrt(np.mean(np.sum(left**2, axis=1))) < 1e-3 * arm.length

@@ -2,26 +2,33 @@
 
 import re
 import sys
-from dataclasses import fields
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+from references import along
 
-from contarm_sim import paths
 from contarm_sim.cli.main import main
 from contarm_sim.errors import InputError
-from contarm_sim.kinematics import dome
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import arm_to_toml
 from contarm_sim.motion.simulate import simulate
-from contarm_sim.results.samples import Samples
+from contarm_sim.results.trajectory import Trajectory
 
 
 @pytest.fixture(scope="module")
 def samples():
     arm = Arm(links=4)
-    _, targets = paths.named("circle", arm.length, 0.2, max_bend=0.3).targets(100)
-    return simulate(arm, targets, dome.bend_from_tip(targets, arm.length).bend).samples
+    return simulate(arm, along(arm, "circle", 0.2, max_bend=0.3))
+
+
+def _arrays(samples):
+    """Return the arrays of a file that `save` writes, `about` among them."""
+    with TemporaryDirectory() as folder:
+        samples.save(Path(folder) / "t.npz")
+        with np.load(Path(folder) / "t.npz") as stored:
+            return dict(stored)
 
 
 @pytest.fixture
@@ -32,7 +39,7 @@ def render(samples, monkeypatch, capsys, tmp_path):
     (tmp_path / "r/arm.toml").write_text(arm_to_toml(Arm(links=4)))
 
     def call(damage):
-        damage(tmp_path / "r/trajectory.npz", {f.name: getattr(samples, f.name).copy() for f in fields(samples)})
+        damage(tmp_path / "r/trajectory.npz", _arrays(samples))
         monkeypatch.setattr(sys, "argv", ["contarm", "render", "r", "--out", "r.png"])
         with pytest.raises(SystemExit) as ended:
             main()
@@ -106,13 +113,13 @@ def test_numbers_that_are_not_finite_are_refused_by_name(render, name, value, sa
 
 
 def test_pressures_that_no_muscle_could_have_are_kept(samples, tmp_path):
-    arrays = {f.name: getattr(samples, f.name).copy() for f in fields(samples)}
+    arrays = _arrays(samples)
     arrays["pressure"][3] = np.inf
     np.savez(tmp_path / "t.npz", **arrays)
-    assert Samples.load(tmp_path / "t.npz").pressure[3, 0] == np.inf
+    assert Trajectory.load(tmp_path / "t.npz").pressure[3, 0] == np.inf
 
 
 def test_a_scalar_that_is_not_finite_is_refused(samples, tmp_path):
-    np.savez(tmp_path / "t.npz", **{f.name: getattr(samples, f.name) for f in fields(samples)} | {"time": np.nan})
+    np.savez(tmp_path / "t.npz", **_arrays(samples) | {"time": np.array(np.nan)})
     with pytest.raises(InputError, match="time is nan; allowed: finite numbers"):
-        Samples.load(tmp_path / "t.npz")
+        Trajectory.load(tmp_path / "t.npz")

@@ -13,8 +13,9 @@ from contarm_sim.mechanics.compliance import tip_compliance
 from contarm_sim.mechanics.pneumatics import force, force_slope, pressure_for
 from contarm_sim.mechanics.routing import length_jacobian
 from contarm_sim.mechanics.statics import cocontraction, holding_pressures, holding_tensions
-from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles
+from contarm_sim.model.mckibben import McKibben
 from contarm_sim.statics.equilibrium import equilibrium
 
 STEP = 1e-6
@@ -34,7 +35,7 @@ def test_length_jacobian_is_the_derivative(arm):
 @pytest.mark.parametrize("path", ["parallel", "spans"])
 @pytest.mark.parametrize("links", [8, 24, 96])
 def test_tensions_do_as_much_virtual_work_as_the_bending_energy(links, path):
-    arm = Arm(links=links, muscle=Muscle(path=path))
+    arm = Arm(links=links, path=path)
     bend = bends(200, largest=2.9)
     tensions = holding_tensions(bend, arm)
     joint = arm.bending_stiffness / arm.link_pitch
@@ -52,7 +53,7 @@ def test_tensions_do_as_much_virtual_work_as_the_bending_energy(links, path):
 
 @pytest.mark.parametrize("path", ["parallel", "spans"])
 def test_cocontraction_moves_nothing_and_is_near_equal_tensions(path):
-    arm, bend = Arm(muscle=Muscle(path=path)), bends(200, largest=2.9)
+    arm, bend = Arm(path=path), bends(200, largest=2.9)
     null = cocontraction(bend, arm)
     assert np.abs(np.einsum("nij,ni->nj", length_jacobian(bend, arm), null)).max() < 1e-16
     assert np.abs(null - 1).max() < (1e-12 if path == "parallel" else 0.03)
@@ -80,7 +81,7 @@ def test_servos_keep_pulling_beside_the_damping_of_lengthening_muscles(arm):
 
 def test_too_few_links_cannot_be_held_by_pulling():
     with pytest.raises(InputError, match="more links"):
-        holding_tensions(arc.from_polar(2.9, 0.1), Arm(links=2, muscle=Muscle(path="spans")))
+        holding_tensions(arc.from_polar(2.9, 0.1), Arm(links=2, path="spans"))
 
 
 def test_mckibben_force_and_its_inverse(arm):
@@ -120,7 +121,7 @@ def test_tip_compliance_of_a_straight_arm_is_the_beam_formula(arm):
 
 
 def test_tensions_that_buckle_the_chain_between_disks_are_refused(arm):
-    spans = replace(arm, muscle=Muscle(path="spans"))
+    spans = replace(arm, path="spans")
     limit = 12 * arm.bending_stiffness / arm.link_pitch**2
     with pytest.raises(InputError, match="buckles"):
         tip_compliance([0.0, 0.0], np.full(3, 1.01 * limit / 3), np.zeros(3), spans)
@@ -145,12 +146,12 @@ def test_torsion_adds_to_the_tips_compliance_less_what_muscles_pull_back():
 
 
 def test_lengths_that_a_braid_cannot_take_and_chains_that_would_buckle_are_refused():
-    tight = Arm(muscle=Muscle(mount_contraction=0.0))
+    tight = Arm(muscle=McKibben(mount_contraction=0.0))
     with pytest.raises(InputError, match="length it cannot take"):
         holding_pressures(arc.from_polar(3.0, np.pi), tight)
     with pytest.raises(InputError, match="buckle"):
-        holding_pressures(arc.from_polar(1.0, 0.0), Arm(bending_stiffness=0.0003, muscle=Muscle(path="spans")))
-    coarse = Arm(links=8, muscle=Muscle(path="spans"))
+        holding_pressures(arc.from_polar(1.0, 0.0), Arm(bending_stiffness=0.0003, path="spans"))
+    coarse = Arm(links=8, path="spans")
     tensions = holding_pressures(arc.from_polar(1.0, 0.0), coarse, share=1.0)
     held = equilibrium(coarse, Load(muscles=Muscles(kind="pressures", values=tuple(tensions))))
     assert held.stable

@@ -6,15 +6,16 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from references import along, moving, resting
 
-from contarm_sim import paths
 from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.errors import DivergenceError, InputError
-from contarm_sim.kinematics import arc, dome
+from contarm_sim.kinematics import arc
 from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.statics import holding_tensions, servo_control
 from contarm_sim.mjcf import arm_spec
-from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.mckibben import McKibben
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.motion.simulate import STEP_LIMIT, Stepping, simulate
 
@@ -78,7 +79,7 @@ def test_at_zero_control_the_committed_arm_stays_straight():
 
 @pytest.mark.parametrize("kp", [2e4, 3e5])
 def test_softer_and_stiffer_servos_do_not_hunt_either(kp):
-    arm = Arm(muscle=Muscle(servo_stiffness=kp, servo_time=0.005))
+    arm = Arm(muscle=McKibben(servo_stiffness=kp, servo_time=0.005))
     _, swing = _stepped(arm_spec(arm).compile(), _controls(arm, 4, 2), 0.005, 4.0)
     assert swing < 1e-3 * arm.length
 
@@ -99,33 +100,32 @@ def test_damping_hardly_pushes_a_muscle_that_the_servo_has_let_go_of(timestep, m
 
 
 def _spiral(arm, duration):
-    _, targets = paths.named("spiral", arm.length, duration).targets(100)
-    return targets, dome.bend_from_tip(targets, arm.length).bend
+    return along(arm, "spiral", duration)
 
 
 def _off(arm, one, other):
-    return np.linalg.norm(one.samples.stations[:, -1] - other.samples.stations[:, -1], axis=1).max() / arm.length
+    return np.linalg.norm(one.tip - other.tip, axis=1).max() / arm.length
 
 
 def test_a_slow_path_takes_the_longest_step_and_a_fast_one_as_short_a_step_as_it_needs():
     arm = Arm()
-    slow = simulate(arm, *_spiral(arm, 10.0))
+    slow = simulate(arm, _spiral(arm, 10.0))
     assert slow.timestep == 0.005
     assert np.isnan(slow.step_error).any()  # seen in a window only
-    fast = simulate(arm, *_spiral(arm, 1.0))
+    fast = simulate(arm, _spiral(arm, 1.0))
     assert fast.timestep < 5e-4
     for run, duration in ((slow, 10.0), (fast, 1.0)):
-        finer = simulate(arm, *_spiral(arm, duration), stepping=Stepping(min(2.5e-4, 0.25 * run.timestep)))
+        finer = simulate(arm, _spiral(arm, duration), stepping=Stepping(min(2.5e-4, 0.25 * run.timestep)))
         assert _off(arm, run, finer) < STEP_LIMIT
         assert np.nanmax(run.step_error) < STEP_LIMIT * arm.length
 
 
 def test_a_step_that_is_asked_for_but_too_long_is_told():
     arm = Arm()
-    targets, bend = _spiral(arm, 2.0)
-    coarse = simulate(arm, targets, bend, stepping=Stepping(0.005), check_step=True)
+    spiral = _spiral(arm, 2.0)
+    coarse = simulate(arm, spiral, stepping=Stepping(0.005), check_step=True)
     assert coarse.timestep == 0.005
-    truth = _off(arm, coarse, simulate(arm, targets, bend, stepping=Stepping(1e-4)))
+    truth = _off(arm, coarse, simulate(arm, spiral, stepping=Stepping(1e-4)))
     assert truth > STEP_LIMIT
     assert coarse.step_error.max() / arm.length == pytest.approx(truth, rel=0.3)
 
@@ -133,10 +133,10 @@ def test_a_step_that_is_asked_for_but_too_long_is_told():
 @pytest.mark.parametrize("controller", ["paper", "servo", "pressure"])
 def test_an_undamped_arm_gets_a_step_that_it_stands(controller):
     arm = Arm(damping_time=0.0, links=12, mass=0.1)
-    targets, bend = _spiral(arm, 3.0)
+    spiral = _spiral(arm, 3.0).first(100)
     with pytest.raises(DivergenceError):
-        simulate(arm, targets[:100], bend[:100], controller, stepping=Stepping(0.005))
-    run = simulate(arm, targets[:100], bend[:100], controller)
+        simulate(arm, spiral, controller, stepping=Stepping(0.005))
+    run = simulate(arm, spiral, controller)
     assert run.timestep < 0.005
     assert np.nanmax(run.step_error) < STEP_LIMIT * arm.length
 
@@ -156,7 +156,7 @@ def test_models_are_written_with_a_step_that_they_stand():
 def test_an_arm_that_no_step_suits_is_refused_with_the_remedy():
     arm = replace(Arm(), damping_time=0.0, mass=1e-9, bending_stiffness=1e3)
     with pytest.raises(InputError, match="more damping, fewer links"):
-        simulate(arm, *_spiral(arm, 1.0))
+        simulate(arm, _spiral(arm, 1.0))
 
 
 @pytest.mark.parametrize("count", [102, 115])
@@ -166,24 +166,24 @@ def test_the_steps_error_is_seen_wherever_the_arm_is_jolted(count):
     share = np.linspace(0, 1, count)
     share = share**2 * (3 - 2 * share)
     bend = arc.from_polar(0.3 + 0.7 * share, 2.4 - 1.5 * share)
-    run = simulate(arm, arc.position(bend, arm.length), bend, "pressure")
-    finer = simulate(arm, arc.position(bend, arm.length), bend, "pressure", stepping=Stepping(run.timestep / 8))
+    reference = moving(arm, bend)
+    run = simulate(arm, reference, "pressure")
+    finer = simulate(arm, reference, "pressure", stepping=Stepping(run.timestep / 8))
     truth = _off(arm, run, finer)
     assert truth < 0.5 * STEP_LIMIT
     assert np.nanmax(run.step_error) / arm.length > 0.7 * truth
 
 
 def test_where_muscles_rub_the_whole_motion_is_compared():
-    arm = Arm(links=8, muscle=Muscle(braid_friction=0.5))
-    run = simulate(arm, *_spiral(arm, 3.0))
+    arm = Arm(links=8, muscle=McKibben(braid_friction=0.5))
+    run = simulate(arm, _spiral(arm, 3.0))
     assert np.isfinite(run.step_error).all()
 
 
 def test_twisting_arms_stand_still_where_they_rest():
     arm = Arm(links=12, torsional_stiffness=0.08, gravity=(9.81, 0.0, 0.0), payload=0.1)
     bend = np.repeat(arc.from_polar(np.radians([73.0]), np.radians(271.0)), 300, axis=0)
-    target = arc.position(bend, arm.length)
-    stood = simulate(arm, target, bend, stepping=Stepping(0.005)).samples
-    rested = poses_at_rest(arm, bend[:1], target[:1])
+    stood = simulate(arm, moving(arm, bend), stepping=Stepping(0.005))
+    rested = poses_at_rest(arm, resting(arm, bend[:1]))
     assert np.linalg.norm(stood.stations[-1, -1] - rested.stations[0, -1]) < 1e-5 * arm.length
     assert rested.muscle_tensions.min() == pytest.approx(arm.muscle.min_tension, abs=1e-6)

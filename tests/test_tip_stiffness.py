@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from held_bends import held, polar, stiffness
 
+from contarm_sim import studies
 from contarm_sim.mechanics.compliance import tip_compliance
 from contarm_sim.mechanics.pneumatics import force_slope
 from contarm_sim.mechanics.statics import holding_pressures
 from contarm_sim.model.arm import Arm
-from contarm_sim.studies.cocontraction import stiffness_levels
 
 RATIOS = [1.4426, 1.5597, 1.0000]
 """Most over least co-contraction at 60 degrees towards a muscle: in bending, sideways and along."""
@@ -16,13 +16,13 @@ RATIOS = [1.4426, 1.5597, 1.0000]
 
 def test_cocontraction_stiffens_the_arm_as_it_does_the_rod():
     bend = polar(np.pi / 3, 0.0)
-    rows = stiffness_levels(Arm(), bend, 2, lambda levels, _: levels)
+    rows = studies.stiffness(Arm(), bend, 2).rows
     exact = np.array([stiffness(Arm(), bend, share) for share in (0.0, 1.0)])
     for kind, tolerance in (("closed_form_n_per_m", 1e-4), ("simulated_n_per_m", 1e-2)):
-        found = np.array([row[kind] for row in rows])
+        found = np.array([getattr(row, kind) for row in rows])
         np.testing.assert_allclose(found, exact, rtol=tolerance)
         np.testing.assert_allclose(found[1] / found[0], RATIOS, rtol=1e-3)
-    assert rows[1]["drift_percent"] < 1e-6
+    assert rows[1].drift_percent < 1e-6
 
 
 BENDS = [(5, 2.0), (60, 0.5), (100, 1.0), (130, 0.3)]
@@ -45,8 +45,8 @@ def test_the_closed_form_is_the_rods(degrees, plane, torsional_stiffness):
 @pytest.mark.parametrize(("degrees", "plane"), BENDS)
 def test_the_pushed_arm_is_as_stiff_as_the_rod_within_one_percent(degrees, plane, torsional_stiffness):
     arm, bend = Arm(torsional_stiffness=torsional_stiffness), polar(np.radians(degrees), plane)
-    rows = stiffness_levels(arm, bend, 2, lambda levels, _: levels)
+    rows = studies.stiffness(arm, bend, 2).rows
     for row, share in zip(rows, (0.0, 1.0), strict=True):
         exact = stiffness(arm, bend, share)
-        np.testing.assert_allclose(row["closed_form_n_per_m"], exact, rtol=3e-4)
-        np.testing.assert_allclose(row["simulated_n_per_m"], exact, rtol=1e-2)
+        np.testing.assert_allclose(row.closed_form_n_per_m, exact, rtol=3e-4)
+        np.testing.assert_allclose(row.simulated_n_per_m, exact, rtol=1e-2)

@@ -4,62 +4,63 @@ import json
 
 import numpy as np
 import pytest
+from references import resting
 
 from contarm_sim.errors import ConvergenceError
 from contarm_sim.kinematics import arc, chain
-from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.mckibben import McKibben
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.results.compare import rotation_angle
+from contarm_sim.results.document import document
+from contarm_sim.studies.at_rest import Failure, attempt, examine, stepping_speed
 from contarm_sim.studies.convergence import attempt_convergence, convergence
-from contarm_sim.studies.scenarios import Failure, attempt, dome_grid, examine, scenarios, stepping_speed
-
-
-def _silent(steps, what):
-    return steps
+from contarm_sim.studies.scenarios import dome_grid, scenarios
 
 
 @pytest.fixture(scope="module")
 def outcomes():
     bends = dome_grid(4)
-    return {s.name: examine(s, bends, _silent) for s in scenarios(Arm())}
+    return {s.name: examine(s, bends) for s in scenarios(Arm())}
 
 
 def test_ideal_reaches_the_stated_accuracy_over_the_whole_dome(outcomes):
-    s = outcomes["ideal"].summary
-    assert s["chain_error"]["max_m"] <= 2e-5
-    assert s["tip_error"]["max_percent"] <= 0.1
-    assert s["orientation_error_deg"] <= 0.05
-    assert s["muscle"]["pushes"] == 0
-    assert s["muscle"]["slack_fraction"] == 0
-    assert s["verdict"] == "pass"
+    ideal = outcomes["ideal"]
+    assert ideal.chain_error.max_m <= 2e-5
+    assert ideal.errors.tip_error.max_percent <= 0.1
+    assert ideal.errors.orientation_error_deg <= 0.05
+    assert ideal.errors.muscle.pushes == 0
+    assert ideal.errors.muscle.slack_fraction == 0
+    assert ideal.verdict == "pass"
 
 
 def test_discretisation_converges_with_second_order():
-    study = convergence(Arm(), dome_grid(3), _silent)
-    assert study["links"] == [12, 24, 48]
-    np.testing.assert_allclose(study["observed_orders"], 2, atol=0.1)
+    study = convergence(Arm(), dome_grid(3))
+    assert study.links == [12, 24, 48]
+    np.testing.assert_allclose(study.observed_orders, 2, atol=0.1)
 
 
 def test_the_papers_lengths_in_plain_servos_push_and_miss_more(outcomes):
-    naive, ideal = outcomes["naive"].summary, outcomes["ideal"].summary
-    assert naive["tip_error"]["max_m"] > 5 * ideal["tip_error"]["max_m"]
-    assert naive["muscle"]["min_force_n"] < -20
-    assert naive["muscle"]["pushes"] > 0
-    assert (naive["verdict"], naive["explained"], naive["checks"]) == ("not judged", None, [])
-    assert naive["constant_curvature"]["holds"]
+    naive, ideal = outcomes["naive"], outcomes["ideal"]
+    assert naive.errors.tip_error.max_m > 5 * ideal.errors.tip_error.max_m
+    assert naive.errors.muscle.min_force_n < -20
+    assert naive.errors.muscle.pushes > 0
+    assert (naive.verdict, naive.judged.explained, naive.judged.checks) == ("not judged", None, ())
+    assert naive.constant_curvature.holds
 
 
 @pytest.mark.parametrize("name", ["gravity", "payload", "upright"])
 def test_gravity_is_all_in_the_shape_term(outcomes, name):
-    s = outcomes[name].summary
-    assert s["servo"]["max_percent"] < 0.001
-    assert s["shape"]["max_percent"] > 5
-    assert s["shape"]["max_percent"] == pytest.approx(s["tip_error"]["max_percent"], rel=0.01)
-    assert s["unexplained"]["max_percent"] < 0.1
-    assert s["sag"]["max_percent"] == pytest.approx(s["shape"]["max_percent"], rel=0.01)
-    assert (s["verdict"], s["explained"]) == ("pass", True)
-    found = s["constant_curvature"]
-    assert (found["holds"], found["error_percent"]) == (False, s["tip_error"]["max_percent"])
+    found = outcomes[name]
+    errors, rod = found.errors, found.rod
+    assert errors.servo.max_percent < 0.001
+    assert errors.shape.max_percent > 5
+    assert errors.shape.max_percent == pytest.approx(errors.tip_error.max_percent, rel=0.01)
+    assert rod.unexplained.max_percent < 0.1
+    assert rod.sag.max_percent == pytest.approx(errors.shape.max_percent, rel=0.01)
+    assert (found.verdict, found.judged.explained) == ("pass", True)
+    curvature = found.constant_curvature
+    assert (curvature.holds, curvature.error_percent) == (False, errors.tip_error.max_percent)
 
 
 def test_budget_vectors_add_up(outcomes):
@@ -74,7 +75,7 @@ def test_budget_vectors_add_up(outcomes):
 def test_small_sag_is_that_of_the_guided_beam():
     """A straight arm under a little sideways gravity: lengths fix the total bend, so the tip cannot turn."""
     arm = Arm(gravity=(0.05, 0, 0), payload=0.1, links=48)
-    samples = poses_at_rest(arm, np.zeros((1, 2)), np.array([[0, 0, arm.length]]))
+    samples = poses_at_rest(arm, resting(arm, np.zeros((1, 2))))
     sag = 0.05 * (arm.mass / 24 + arm.payload / 12) * arm.length**3 / arm.bending_stiffness
     assert samples.stations[0, -1, 0] == pytest.approx(sag, rel=0.01)
     assert np.degrees(rotation_angle(samples.tip_rotation[0], np.eye(3))) < 1e-3
@@ -88,13 +89,13 @@ def test_rotation_angle_is_accurate_for_small_angles():
 
 def test_summaries_are_strict_json(outcomes):
     for outcome in outcomes.values():
-        json.dumps(outcome.summary, allow_nan=False)
+        json.dumps(document(outcome), allow_nan=False)
 
 
 @pytest.mark.parametrize("links", [6, 9, 14, 25])
 def test_other_link_counts_pass_limits_scaled_to_them(links):
-    outcome = examine(scenarios(Arm(links=links))[0], dome_grid(3), _silent)
-    assert outcome.summary["verdict"] == "pass", outcome.summary["checks"]
+    outcome = examine(scenarios(Arm(links=links))[0], dome_grid(3))
+    assert outcome.verdict == "pass", outcome.judged.checks
 
 
 def test_an_arm_with_its_own_gravity_is_judged_under_it():
@@ -107,26 +108,26 @@ def test_an_arm_with_its_own_gravity_is_judged_under_it():
 
 def test_an_arm_that_blows_up_has_no_real_time_factor_and_writes_no_log(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    arm = Arm(mass=0.01, damping_time=0.0, muscle=Muscle(servo_time=0.0))
-    outcome = examine(scenarios(arm)[0], dome_grid(2), _silent)
-    assert outcome.summary["real_time_factor"] is None
-    assert stepping_speed(Arm(), examine(scenarios(Arm())[0], dome_grid(2), _silent).samples) > 1
+    arm = Arm(mass=0.01, damping_time=0.0, muscle=McKibben(servo_time=0.0))
+    outcome = examine(scenarios(arm)[0], dome_grid(2))
+    assert outcome.real_time_factor is None
+    assert stepping_speed(Arm(), examine(scenarios(Arm())[0], dome_grid(2)).samples) > 1
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_scenario_without_rest_poses_is_a_failure_with_its_reason():
-    found = [attempt(scenario, dome_grid(2), _silent) for scenario in scenarios(Arm(bending_stiffness=0.02))]
+    found = [attempt(scenario, dome_grid(2)) for scenario in scenarios(Arm(bending_stiffness=0.02))]
     assert [isinstance(each, Failure) for each in found] == [False, False, False, False, True]
     upright = found[-1]
-    assert upright.summary["verdict"] == "no rest pose"
-    assert upright.summary["reason"].startswith("at a bend of 0 deg")
-    assert upright.summary["weight_over_stiffness"] > 10
-    study = attempt_convergence(Arm(bending_stiffness=2.0), dome_grid(2), _silent)
-    assert (study["verdict"], "limit of 177 N" in study["reason"]) == ("no rest pose", True)
+    assert upright.verdict == "no rest pose"
+    assert upright.reason.startswith("at a bend of 0 deg")
+    assert upright.setting.weight_over_stiffness > 10
+    study = attempt_convergence(Arm(bending_stiffness=2.0), dome_grid(2))
+    assert (study.verdict, "limit of 177 N" in study.reason) == ("no rest pose", True)
 
 
 def test_a_link_error_that_cannot_be_found_costs_nothing_else(monkeypatch):
-    from contarm_sim.studies import scenarios as module
+    from contarm_sim.studies import at_rest as module
 
     def none_for_more_links(arm, *given):
         if arm.links == 48:
@@ -134,6 +135,6 @@ def test_a_link_error_that_cannot_be_found_costs_nothing_else(monkeypatch):
         return poses_at_rest(arm, *given)
 
     monkeypatch.setattr(module, "poses_at_rest", none_for_more_links)
-    outcome = examine(scenarios(Arm())[2], dome_grid(2), _silent)
-    assert outcome.summary["link_error"] is None
-    assert outcome.summary["verdict"] == "pass"
+    outcome = examine(scenarios(Arm())[2], dome_grid(2))
+    assert outcome.link_error is None
+    assert outcome.verdict == "pass"

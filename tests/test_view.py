@@ -14,14 +14,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from browser import BROWSER, Page, wait_for
+from references import resting
 
-from contarm_sim.control.command import CONTROLLERS
+from contarm_sim.control.registry import NAMES
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.view.live.page import free_port
-from contarm_sim.view.live.session import LARGEST, Session
+from contarm_sim.view.live.session import Session
 from contarm_sim.view.live.wishes import Wishes
 
 BEND = np.array([0.9, 0.5])
@@ -36,7 +38,7 @@ def test_a_session_comes_to_rest_where_the_same_controller_rests(arm, controller
     session = Session(arm, controller)
     session.aim(BEND)
     reading = _ticks(session, 12)[-1]
-    rest = poses_at_rest(arm, BEND[None], arc.position(BEND[None], arm.length), controller)
+    rest = poses_at_rest(arm, resting(arm, BEND[None]), controller)
     np.testing.assert_allclose(reading.tip, rest.stations[0, -1], atol=3e-6)
     np.testing.assert_allclose(reading.tensions, rest.muscle_tensions[0], rtol=2e-3)
 
@@ -63,7 +65,7 @@ def test_every_change_of_controller_or_load_goes_on_from_the_pose_there_was(arm)
     session = Session(arm)
     session.aim(BEND)
     before = _ticks(session, 2)[-1]
-    for controller in (*CONTROLLERS, *reversed(CONTROLLERS)):
+    for controller in (*NAMES, *reversed(NAMES)):
         session.change(controller=controller)
         after = session.tick()
         assert np.linalg.norm(after.tip - before.tip) < 3e-3, controller
@@ -75,13 +77,13 @@ def test_every_change_of_controller_or_load_goes_on_from_the_pose_there_was(arm)
 
 def test_what_pressures_cannot_hold_is_said_and_waited_for():
     session = Session(Arm(), "pressure")
-    session.aim(arc.from_polar(LARGEST, 0.0))
+    session.aim(arc.from_polar(LARGEST_BEND, 0.0))
     said = []
     for _ in range(400):
         reading = session.tick()
         said.append("kPa" in session.problem)
     assert all(said[said.index(True) :])  # it never flickers
-    assert 2.0 < np.hypot(*reading.bend) < LARGEST
+    assert 2.0 < np.hypot(*reading.bend) < LARGEST_BEND
     assert reading.error < 0.02 * 0.37
     assert reading.pressures.max() <= 700e3
     session.aim(BEND)
@@ -101,7 +103,7 @@ def test_reset_starts_the_same_motion_again_and_what_cannot_change_is_refused(ar
     session, tips = Session(arm), []
     for _ in range(2):
         session.aim(3 * BEND)
-        assert np.hypot(*session.goal) == pytest.approx(min(LARGEST, 3 * np.hypot(*BEND)))
+        assert np.hypot(*session.goal) == pytest.approx(min(LARGEST_BEND, 3 * np.hypot(*BEND)))
         tips.append([reading.tip for reading in _ticks(session, 1)])
         session.reset()
     np.testing.assert_array_equal(*tips)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
-
 import click
 
+from contarm_sim import studies
 from contarm_sim.cli.options import Command, arm_options, json_option, out_option
 from contarm_sim.model.arm import Arm
 
@@ -24,44 +22,41 @@ def compare_controllers(arm: Arm, duration: float, out: str | None, as_json: boo
     tip can reach under that load; what lies across it no lengths can remove, for it is not the dome of the targets.
     Exit code 1 if a controller could not follow the spiral; a line says why.
     """
-    from contarm_sim.cli.terminal import command_line, say, table, track
-    from contarm_sim.model.arm_file import arm_to_dict
-    from contarm_sim.studies.controllers import compare_all
-    from contarm_sim.view.report.output import OutputFolder, check_output, default_folder, to_json, versions
+    from contarm_sim.cli.study import deliver, output_for, signed
+    from contarm_sim.cli.terminal import track
 
-    target = Path(out) if out is not None else default_folder("compare-controllers")
-    check_output(target)
-    rows = compare_all(arm, duration, track)
-    summary = {"rows": rows, "duration": duration, "arm": arm_to_dict(arm)}
-    summary |= {"versions": versions(), "command": command_line()}
-    with OutputFolder(target) as opened:
-        (opened.folder / "summary.json").write_text(to_json(summary) + "\n")
-    if as_json:
-        click.echo(to_json(summary))
-    else:
-        columns = ["load", "controller", "rms [%]", "max [%]", "along [%]", "lag [ms]", "tension [N]"]
-        columns += ["needs [kPa]", "pushes [%]", "effort [N]"]
-        table(f"spiral, {duration:g} s; tip errors in % of backbone length", columns, [_cells(row) for row in rows])
-        for row in rows:
-            if "failed" in row:
-                click.echo(f"{row['load']}, {row['controller']}: failed: {row['failed']}")
-    say(f"written: {opened.target}")
-    return 1 if any("failed" in row for row in rows) else 0
+    target = output_for(out, "compare-controllers")
+    found = studies.compare_controllers(arm, duration, track)
+    deliver(target, signed(found), as_json, lambda: _show(found))
+    return 1 if any(isinstance(row, studies.NotFollowed) for row in found.rows) else 0
 
 
-def _cells(row: dict[str, Any]) -> list[str]:
-    head = [row["load"], row["controller"]]
-    if "failed" in row:
-        return [*head, "failed", *[""] * 7]
-    pressure = row["peak_pressure_pa"]
+def _show(found: studies.ControllerComparison) -> None:
+    from contarm_sim.cli.terminal import table
+
+    columns = ["load", "controller", "rms [%]", "max [%]", "along [%]", "lag [ms]", "tension [N]"]
+    columns += ["needs [kPa]", "pushes [%]", "effort [N]"]
+    rows = [
+        [row.load, row.controller, "failed", *[""] * 7] if isinstance(row, studies.NotFollowed) else _cells(row)
+        for row in found.rows
+    ]
+    table(f"spiral, {found.duration:g} s; tip errors in % of backbone length", columns, rows)
+    for row in found.rows:
+        if isinstance(row, studies.NotFollowed):
+            click.echo(f"{row.load}, {row.controller}: failed: {row.failed}")
+
+
+def _cells(row: studies.Followed) -> list[str]:
+    pressure = row.peak_pressure_pa
     return [
-        *head,
-        f"{row['tip_rms_percent']:.3f}",
-        f"{row['tip_max_percent']:.3f}",
-        f"{row['along_rms_percent']:.3f}",
-        f"{1e3 * row['lag_s'] + 0.0:.1f}",
-        f"{row['peak_tension_n']:.1f}",
+        row.load,
+        row.controller,
+        f"{row.tip_rms_percent:.3f}",
+        f"{row.tip_max_percent:.3f}",
+        f"{row.along_rms_percent:.3f}",
+        f"{1e3 * row.lag_s + 0.0:.1f}",
+        f"{row.peak_tension_n:.1f}",
         "more than any" if pressure is None else f"{pressure / 1e3:.0f}",
-        f"{100 * row['push_fraction']:.3g}",
-        f"{row['effort_n']:.1f}",
+        f"{100 * row.push_fraction:.3g}",
+        f"{row.effort_n:.1f}",
     ]

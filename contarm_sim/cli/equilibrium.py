@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from pathlib import Path
+from collections.abc import Iterable
 from typing import Any
 
 import click
 
+from contarm_sim import studies
 from contarm_sim.cli.options import Command, arm_options, json_option, muscles_from_words, muscles_option
-from contarm_sim.errors import ConvergenceError, InputError
+from contarm_sim.errors import InputError
 from contarm_sim.model.arm import Arm
 
 
@@ -56,16 +56,13 @@ def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: A
     "follower_moment": [0, 0, 0], "actuation_moment": [0, 0.05], "muscles": {"kind": "off"}}.
     """
     from contarm_sim.model.load import Load, Wrench
+    from contarm_sim.results.document import document
     from contarm_sim.view.report.output import to_json
 
-    if extrapolate and method != "auto":
-        raise InputError("method", f"{method} beside --extrapolate", "--extrapolate with the method auto")
-    if any(not 0 <= x <= 1 for x in xi):
-        raise InputError("xi", list(xi), "0 (base) to 1 (tip)")
     if file is not None:
         if wrench or any(follower_moment) or any(actuation_moment) or muscles != "off":
             raise InputError("input", "both --file and loads as flags", "either --file, or flags")
-        cases = _read(file, arm)
+        cases = studies.read_cases(file, arm)
     else:
         wrenches = tuple(Wrench(xi=w[0], force=w[1:4], moment=w[4:]) for w in wrench)
         load = Load(
@@ -74,125 +71,54 @@ def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: A
             actuation_moment=actuation_moment,
             muscles=muscles_from_words(muscles),
         )
-        cases = [(arm, load)]
-    results = [
-        _solve(case, method, extrapolate, xi, None if file is None else f"{file}, case {number}")
-        for number, case in enumerate(cases, 1)
-    ]
+        cases = (studies.LoadCase(arm, load),)
+    found = studies.equilibria(cases, method, extrapolate, xi)
     if as_json:
-        click.echo(to_json(results if file is not None else results[0]))
+        click.echo(to_json(document(found if file is not None else found[0])))
     else:
-        _show(results)
-    return 1 if any("error" in result or not result["stable"] for result in results) else 0
+        _show(found)
+    return 0 if all(case.stable for case in found) else 1
 
 
-def _read(file: str, arm: Arm) -> list[tuple[Arm, Any]]:
-    import json
+def _show(found: tuple[studies.CaseAtRest | studies.CaseWithoutRest, ...]) -> None:
 
-    from contarm_sim.model.load import load_from_dict
-
-    allowed = "a JSON list of load cases"
-    try:
-        cases = json.loads(Path(file).read_bytes().decode())
-    except OSError as error:
-        raise InputError("file", f"unreadable ({error.strerror})", allowed, file) from error
-    except UnicodeDecodeError as error:
-        raise InputError("file", "not text", allowed, file) from error
-    except (ValueError, RecursionError) as error:
-        raise InputError("file", f"not JSON ({error})", allowed, file) from error
-    if not isinstance(cases, list) or not cases:
-        raise InputError("file", "no list, or an empty one", allowed, file)
-    found = []
-    for number, case in enumerate(cases, 1):
-        load, changes = load_from_dict(case, f"{file}, case {number}")
-        try:
-            found.append((replace(arm, **changes), load))
-        except InputError as error:
-            raise error.located(f"{file}, case {number}") from None
-    return found
-
-
-def _solve(
-    case: tuple[Arm, Any], method: str, extrapolate: bool, xi: tuple[float, ...], where: str | None
-) -> dict[str, Any]:
-    import numpy as np
-
-    from contarm_sim.statics.equilibrium import equilibrium
-    from contarm_sim.statics.extrapolation import extrapolated, interpolate
-
-    arm, load = case
-    try:
-        found: Any = extrapolated(arm, load)[0] if extrapolate else equilibrium(arm, load, method)
-    except ConvergenceError as error:
-        return {"error": str(error), "stable": False}
-    except InputError as error:
-        raise error.located(where) from None
-    result = {
-        "tip": found.tip.tolist(),
-        "transform": found.frames[-1].tolist(),
-        "backbone": {"centres": found.frames[:, :3, 3].tolist(), "frames": found.frames.tolist()},
-        "muscle_lengths": found.muscle_lengths.tolist(),
-        "muscle_tensions": found.muscle_tensions.tolist(),
-        "muscle_pressures": [p if np.isfinite(p) else None for p in found.pressures_needed(arm).tolist()],
-        "tip_compliance": found.tip_compliance.tolist(),
-        "residual": found.residual,
-        "stable": found.stable,
-        "smallest_eigenvalue": found.smallest_eigenvalue,
-        "growth": found.growth if np.isfinite(found.growth) else None,
-        "held": found.held,
-        "beyond": _beyond(arm, found),
-        "iterations": found.iterations,
-        "seconds": found.seconds,
-    }
-    if extrapolate:
-        result["trusted"] = found.trusted
-        result["error_estimate"] = found.error if np.isfinite(found.error) else None
-    if xi:
-        result["xi"], result["poses"] = list(xi), interpolate(found.frames, arm.length, np.array(xi)).tolist()
-    return result
-
-
-def _beyond(arm: Arm, found: Any) -> str:
-    """Say what real muscles have not got, of force or pressure; empty if they have."""
-    most, force = arm.muscle.max_pressure, arm.muscle.blocked_force
-    pressure, tension = float(found.pressures_needed(arm).max()), float(found.muscle_tensions.max())
-    if tension > force:
-        return f"a muscle pulls with {tension:.4g} N, more than its blocked force, {force:.0f} N"
-    if pressure > most * (1 + 1e-9):
-        needs = f"{pressure / 1e3:.0f} kPa" if math.isfinite(pressure) else "more than any pressure"
-        return f"a muscle needs {needs}, more than the {most / 1e3:.0f} kPa there are"
-    return ""
-
-
-def _show(results: list[dict[str, Any]]) -> None:
-    for number, result in enumerate(results, 1):
-        head = f"case {number}: " if len(results) > 1 else ""
-        if "error" in result:
-            click.echo(f"{head}no equilibrium: {result['error']}")
+    for number, case in enumerate(found, 1):
+        head = f"case {number}: " if len(found) > 1 else ""
+        if isinstance(case, studies.CaseWithoutRest):
+            click.echo(f"{head}no equilibrium: {case.error}")
             continue
-        tip = "  ".join(f"{1e3 * x + 0.0:.4f}" for x in result["tip"])
-        tensions = "  ".join(f"{x + 0.0:.2f}" for x in result["muscle_tensions"])
-        stable = "stable" if result["stable"] else "UNSTABLE"
-        if (result["growth"] or 0.0) > 0:
-            stable += f" (flutters, disturbances grow by {result['growth']:.2g} /s)"
-        pressures = "  ".join("too much" if p is None else f"{p / 1e3:.0f}" for p in result["muscle_pressures"])
-        muscles = (
-            f"muscles {tensions} N, which takes {pressures} kPa"
-            if any(result["muscle_tensions"])
-            else "no muscle pulls"
-        )
-        click.echo(f"{head}tip {tip} mm; {muscles}")
-        if "trusted" in result:
-            off = result["error_estimate"]
-            may = "an unknown amount" if off is None else f"perhaps {1e3 * off:.2g} mm"
-            kind = "extrapolated" if result["trusted"] else "NOT EXTRAPOLATED: too few links for the order to show"
+        click.echo(f"{head}tip {_millimetres(case.tip)} mm; {_muscles(case)}")
+        if case.trust is not None:
+            off = case.trust.error_estimate
+            may = f"perhaps {1e3 * off:.2g} mm" if math.isfinite(off) else "an unknown amount"
+            kind = "extrapolated" if case.trust.trusted else "NOT EXTRAPOLATED: too few links for the order to show"
             click.echo(f"{kind}; the tip is off by {may}")
-        if result["beyond"]:
-            click.echo(f"real muscles cannot: {result['beyond']}")
-        if result["held"] is False:
+        if case.beyond:
+            click.echo(f"real muscles cannot: {case.beyond}")
+        if case.held is False:
             click.echo("NOT HELD: a length servo is at a limit: it pulls with the blocked force, or cannot push")
-        softest, residual = f"{result['smallest_eigenvalue']:.3g} N m/rad", f"{result['residual']:.1g} N m"
-        took = f"{result['iterations']} iterations, {1e3 * result['seconds']:.1f} ms"
-        click.echo(f"{stable}, softest mode {softest}; residual {residual} after {took}")
-        for x, pose in zip(result.get("xi", ()), result.get("poses", ()), strict=True):
-            click.echo(f"xi = {x:g}: " + "  ".join(f"{1e3 * row[3] + 0.0:.4f}" for row in pose[:3]) + " mm")
+        click.echo(_stability(case))
+        if case.places is not None:
+            for xi, pose in zip(case.places.xi, case.places.poses, strict=True):
+                click.echo(f"xi = {xi:g}: {_millimetres(pose[:3, 3])} mm")
+
+
+def _millimetres(point: Iterable[float]) -> str:
+    return "  ".join(f"{1e3 * x + 0.0:.4f}" for x in point)
+
+
+def _muscles(case: studies.CaseAtRest) -> str:
+    if not case.muscle_tensions.any():
+        return "no muscle pulls"
+    tensions = "  ".join(f"{x + 0.0:.2f}" for x in case.muscle_tensions)
+    pressures = "  ".join(f"{p / 1e3:.0f}" if math.isfinite(p) else "too much" for p in case.muscle_pressures)
+    return f"muscles {tensions} N, which takes {pressures} kPa"
+
+
+def _stability(case: studies.CaseAtRest) -> str:
+    stable = "stable" if case.stable else "UNSTABLE"
+    if math.isfinite(case.growth) and case.growth > 0:
+        stable += f" (flutters, disturbances grow by {case.growth:.2g} /s)"
+    softest, residual = f"{case.smallest_eigenvalue:.3g} N m/rad", f"{case.residual:.1g} N m"
+    took = f"{case.iterations} iterations, {1e3 * case.seconds:.1f} ms"
+    return f"{stable}, softest mode {softest}; residual {residual} after {took}"

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import Field, fields
+from dataclasses import Field
 from typing import Any
 
 import click
 
 from contarm_sim.errors import InputError
-from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.flat import MUSCLE_PARAMETERS, PARAMETERS
 
 _MUSCLE = "muscle__"
 _SIZES = {"gravity": (3, "GX GY GZ"), "base_orientation": (4, "W X Y Z")}
@@ -64,11 +64,12 @@ def _parameter_options() -> list[Callable[[Any], Any]]:
             help="Read parameters from TOML; flags win over it.",
         )
     ]
-    for kind, prefix, cls in ((Arm, "", ArmOption), (Muscle, _MUSCLE, MuscleOption)):
-        for item in fields(kind):
-            if "help" not in item.metadata:
-                continue
-            size, metavar = _SIZES.get(item.name, (1, None))
+    groups: tuple[tuple[dict[str, Field[Any]], str, type[ArmOption]], ...] = (
+        (PARAMETERS, "", ArmOption), (MUSCLE_PARAMETERS, _MUSCLE, MuscleOption),
+    )  # fmt: skip
+    for parameters, prefix, cls in groups:
+        for name, item in parameters.items():
+            size, metavar = _SIZES.get(name, (1, None))
             unit = item.metadata["unit"]
             default = "omitted" if item.default is None else item.default
             if isinstance(default, tuple):
@@ -77,12 +78,12 @@ def _parameter_options() -> list[Callable[[Any], Any]]:
                 default = f"{default:g}"
             made.append(
                 click.option(
-                    _flag("muscle." + item.name if prefix else item.name),
-                    prefix + item.name,
+                    _flag("muscle." + name if prefix else name),
+                    prefix + name,
                     cls=cls,
                     type=_type(item),
                     nargs=size,
-                    metavar=metavar or {"links": "N"}.get(item.name, None if "choices" in item.metadata else "X"),
+                    metavar=metavar or {"links": "N"}.get(name, None if "choices" in item.metadata else "X"),
                     help=f"{item.metadata['help']}{'' if unit == '-' else f' [{unit}]'}; default {default}.",
                 )
             )
@@ -95,9 +96,8 @@ def arm_options(function: Callable[..., Any]) -> Callable[..., Any]:
     def wrapped(**given: Any) -> Any:
         from contarm_sim.model.arm_file import arm_from_dict, load_arm
 
-        names = {item.name for item in fields(Arm)} - {"muscle"}
-        own = {name: value for name in names if (value := given.pop(name)) is not None}
-        muscle = {item.name: value for item in fields(Muscle) if (value := given.pop(_MUSCLE + item.name)) is not None}
+        own = {name: value for name in PARAMETERS if (value := given.pop(name)) is not None}
+        muscle = {name: value for name in MUSCLE_PARAMETERS if (value := given.pop(_MUSCLE + name)) is not None}
         file = given.pop("arm_file")
         base = load_arm(file) if file is not None else None
         return function(arm=arm_from_dict({**own, "muscle": muscle}, base=base), **given)

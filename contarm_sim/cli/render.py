@@ -81,12 +81,12 @@ def _recorded(run_dir: str) -> tuple[Any, Any]:
         InputError: it is no such folder.
     """
     from contarm_sim.model.arm_file import load_arm
-    from contarm_sim.results.samples import Samples
+    from contarm_sim.results.trajectory import Trajectory
 
     folder = Path(run_dir)
     if not (folder / "trajectory.npz").is_file() or not (folder / "arm.toml").is_file():
         raise InputError("run_dir", run_dir, "a folder that contarm run left, with trajectory.npz and arm.toml")
-    arm, samples = load_arm(folder / "arm.toml"), Samples.load(folder / "trajectory.npz")
-    if samples.stations.shape[1] != arm.links + 1:
-        raise InputError("run_dir", run_dir, f"samples of the {arm.links} links that its arm.toml has")
+    arm, samples = load_arm(folder / "arm.toml"), Trajectory.load(folder / "trajectory.npz")
+    if samples.arm != arm:
+        raise InputError("run_dir", run_dir, "a folder whose arm.toml is that of its trajectory.npz")
     return arm, samples

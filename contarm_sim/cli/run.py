@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from contarm_sim.cli.options import Command, arm_options, controller_option, json_option, out_option
-from contarm_sim.errors import InputError, UnreachableError
+from contarm_sim.errors import InputError, Interrupted, UnreachableError
 from contarm_sim.model.arm import Arm
 
 
@@ -71,25 +71,29 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
     check_output(target)
     shape = {name: value for name, value in shape.items() if value is not None}
     path, places = _path(arm, path_name, duration, shape)
-    targets, bend = _commands(arm, path, project, places)
+    reference = _reference(arm, path, project, places)
     stepping = _stepping(fast, timestep)
     with ExitStack() as whole:
 
         def on_tick(count: int) -> None:
             if count == 1:  # from here on, signals wait until there is a good place for them
                 whole.enter_context(unbroken())
-            show(count, len(bend))
+            show(count, len(reference))
             break_off()
 
         with progress("simulating") as show:
             given = {"stepping": stepping, "on_tick": on_tick, "check_step": True, "extrapolate": extrapolate}
-            recorded = simulate(arm, targets, bend, controller, **given)
-        if len(recorded.samples) < 2:
+            try:
+                recorded = simulate(arm, reference, controller, **given)
+            except Interrupted as stop:
+                recorded = stop.trajectory
+        if len(recorded) < 2:
             raise KeyboardInterrupt
-        job, recorded = _report(arm, recorded, controller)
+        job, recorded = _report(recorded)
+        interrupted = recorded.status == "interrupted"
         summary = job.summary | {"path": path.name if places is None else path_name, "duration": path.duration}
         summary |= {"path_parameters": shape, "project": project, "timestep": recorded.timestep, "rate": CONTROL_RATE}
-        summary |= {"command": command_line(), "video": film_at_first(recorded.interrupted, not no_video)}
+        summary |= {"command": command_line(), "video": film_at_first(interrupted, not no_video)}
         with OutputFolder(target) as opened:
             job.write(opened.folder)
             (opened.folder / "summary.json").write_text(to_json(summary) + "\n")
@@ -99,27 +103,29 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
         else:
             _show(summary)
         say(f"written: {opened.target}")
-        if recorded.interrupted:
-            say(f"interrupted at {recorded.samples.time[-1]:.2f} s; what was recorded until then is kept")
+        if interrupted and len(recorded) < len(reference):
+            say(f"interrupted at {recorded.time[-1]:.2f} s; what was recorded until then is kept")
+        elif interrupted:
+            say("interrupted after the motion, while its error was being estimated; the motion is whole")
         if missing:
             what = f"interrupted while drawing, so {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
             say(f"{what}; the numbers are whole, and a film of them is drawn by: contarm render {opened.target}")
-        if recorded.interrupted or missing:
+        if interrupted or missing:
             return exit_code()
         return 0 if summary["verdict"] == "pass" else 1
 
 
-def _report(arm: Arm, recorded: Any, controller: Any) -> tuple[Any, Any]:
+def _report(recorded: Any) -> tuple[Any, Any]:
     """Return the report of a recorded run, and the run; a signal cuts the report short, and the run counts as such."""
     from contarm_sim.stopping import breakable
     from contarm_sim.view.report.run import RunReport
 
     try:
         with breakable():
-            return RunReport(arm, recorded, controller), recorded
+            return RunReport(recorded), recorded
     except KeyboardInterrupt:
-        recorded = replace(recorded, interrupted=True)
-        return RunReport(arm, recorded, controller, poses=2), recorded
+        recorded = replace(recorded, status="interrupted")
+        return RunReport(recorded, poses=2), recorded
 
 
 def _stepping(fast: bool, timestep: float | None) -> Any:
@@ -161,21 +167,13 @@ def _path(arm: Arm, name: str, duration: float | None, shape: dict[str, Any]) ->
     return from_waypoints(waypoints, arm.length, duration), waypoints.places
 
 
-def _commands(arm: Arm, path: Any, project: Any, places: list[str] | None) -> tuple[Any, Any]:
-    from contarm_sim.kinematics import arc, dome
-    from contarm_sim.motion.simulate import CONTROL_RATE
+def _reference(arm: Arm, path: Any, project: Any, places: list[str] | None) -> Any:
+    from contarm_sim.paths.reference import Reference
 
-    _, targets = path.targets(CONTROL_RATE)
     try:
-        bend = dome.bend_from_tip(targets, arm.length, project).bend
+        return Reference.from_path(path, arm, project=project)
     except UnreachableError as error:
-        where = (
-            f"path {path.name}, {100 * error.index / len(targets):.0f} % of the way"
-            if places is None
-            else places[0].split(", row")[0]
-        )
-        raise error.located(where) from None
-    return targets, arc.as_bend(bend)
+        raise error.located(error.where if places is None else places[0].split(", row")[0]) from None
 
 
 def _show(summary: dict[str, Any]) -> None:

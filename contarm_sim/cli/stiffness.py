@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import Any
 
 import click
 
+from contarm_sim import studies
 from contarm_sim.cli.options import Command, arm_options, json_option, out_option
 from contarm_sim.model.arm import Arm
 
@@ -20,52 +21,47 @@ from contarm_sim.model.arm import Arm
 @out_option("runs/stiffness-<time>")
 @json_option
 @arm_options
-def stiffness(arm: Arm, bend: Any, levels: int, out: str | None, as_json: bool) -> None:
+def stiffness(arm: Arm, bend: tuple[float, float], levels: int, out: str | None, as_json: bool) -> None:
     """Hold one pose without gravity, raise co-contraction from the lowest to the highest pressure, and probe the tip.
 
     Directions: `bending` towards more bend, `sideways` out of the bending plane, `along` normal to both. Each
     stiffness is given in closed form and as the simulated arm under pressure shows it when pushed.
     """
-    import numpy as np
-
-    from contarm_sim.cli.terminal import command_line, say, table, track
+    from contarm_sim.cli.study import deliver, output_for, signed
+    from contarm_sim.cli.terminal import say, track
     from contarm_sim.kinematics import arc
-    from contarm_sim.model.arm_file import arm_to_dict
-    from contarm_sim.studies.cocontraction import DIRECTIONS, stiffness_levels
     from contarm_sim.view.report.figures import draw_stiffness
-    from contarm_sim.view.report.output import OutputFolder, check_output, default_folder, to_json, versions
 
-    target = Path(out) if out is not None else default_folder("stiffness")
-    check_output(target)
+    target = output_for(out, "stiffness")
     if any(arm.gravity) or arm.payload:
         say("gravity and payload are left out: the pose is held without them")
-    arm = arm.unloaded
-    vector = arc.from_polar(*bend)
-    rows = stiffness_levels(arm, vector, levels, track)
-    summary = {"rows": rows, "bend": vector.tolist(), "directions": DIRECTIONS, "arm": arm_to_dict(arm)}
-    summary |= {"versions": versions(), "command": command_line()}
-    with OutputFolder(target) as opened:
-        (opened.folder / "summary.json").write_text(to_json(summary) + "\n")
-        draw_stiffness(opened.folder / "stiffness.png", rows, DIRECTIONS)
-    if as_json:
-        click.echo(to_json(summary))
-    else:
-        columns = ["least tension [N]", "pressures [kPa]", *(f"{name} [N/m]" for name in DIRECTIONS)]
-        title = f"tip stiffness at {np.degrees(bend[0]):.0f} deg: simulated (closed form)"
-        table(title, [*columns, "drift [%]"], [_cells(row) for row in rows])
-        ends = zip(DIRECTIONS, rows[0]["simulated_n_per_m"], rows[-1]["simulated_n_per_m"], strict=True)
-        said = ", ".join(
-            f"{name} {last / first:.2f} x" if first and last else f"{name} rigid" for name, first, last in ends
-        )
-        click.echo(f"from the lowest to the highest co-contraction: {said}")
-    say(f"written: {opened.target}")
+    found = studies.stiffness(arm, arc.from_polar(*bend), levels, track)
+
+    def draw(folder: Path) -> None:
+        draw_stiffness(folder / "stiffness.png", found)
+
+    deliver(target, signed(found), as_json, lambda: _show(found, bend[0]), draw)
 
 
-def _cells(row: dict[str, Any]) -> list[str]:
-    both = zip(row["simulated_n_per_m"], row["closed_form_n_per_m"], strict=True)
+def _show(found: studies.Stiffness, bend_angle: float) -> None:
+    from contarm_sim.cli.terminal import table
+
+    columns = ["least tension [N]", "pressures [kPa]", *(f"{name} [N/m]" for name in found.directions)]
+    title = f"tip stiffness at {math.degrees(bend_angle):.0f} deg: simulated (closed form)"
+    table(title, [*columns, "drift [%]"], [_cells(row) for row in found.rows])
+    ends = zip(found.directions, found.rows[0].simulated_n_per_m, found.rows[-1].simulated_n_per_m, strict=True)
+    said = ", ".join(
+        f"{name} {last / first:.2f} x" if math.isfinite(first) and math.isfinite(last) else f"{name} rigid"
+        for name, first, last in ends
+    )
+    click.echo(f"from the lowest to the highest co-contraction: {said}")
+
+
+def _cells(row: studies.StiffnessLevel) -> list[str]:
+    both = zip(row.simulated_n_per_m, row.closed_form_n_per_m, strict=True)
     return [
-        f"{row['least_tension_n']:.1f}",
-        " ".join(f"{p / 1e3:.0f}" for p in row["pressures_pa"]),
-        *(f"{simulated:.3g} ({closed:.3g})" if simulated and closed else "rigid" for simulated, closed in both),
-        f"{row['drift_percent']:.3f}",
+        f"{row.least_tension_n:.1f}",
+        " ".join(f"{p / 1e3:.0f}" for p in row.pressures_pa),
+        *(f"{s:.3g} ({c:.3g})" if math.isfinite(s) and math.isfinite(c) else "rigid" for s, c in both),
+        f"{row.drift_percent:.3f}",
     ]

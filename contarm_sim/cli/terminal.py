@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 import sys
+import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
@@ -20,26 +21,47 @@ def say(message: str) -> None:
         print(message, file=sys.stderr, flush=True)
 
 
+EVERY = 10.0
+"""Time between lines of progress where stderr is no terminal [s]."""
+
+
 def track(steps: Iterable[int], what: str) -> Iterator[int]:
-    """Yield the steps behind a progress bar on stderr; silent where stderr is no terminal."""
+    """Yield the steps behind a progress bar on stderr; where that is no terminal, say now and then how far it got."""
     from rich.console import Console
     from rich.progress import track as rich_track
 
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        return iter(steps)
-    return iter(rich_track(list(steps), what, console=console, transient=True))
+    console, given = Console(stderr=True), list(steps)
+    if console.is_terminal:
+        yield from rich_track(given, what, console=console, transient=True)
+        return
+    show = _lines(what)
+    for done, step in enumerate(given):
+        show(done, len(given))
+        yield step
+
+
+def _lines(what: str) -> Callable[[int, int], None]:
+    """Return a function of (done, total) that says so on stderr, at most every `EVERY` seconds."""
+    last = time.monotonic()
+
+    def show(done: int, total: int) -> None:
+        nonlocal last
+        if time.monotonic() - last >= EVERY:
+            last = time.monotonic()
+            say(f"{what}: {done} of {total}")
+
+    return show
 
 
 @contextmanager
 def progress(what: str) -> Iterator[Callable[[int, int], None]]:
-    """Yield a function of (done, total) that shows progress on stderr; silent where stderr is no terminal."""
+    """Yield a function of (done, total) that shows progress on stderr, as `track` does."""
     from rich.console import Console
     from rich.progress import Progress
 
     console = Console(stderr=True)
     if not console.is_terminal:  # a disabled bar of an older rich would still end in an empty line
-        yield lambda done, total: None
+        yield _lines(what)
         return
     bar = Progress(console=console, transient=True)
     task = bar.add_task(what, total=None)

@@ -9,19 +9,12 @@ on the resting arm (d'Alembert).
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, fields, replace
-
-import mujoco
 import numpy as np
 
-from contarm_sim.control.command import Command, command
-from contarm_sim.engine.plant import Plant, engine_room
-from contarm_sim.errors import ConvergenceError, NoRestError
-from contarm_sim.kinematics import arc
+from contarm_sim.engine.plant import Plant
+from contarm_sim.errors import NoRestError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.routing import length_jacobian, lengths_from_bend
-from contarm_sim.mechanics.statics import least_tensions
 from contarm_sim.model.arm import Arm
 from contarm_sim.statics.holding import Holder
 from contarm_sim.statics.solver import Solver
@@ -37,12 +30,6 @@ LARGEST = 0.98 * np.pi
 
 ITERATIONS = 60
 """Most steps for one sample, those taken back included; a handful do."""
-
-RATE = 25.0
-"""Samples solved per second of motion [Hz]; splines between."""
-
-PASSES = 2
-"""Times that the moving arm's forces are found from the motion planned last."""
 
 
 class TipPlan:
@@ -75,7 +62,9 @@ class TipPlan:
         """
         holder, data = self._holder, self.plant.data
         holder.extra = forces
-        holder.least = np.full(3, self.plant.arm.muscle.min_tension) if least is None else least
+        holder.least = (
+            np.full(self.plant.control.shape[1], self.plant.arm.muscle.min_tension) if least is None else least
+        )
         holder.tensions = holder.least.copy()
         bend, damping = bend.copy(), 0.0
         holder(lengths_from_bend(bend, self.plant.arm))
@@ -113,22 +102,8 @@ class TipPlan:
 
     def _slope(self, bend: Array) -> Array:
         """Return the derivative of the resting tip by the bend whose lengths it has [m/rad], shape (3, 2)."""
-        model, data = self.plant.model, self.plant.data
-        J = np.zeros((3, model.nv))
-        mujoco.mj_jacBody(model, data, J, None, model.body("tip").id)
+        J = self.plant.tip_jacobian()[:3]
         return J @ self._holder.by_lengths() @ length_jacobian(bend, self.plant.arm)
-
-    def moving_forces(self, q: Array, v: Array, a: Array) -> Array:
-        """Return what a motion takes beside statics [N m]: minus inertia, minus joint damping; shape (dofs,)."""
-        model, data = self.plant.model, self.plant.data
-        data.qpos[:], data.qvel[:], data.qacc[:] = q, v, a
-        mujoco.mj_fwdPosition(model, data)
-        mujoco.mj_fwdVelocity(model, data)
-        inertia, coriolis = np.zeros(model.nv), data.qfrc_bias.copy()
-        mujoco.mj_mulM(model, data, inertia, data.qacc)
-        data.qvel[:] = 0
-        mujoco.mj_fwdVelocity(model, data)
-        return -(inertia + coriolis - data.qfrc_bias + model.dof_damping * v)
 
 
 def _curved(curved: Array, change: Array, turned: Array, slope: Array) -> Array:
@@ -144,111 +119,3 @@ def _curved(curved: Array, change: Array, turned: Array, slope: Array) -> Array:
     total = slope.T @ slope + curved
     positive = total[0, 0] > 0 and total[0, 0] * total[1, 1] > 1.01 * total[0, 1] * total[1, 0]
     return curved if positive else np.zeros((2, 2))
-
-
-@dataclass(frozen=True)
-class _Planned:
-    """Per sample: set-points and lengths [m], derivatives of the tip by the bend [m/rad], joint angles [rad]."""
-
-    setpoint: Array
-    lengths: Array
-    slopes: Array
-    q: Array
-
-    def command(self) -> Command:
-        inverse = np.asarray(np.linalg.pinv(self.slopes), dtype=float)
-        return Command(self.lengths, self.setpoint, "tip", self.setpoint[0], inverse)
-
-
-def plan_rest(arm: Arm, bend: Array, target: Array, ticks: Iterable[int] | None = None) -> Command:
-    """Return the command that rests the tip as near to targets [m], shape (T, 3), as it gets; see `TipPlan`.
-
-    Raises:
-        ConvergenceError: names the pose that there is no such rest for.
-    """
-    return planned_rest(arm, bend, target, ticks)[0]
-
-
-def planned_rest(arm: Arm, bend: Array, target: Array, ticks: Iterable[int] | None = None) -> tuple[Command, Array]:
-    """Return the command of `plan_rest` and the joint angles that it comes to rest in [rad], shape (T, dofs).
-
-    Raises:
-        ConvergenceError: as `plan_rest`.
-    """
-    found = _solved(arm, bend, target, _guess(arm, bend), 0.0, ticks)
-    return found.command(), found.q
-
-
-def plan_motion(arm: Arm, bend: Array, target: Array, period: float) -> Command:
-    """Return the command that moves the tip along targets [m], shape (T, 3), one every `period` [s].
-
-    Where the forces of the motion leave a pose without rest, as they do with arms that are very soft for their weight,
-    the plan is that of poses at rest; where one of these has none either, set-points are those of `servo`, and only the
-    tip's feedback is left.
-    """
-    from scipy.interpolate import CubicSpline
-
-    time = period * np.arange(len(bend))
-    every = max(1, round(1 / (RATE * period)))
-    knots = np.unique(np.append(np.arange(0, len(bend), every), len(bend) - 1))
-    if len(knots) < 4:
-        return plan_rest(arm, bend, target)
-    at, plan = time[knots], TipPlan(arm)
-    try:
-        found = _solved(arm, bend[knots], target[knots], _guess(arm, bend[knots]), 0.0, moving=True)
-    except ConvergenceError:
-        inverse = np.asarray(np.linalg.pinv(arc.jacobian(bend, arm.length)), dtype=float)
-        return replace(command(arm, bend, "servo", period), controller="tip", tip_to_bend=inverse)
-    for _ in range(PASSES):
-        path = CubicSpline(at, found.q)
-        forces = [plan.moving_forces(*state) for state in zip(found.q, path(at, 1), path(at, 2), strict=True)]
-        forces[0] *= 0.0  # the motion starts from rest
-        speeds = CubicSpline(at, found.lengths)(at, 1)
-        speeds[0] = 0.0
-        least = least_tensions(speeds, arm.muscle.min_tension, arm)
-        try:
-            found = _solved(arm, bend[knots], target[knots], found, np.array(forces), least=least, moving=True)
-        except ConvergenceError:
-            break
-    parts = (found.setpoint, found.lengths, found.slopes, found.q)
-    fine = _Planned(*(CubicSpline(at, part)(time) for part in parts))
-    follow = fine.setpoint + arm.servo_time * np.gradient(fine.lengths, period, axis=0)
-    return replace(fine.command(), setpoint=follow)
-
-
-def _guess(arm: Arm, bend: Array) -> _Planned:
-    """Return what the `servo` controller would do, without regard to where the tip is then."""
-    plant, q = Plant(arm), []
-    for one in bend:
-        plant.reset(one)
-        q.append(plant.data.qpos.copy())
-    orders = command(arm, bend, "servo")
-    return _Planned(orders.setpoint, orders.lengths, np.empty((len(bend), 3, 2)), np.array(q))
-
-
-def _solved(
-    arm: Arm,
-    bend: Array,
-    target: Array,
-    guess: _Planned,
-    forces: Array | float,
-    ticks: Iterable[int] | None = None,
-    least: Array | float | None = None,
-    moving: bool = False,
-) -> _Planned:
-    """Solve every sample from a guess, under generalised forces [N m], shape (T, dofs), and least tensions, (T, 3)."""
-    plan = TipPlan(arm)
-    data = plan.plant.data
-    setpoint, lengths, slopes, q = (np.empty_like(getattr(guess, item.name)) for item in fields(guess))
-    forces = np.broadcast_to(forces, q.shape)
-    least = np.broadcast_to(arm.muscle.min_tension if least is None else least, (len(bend), 3))
-    with engine_room():
-        for i in ticks if ticks is not None else range(len(bend)):
-            data.qpos[:] = guess.q[i]
-            try:
-                setpoint[i], slopes[i] = plan.solve(bend[i], target[i], forces[i], least[i], checked=not moving)
-            except ConvergenceError as error:
-                angle, plane = (float(np.degrees(x)) for x in arc.to_polar(bend[i]))
-                raise error.located(f"at a bend of {angle:.0f} deg towards {plane:.0f} deg") from None
-            lengths[i], q[i] = plan.plant.muscle_lengths, data.qpos
-    return _Planned(setpoint, lengths, slopes, q)

@@ -8,59 +8,48 @@ from __future__ import annotations
 
 import copy
 from collections import OrderedDict
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from threading import Lock
 from typing import Any
 
 import mujoco
-import numpy as np
 
-from contarm_sim.kinematics.arrays import Array
+from contarm_sim.engine.index import ArmIndex
 from contarm_sim.mjcf import TIMESTEP, Actuation, arm_spec
 from contarm_sim.mjcf.backbone import twist_stiffness
-from contarm_sim.mjcf.muscles import servo_parameters
-from contarm_sim.mjcf.routing import coefficient
+from contarm_sim.mjcf.muscles import ACTUATORS
 from contarm_sim.model.arm import Arm
 
 KEPT = 16
 """Most models kept."""
 
-_WRITTEN = {"gravity", "base_orientation", "bending_stiffness", "torsional_stiffness", "damping_time"}
-_KEY = [item.name for item in fields(Arm) if item.name not in _WRITTEN]
+_WRITTEN = ("bending_stiffness", "torsional_stiffness", "damping_time")
+"""Parameters of sections that are written; of the world, gravity and base are."""
 
 
 @dataclass(frozen=True)
 class Built:
-    """A model of one's own, and what its joints are.
-
-    Attributes:
-        model: the engine's.
-        bending: indices of the hinges about x and y, by axis.
-        twisting: indices of the hinges about z.
-        by_angle: what parallel muscles gain in length by joint angles [m/rad], shape (3, dofs).
-    """
+    """A model of one's own, and where its parts are."""
 
     model: mujoco.MjModel
-    bending: dict[str, Any]
-    twisting: Any
-    by_angle: Array
+    index: ArmIndex
 
     def write(self, arm: Arm, actuation: Actuation) -> None:
         """Write an arm's parameters that are not in its `structure`, which must be this model's."""
-        model = self.model
+        model, index = self.model, self.index
         model.opt.gravity[:] = arm.gravity
-        k = arm.bending_stiffness / arm.link_pitch
-        model.jnt_stiffness[:] = k
-        model.dof_damping[:] = arm.damping_time * k
-        if arm.torsional_stiffness is not None:
-            model.jnt_stiffness[self.twisting] = twist_stiffness(arm, 3 * arm.muscle.min_tension)
-            model.dof_damping[self.twisting] = arm.damping_time * arm.torsional_stiffness / arm.link_pitch
-        if actuation == "lengths":
-            kp, bias, control_range, damping = servo_parameters(arm)
-            model.actuator_gainprm[:, 0] = kp
-            model.actuator_biasprm[:, :3] = bias
-            model.actuator_ctrlrange[:] = control_range
-            model.tendon_damping[:] = damping
+        for number, section in enumerate(arm.sections):
+            own = index.section_of_joint == number
+            model.jnt_stiffness[own] = section.joint_stiffness
+            model.dof_damping[own] = section.damping_time * section.joint_stiffness
+            if section.torsional_stiffness is not None:
+                twisting = index.twisting[own[index.twisting]]
+                model.jnt_stiffness[twisting] = twist_stiffness(arm, number)
+                model.dof_damping[twisting] = section.damping_time * section.torsional_stiffness / section.link_pitch
+        if actuation != "none":
+            for group, muscles in zip(arm.groups, index.groups, strict=True):
+                actuators = index.actuators[:, muscles].ravel()
+                ACTUATORS[actuation].write(model, index.tendons[muscles], actuators, group)
 
 
 _kept: OrderedDict[Any, Built] = OrderedDict()
@@ -87,14 +76,13 @@ def built(arm: Arm, actuation: Actuation) -> Built:
 
 def structure(arm: Arm, actuation: Actuation) -> tuple[Any, ...]:
     """Return what a model is kept by."""
-    return (actuation, arm.torsional_stiffness is None, *[getattr(arm, name) for name in _KEY])
+    shapes = (
+        tuple(None if name in _WRITTEN else value for name, value in vars(section).items()) for section in arm.sections
+    )
+    twists = tuple(section.torsional_stiffness is None for section in arm.sections)
+    return actuation, twists, *shapes, arm.routings, arm.laws, arm.payload
 
 
 def _compiled(arm: Arm, actuation: Actuation) -> Built:
     model = arm_spec(arm, actuation, TIMESTEP).compile()
-    joints = [model.joint(i).name for i in range(model.njnt)]
-    bending = {axis: np.flatnonzero([name.endswith(axis) for name in joints]) for axis in "xy"}
-    twisting = np.flatnonzero([name.endswith("z") for name in joints])
-    by_angle = np.array([[coefficient(arm, i, name) for name in joints] for i in range(3)])
-    by_angle.setflags(write=False)
-    return Built(model, bending, twisting, by_angle)
+    return Built(model, ArmIndex.of(model, arm))

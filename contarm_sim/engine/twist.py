@@ -8,8 +8,8 @@ stiffness r^2 T/l against twist (one that pushes takes it away), and unbends the
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from contarm_sim.engine.index import ArmIndex
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 
@@ -18,55 +18,61 @@ _LEAST = 0.2
 
 
 class TwistedMuscles:
-    """Parallel muscles of an arm with three hinges a joint.
+    """Parallel muscles of an arm whose joints twist, J of them with three hinges each.
 
     Args:
-        by_angle: what muscle lengths gain by joint angles where nothing twists [m/rad], shape (3, dofs).
-        twisting: the hinges that twist, one a joint, shape (links,).
+        arm: its parameters.
+        index: where its hinges are, and what muscle lengths gain by their angles where nothing twists.
         qpos: the joint angles [rad], shape (dofs,), as a view that stays current.
     """
 
-    def __init__(self, arm: Arm, by_angle: Array, twisting: NDArray[np.integer], qpos: Array) -> None:
-        self._arm, self._by_angle, self._twisting, self._qpos = arm, by_angle, twisting, qpos
+    def __init__(self, arm: Arm, index: ArmIndex, qpos: Array) -> None:
+        self._by_angle, self._qpos = index.by_angle, qpos
+        self._twisting, self._hinges = index.twisting, index.twisted
+        sections = index.section_of_joint[index.twisting]
+        self._pitch = np.array([arm.sections[number].link_pitch for number in sections])
+        self._radius = np.array([
+            [group.routing.radius * (group.crosses(number) and group.routing.path == "parallel") for number in sections]
+            for group in arm.groups for _ in range(group.routing.count)
+        ])  # fmt: skip
+        self._square = self._radius**2
+        self._by_hinge = self._by_angle[:, self._hinges]
 
     def left(self) -> Array:
-        """Return what bending leaves of each muscle at each joint [m], shape (3, links)."""
-        left = self._arm.link_pitch + (self._by_angle * self._qpos).reshape(3, -1, 3).sum(axis=2)
-        return np.maximum(left, _LEAST * self._arm.link_pitch)
+        """Return what bending leaves of each muscle at each joint [m], shape (M, J)."""
+        left = self._pitch + (self._by_hinge * self._qpos[self._hinges]).sum(axis=2)
+        return np.maximum(left, _LEAST * self._pitch)
 
     def stretch(self) -> Array:
-        """Return what twist adds to each muscle at each joint [m], shape (3, links)."""
-        return np.square(self._arm.muscle_radius * self._qpos[self._twisting]) / (2 * self.left())
+        """Return what twist adds to each muscle at each joint [m], shape (M, J)."""
+        return np.square(self._radius * self._qpos[self._twisting]) / (2 * self.left())
 
     def jacobian(self) -> Array:
-        """Return what muscle lengths gain by joint angles [m/rad], shape (3, dofs)."""
-        left = self.left()
-        J = self._by_angle * (1 - np.repeat(self.stretch() / left, 3, axis=1))
-        J[:, self._twisting] = self._arm.muscle_radius**2 * self._qpos[self._twisting] / left
+        """Return what muscle lengths gain by joint angles [m/rad], shape (M, dofs)."""
+        left, J = self.left(), self._by_angle.copy()
+        J[:, self._hinges] *= (1 - self.stretch() / left)[:, :, None]
+        J[:, self._twisting] = self._square * self._qpos[self._twisting] / left
         return J
 
     def joint_stiffness(self, tensions: Array) -> Array:
-        """Return what tensions [N], shape (3,), add to the stiffness of joints against twist [N m/rad], (links,)."""
-        return np.asarray(self._arm.muscle_radius**2 * (tensions[:, None] / self.left()).sum(axis=0))
+        """Return what tensions [N], shape (M,), add to the stiffness of joints against twist [N m/rad], (J,)."""
+        return np.asarray((self._square * (tensions[:, None] / self.left())).sum(axis=0))
 
     def against_twist(self) -> Array:
-        """Return the moment against the present twist by tension [m], shape (3, dofs)."""
-        moment = np.zeros((3, self._qpos.size))
-        moment[:, self._twisting] = self._arm.muscle_radius**2 * self._qpos[self._twisting] / self.left()
+        """Return the moment against the present twist by tension [m], shape (M, dofs)."""
+        moment = np.zeros_like(self._by_angle)
+        moment[:, self._twisting] = self._square * self._qpos[self._twisting] / self.left()
         return moment
 
     def stiffness(self, tensions: Array) -> Array:
-        """Return what tensions [N], shape (3,), add to the stiffness matrix [N m/rad], shape (dofs, dofs)."""
+        """Return what tensions [N], shape (M,), add to the stiffness matrix [N m/rad], shape (dofs, dofs)."""
         left, angle = self.left(), self._qpos[self._twisting]
-        by_angle = self._by_angle.reshape(3, -1, 3)
-        pull = tensions[:, None] * self._arm.muscle_radius**2
-        bend = np.einsum("mj,mja,mjb->jab", pull * angle**2 / left**3, by_angle, by_angle)
-        mixed = -np.einsum("mj,mja->ja", pull * angle / left**2, by_angle)
+        pull = tensions[:, None] * self._square
+        bend = np.einsum("mj,mja,mjb->jab", pull * angle**2 / left**3, self._by_hinge, self._by_hinge)
+        mixed = -np.einsum("mj,mja->ja", pull * angle / left**2, self._by_hinge)
         K = np.zeros((self._qpos.size, self._qpos.size))
-        for joint, z in enumerate(self._twisting):
-            own = slice(3 * joint, 3 * joint + 3)
-            K[own, own] = bend[joint]
-            K[own, z] += mixed[joint]
-            K[z, own] += mixed[joint]
+        K[self._hinges[:, :, None], self._hinges[:, None, :]] = bend
+        K[self._hinges, self._twisting[:, None]] += mixed
+        K[self._twisting[:, None], self._hinges] += mixed
         K[self._twisting, self._twisting] += self.joint_stiffness(tensions)
         return K

@@ -30,9 +30,6 @@ from contarm_sim.model.arm import Arm
 Mode = Literal["bend", "lengths", "tensions", "pressures"]
 MODES: tuple[Mode, ...] = get_args(Mode)
 
-MAX_BEND = float(np.radians(170))
-"""Largest bend that an action asks for [rad]."""
-
 
 @dataclass(frozen=True)
 class Actions:
@@ -66,10 +63,10 @@ class Actions:
             return max(low, -np.pi * arm.muscle_radius), min(high, np.pi * arm.muscle_radius)
         if self.mode == "pressures":
             return muscle.min_pressure, muscle.max_pressure
-        farthest = holding_tensions(arc.from_polar(MAX_BEND, np.radians(np.arange(0, 360, 15))), arm)
+        farthest = holding_tensions(arc.from_polar(arc.LARGEST_BEND, np.radians(np.arange(0, 360, 15))), arm)
         if self.mode == "tensions":
             return 0.0, min(float(farthest.max()), muscle.blocked_force)
-        return -MAX_BEND, MAX_BEND
+        return -arc.LARGEST_BEND, arc.LARGEST_BEND
 
     @property
     def size(self) -> int:
@@ -140,4 +137,4 @@ class Actions:
 def shortened(bend: Array) -> Array:
     """Return bends [rad], shape (..., 2), those beyond 170 deg shortened to it."""
     angle = np.sqrt(bend[..., 0] * bend[..., 0] + bend[..., 1] * bend[..., 1])
-    return bend * (MAX_BEND / np.maximum(angle, MAX_BEND))[..., None]
+    return bend * (arc.LARGEST_BEND / np.maximum(angle, arc.LARGEST_BEND))[..., None]

@@ -12,10 +12,9 @@ from contarm_sim import libmujoco
 from contarm_sim.envs.actions import Actions, Mode
 from contarm_sim.envs.definition import plain_spec
 from contarm_sim.envs.state import State, read
-from contarm_sim.mjcf import TIMESTEP, exact_xml
+from contarm_sim.mjcf import TIMESTEP, exact_xml, names
 from contarm_sim.mjcf.muscles import straight_control
-from contarm_sim.mjcf.routing import MUSCLES
-from contarm_sim.mjcf.scene import add_scene, base_quaternion
+from contarm_sim.mjcf.scene import add_scene, base_quaternion, base_rotation
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.rendering.draw import TARGET
 
@@ -80,22 +79,22 @@ class ContinuumArm(composer.Robot):
     @property
     def tendons(self) -> list[Any]:
         """The three muscles."""
-        return [self._mjcf.find("tendon", muscle) for muscle in MUSCLES]
+        return [self._mjcf.find("tendon", muscle) for muscle in names.muscles(self._actions.arm)]
 
     @property
     def tip(self) -> Any:
         """The half link that ends in the tip plate; its centre of mass is a quarter of a pitch below the tip."""
-        return self._mjcf.find("body", "tip")
+        return self._mjcf.find("body", names.TIP)
 
     @property
     def payload(self) -> Any:
         """The body of the payload, there without one too: `xfrc_applied` on it acts at the tip."""
-        return self._mjcf.find("body", "payload")
+        return self._mjcf.find("body", names.PAYLOAD)
 
     @property
     def attachment_site(self) -> Any:
         """The tip plate's centre."""
-        return self._mjcf.find("site", "tip")
+        return self._mjcf.find("site", names.TIP)
 
     def vary(self, arm: Arm) -> None:
         """Give the model the numbers of another arm; a compilation must follow. Actions keep their meaning."""
@@ -125,7 +124,7 @@ class ContinuumArm(composer.Robot):
         if physics.data.time == 0:  # a reset leaves actuation off
             mujoco.mj_fwdActuation(physics.model.ptr, physics.data.ptr)
         tendons, actuators = physics.bind(self.tendons), physics.bind(self.actuators)
-        pose = [self._mjcf.find("sensor", f"tip_{what}") for what in ("position", "orientation")]
+        pose = [self._mjcf.find("sensor", name) for name in (names.TIP_POSITION, names.TIP_ORIENTATION)]
         return read(
             {
                 "ten_length": np.array(tendons.length)[None],
@@ -188,6 +187,7 @@ class ArmArena(composer.Arena):
         spec = mujoco.MjSpec()
         spec.modelname, spec.compiler.degree = "arena", False
         self._place, self._turn = add_scene(spec, arm), base_quaternion(arm)
+        self._rotation = base_rotation(arm)
         spec.geom("floor").contype = spec.geom("floor").conaffinity = 0  # the other front ends have none
         self._mjcf_root = mjcf.from_xml_string(exact_xml(spec))
 
@@ -204,9 +204,7 @@ class ArmArena(composer.Arena):
 
     def vector_to_world(self, vector: Any) -> Any:
         """Turn a vector of the base frame, shape (3,), into the world."""
-        turned = np.zeros(3)
-        mujoco.mju_rotVecQuat(turned, np.asarray(vector, dtype=float), self._turn)
-        return turned
+        return self._rotation @ np.asarray(vector, dtype=float)
 
     def point_to_world(self, point: Any) -> Any:
         """Turn a point of the base frame [m], shape (3,), into one of the world."""

@@ -15,10 +15,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from contarm_sim.envs.actions import MAX_BEND, Mode
+from contarm_sim.envs.actions import Mode
 from contarm_sim.envs.state import State
 from contarm_sim.envs.task import Goals, Task, even_bend, norm
 from contarm_sim.errors import InputError
+from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.kinematics.arrays import Array, as_vectors
 from contarm_sim.model.arm import Arm
 
@@ -33,7 +34,7 @@ class Reach(Task):
 
     def draw(self, random: np.random.RandomState) -> dict[str, Any]:
         """Draw a target [m]."""
-        return {"target": self.resting.tips(self.actions.within(even_bend(random, MAX_BEND)[None]))[0]}
+        return {"target": self.resting.tips(self.actions.within(even_bend(random, LARGEST_BEND)[None]))[0]}
 
     def prepare(self, values: dict[str, Any], arm: Arm) -> Goals:
         """Check the target."""

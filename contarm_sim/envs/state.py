@@ -32,7 +32,7 @@ def read(source: Any, arm: Arm) -> State:
     """Return the state of arms like this one from arrays with a leading axis, (B, ...), named as `ENGINE_FIELDS`."""
     force, sensors = source["actuator_force"], source["sensordata"]
     state = {
-        "muscle_lengths": source["ten_length"] + counted_from(arm),
+        "muscle_lengths": source["ten_length"] + counted_from(arm.group),
         "muscle_velocities": source["ten_velocity"],
         "muscle_tensions": -force if force.shape[-1] == 3 else -(force[..., :3] + force[..., 3:]),
     }

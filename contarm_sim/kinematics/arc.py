@@ -25,6 +25,9 @@ import numpy as np
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import FEW, Array, Number, as_vectors, as_xi, blocks, sinc_and_slope
 
+LARGEST_BEND = float(np.radians(170))
+"""Largest bend angle that studies, actions and the live page go to [rad]."""
+
 
 def as_bend(bend: Any) -> Array:
     """Return bend vectors [rad] as an array of shape (..., 2), each shorter than pi.
@@ -146,3 +149,9 @@ def _jacobian(bx: Number, by: Number, length: Any, xi: Any) -> tuple[Any, ...]:
     cx = curving * bx
     mixed = cx * by
     return lateral + cx * bx, mixed, mixed, lateral + curving * by * by, falling * bx, falling * by
+
+
+def described(bend: Any) -> str:
+    """Return a bend [rad], shape (2,), in words, in degrees."""
+    angle, plane = (float(np.degrees(x)) for x in to_polar(bend))
+    return f"a bend of {angle:.0f} deg towards {plane:.0f} deg"

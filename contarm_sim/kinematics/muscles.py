@@ -1,12 +1,13 @@
 """Bend to muscle length changes and back, and the possibility map (paper eq. 6-13).
 
-Muscle i sits at angle psi_i = 0, 2 pi/3, 4 pi/3 on the circle of radius r, so
+Muscle i sits at an angle psi_i on the circle of radius r, the paper's three at 0, 2 pi/3 and 4 pi/3, so
 l_i = -r (bend . u_i) with u_i = (cos psi_i, sin psi_i): linear, hence free of the
 singularity of the paper's theta(q) and lambda(q).
 """
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -14,30 +15,63 @@ import numpy as np
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array, as_vectors
 
-MUSCLE_ANGLES = np.array([0.0, 2 * np.pi / 3, 4 * np.pi / 3])
-"""Angles psi_i of the three muscles about +Z from +X [rad]."""
+Angles = tuple[float, ...]
 
-DIRECTIONS = np.array([[1.0, 0.0], [-0.5, np.sqrt(3) / 2], [-0.5, -np.sqrt(3) / 2]])
-"""Unit vectors u_i from the backbone to the muscles, shape (3, 2)."""
+PAPER: Angles = (0.0, 2 * np.pi / 3, 4 * np.pi / 3)
+"""Angles psi_i of the paper's three muscles about +Z from +X [rad]."""
 
-
-def towards_muscles(bend: Array) -> Array:
-    """Return bend . u_i, shape (..., 3), term by term: a bend gives the same bits alone or among others."""
-    return bend[..., :1] * DIRECTIONS[:, 0] + bend[..., 1:] * DIRECTIONS[:, 1]
+_ROUNDING = 1e-14
 
 
-def bend_of_lengths(lengths: Array, radius: float) -> Array:
-    """Return the bend [rad], shape (..., 2), that differences of lengths [m], shape (..., 3), make; term by term."""
-    parts = [lengths[..., i, None] * DIRECTIONS[i] for i in range(3)]
-    return -(2 / (3 * radius)) * (parts[0] + parts[1] + parts[2])
+@lru_cache
+def directions(angles: Angles = PAPER) -> Array:
+    """Return the unit vectors u_i from the backbone to the muscles, shape (n, 2), of angles psi_i [rad].
+
+    Sines of 0, 1/2 and 1 come out as these: the paper's directions add up to nothing, exactly.
+    """
+    quarters = np.round(np.array(angles) / (0.5 * np.pi))
+    sine = np.sin(np.array(angles) - 0.5 * np.pi * quarters)
+    halves = 0.5 * np.round(2 * sine)
+    sine = np.where(np.abs(sine - halves) < _ROUNDING, halves, sine)
+    cosine = np.sqrt(1 - sine**2)
+    turned = np.stack([[cosine, sine], [-sine, cosine], [-cosine, -sine], [sine, -cosine]])
+    u = np.take_along_axis(turned, (quarters.astype(int) % 4)[None, None], axis=0)[0].T + 0.0
+    u.setflags(write=False)
+    return u
 
 
-def deltas_from_bend(bend: Any, radius: float) -> Array:
-    """Return muscle length changes [m] (shortening < 0), shape (..., 3), of the arc."""
-    return -radius * towards_muscles(as_vectors(bend, 2, "bend"))
+def towards_muscles(bend: Array, angles: Angles = PAPER) -> Array:
+    """Return bend . u_i, shape (..., n), term by term: a bend gives the same bits alone or among others."""
+    u = directions(angles)
+    return bend[..., :1] * u[:, 0] + bend[..., 1:] * u[:, 1]
 
 
-def bend_from_deltas(deltas: Any, radius: float, tolerance: float | None = None) -> tuple[Array, Array]:
+def bend_of_lengths(lengths: Array, radius: float, angles: Angles = PAPER) -> Array:
+    """Return the bend [rad], shape (..., 2), that fits lengths [m], shape (..., n), best; term by term.
+
+    Least squares, of differences alone: what all lengths have in common does not matter. The angles must be three or
+    more, evenly spaced, so that sum u_i u_i^T = (n/2) I.
+
+    Raises:
+        InputError: fewer than three muscles, which fix no bend.
+    """
+    if len(angles) < 3:
+        raise InputError("muscle.count", len(angles), "three muscles or more, whose lengths fix a bend")
+    u = directions(angles)
+    total = lengths[..., 0, None] * u[0]
+    for i in range(1, len(angles)):
+        total = total + lengths[..., i, None] * u[i]
+    return -(2 / (len(angles) * radius)) * total
+
+
+def deltas_from_bend(bend: Any, radius: float, angles: Angles = PAPER) -> Array:
+    """Return muscle length changes [m] (shortening < 0), shape (..., n), of the arc."""
+    return -radius * towards_muscles(as_vectors(bend, 2, "bend"), angles)
+
+
+def bend_from_deltas(
+    deltas: Any, radius: float, tolerance: float | None = None, angles: Angles = PAPER
+) -> tuple[Array, Array]:
     """Return (bend [rad], shape (..., 2); residual [m], shape (...)) of muscle length changes.
 
     The residual is mean(deltas). An inextensible arc makes it zero; a bend exists for any
@@ -46,16 +80,16 @@ def bend_from_deltas(deltas: Any, radius: float, tolerance: float | None = None)
     Raises:
         InputError: |residual| exceeds `tolerance` (None: never), or a bend angle of pi or more.
     """
-    deltas = as_vectors(deltas, 3, "deltas")
+    deltas = as_vectors(deltas, len(angles), "deltas")
     residual = deltas.mean(axis=-1)
     if tolerance is not None and np.any(np.abs(residual) > tolerance):
         worst = deltas[np.abs(residual) > tolerance][0] if deltas.ndim > 1 else deltas
         raise InputError(
             "deltas",
             f"({', '.join(f'{x:.6g}' for x in worst)}) m, whose sum is {worst.sum():.3g} m",
-            f"a sum of 0 (within {3 * tolerance:.1g} m): the backbone is inextensible",
+            f"a sum of 0 (within {len(angles) * tolerance:.1g} m): the backbone is inextensible",
         )
-    bend = bend_of_lengths(deltas, radius)
+    bend = bend_of_lengths(deltas, radius, angles)
     if tolerance is not None and np.any(np.hypot(bend[..., 0], bend[..., 1]) >= np.pi):
         angle = np.hypot(bend[..., 0], bend[..., 1]).max()
         raise InputError("deltas", f"such that bend_angle is {angle:.6g} rad", "deltas of a bend angle below pi rad")

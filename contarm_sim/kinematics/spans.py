@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from contarm_sim.kinematics.arrays import Array, as_vectors, sinc, sinc_slope
-from contarm_sim.kinematics.muscles import DIRECTIONS, bend_of_lengths, towards_muscles
+from contarm_sim.kinematics.muscles import PAPER, Angles, bend_of_lengths, directions, towards_muscles
 
 _CORRECTIONS = 30
 """Most steps from lengths to bend, each leaving a few hundredths of the error at 12 links and more."""
@@ -26,12 +26,14 @@ _CORRECTIONS = 30
 
 @dataclass(frozen=True)
 class Guides:
-    """Where guides are: backbone length, radius of the attachment circle, height above a link's middle [m]; links."""
+    """Where guides are: backbone length, radius of the attachment circle, height above a link's middle [m]; links;
+    angles of the n muscles [rad]."""
 
     length: float
     radius: float
     height: float
     links: int
+    angles: Angles = PAPER
 
     @property
     def spans(self) -> list[tuple[float, float, float]]:
@@ -41,28 +43,28 @@ class Guides:
 
 
 def lengths_from_bend(bend: Any, guides: Guides) -> Array:
-    """Return muscle lengths [m], shape (..., 3), of bends [rad], shape (..., 2)."""
+    """Return muscle lengths [m], shape (..., n), of bends [rad], shape (..., 2)."""
     bend = as_vectors(bend, 2, "bend")
     parts = [count * _span(bend, guides, *ends)[0] for count, *ends in guides.spans]
     return guides.height + parts[0] + parts[1]
 
 
 def length_jacobian(bend: Any, guides: Guides) -> Array:
-    """Return dL/dbend [m/rad], shape (..., 3, 2)."""
+    """Return dL/dbend [m/rad], shape (..., n, 2)."""
     bend = as_vectors(bend, 2, "bend")
     parts = [count * _span(bend, guides, *ends)[1] for count, *ends in guides.spans]
     return parts[0] + parts[1]
 
 
 def bend_from_lengths(lengths: Any, guides: Guides) -> tuple[Array, Array]:
-    """Return (bend [rad], shape (..., 2); residual [m], shape (...)) of measured muscle lengths [m], shape (..., 3).
+    """Return (bend [rad], shape (..., 2); residual [m], shape (...)) of measured muscle lengths [m], shape (..., n).
 
     Length differences fix the bend; the residual is what their common mode is off by, zero when all joints bend alike.
     """
-    lengths = as_vectors(lengths, 3, "muscle_lengths")
-    bend = bend_of_lengths(lengths, guides.radius)
+    lengths = as_vectors(lengths, len(guides.angles), "muscle_lengths")
+    bend = bend_of_lengths(lengths, guides.radius, guides.angles)
     for _ in range(_CORRECTIONS):
-        off = bend_of_lengths(lengths - lengths_from_bend(bend, guides), guides.radius)
+        off = bend_of_lengths(lengths - lengths_from_bend(bend, guides), guides.radius, guides.angles)
         bend = bend + off
         if np.abs(off).max(initial=0.0) < 1e-14:
             break
@@ -70,10 +72,10 @@ def bend_from_lengths(lengths: Any, guides: Guides) -> tuple[Array, Array]:
 
 
 def _span(bend: Array, guides: Guides, a: float, b: float) -> tuple[Array, Array]:
-    """Return the length of one span of each muscle [m], shape (..., 3), and its derivative by the bend [m/rad]."""
+    """Return the length of one span of each muscle [m], shape (..., n), and its derivative by the bend [m/rad]."""
     n, reach = guides.links, a + b
     x = np.hypot(bend[..., 0], bend[..., 1])[..., None] / n  # beta
-    offset = guides.radius * towards_muscles(bend) / n  # rho beta
+    offset = guides.radius * towards_muscles(bend, guides.angles) / n  # rho beta
     half, full = sinc(0.5 * x), sinc(x)
     across = half**2 * (offset**2 - a * b * x**2)
     squared = reach**2 + across - 2 * reach * offset * full
@@ -81,6 +83,6 @@ def _span(bend: Array, guides: Guides, a: float, b: float) -> tuple[Array, Array
     by_offset = 2 * half**2 * offset - 2 * reach * full
     by_square = 0.25 * half * sinc_slope(0.5 * x) * (offset**2 - a * b * x**2)  # by beta^2
     by_square = by_square - half**2 * a * b - reach * offset * sinc_slope(x)
-    slope = by_offset[..., None] * (guides.radius / n * DIRECTIONS)
+    slope = by_offset[..., None] * (guides.radius / n * directions(guides.angles))
     slope = slope + by_square[..., None] * (2 / n**2 * bend[..., None, :])
     return span, slope / (2 * span[..., None])

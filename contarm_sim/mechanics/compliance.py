@@ -22,7 +22,7 @@ import numpy as np
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array, as_vectors
-from contarm_sim.kinematics.muscles import DIRECTIONS
+from contarm_sim.kinematics.muscles import directions
 from contarm_sim.model.arm import Arm
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
@@ -30,7 +30,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 
 def buckling_tension(arm: Arm) -> float:
     """Return the sum of tensions [N] that buckles the arm between the disks of straight spans; inf if parallel."""
-    return 12 * arm.bending_stiffness / arm.link_pitch**2 if arm.muscle.path == "spans" else float("inf")
+    return 12 * arm.bending_stiffness / arm.link_pitch**2 if arm.routing.path == "spans" else float("inf")
 
 
 def softened_stiffness(tensions: Any, arm: Arm) -> float:
@@ -39,7 +39,7 @@ def softened_stiffness(tensions: Any, arm: Arm) -> float:
     Raises:
         InputError: none: tensions [N] this large buckle the arm between its disks.
     """
-    total, limit = float(np.sum(as_vectors(tensions, 3, "tensions"))), buckling_tension(arm)
+    total, limit = float(np.sum(as_vectors(tensions, arm.routing.count, "tensions"))), buckling_tension(arm)
     if total >= limit:
         raise InputError("tensions", f"{total:.4g} N in all", f"less than {limit:.4g} N: more buckles the arm")
     return arm.bending_stiffness * (1 - total / limit)
@@ -50,10 +50,10 @@ def tip_compliance(bend: Any, tensions: Any, slopes: Any, arm: Arm) -> Array:
 
     Args:
         bend: uniform bend [rad], shape (2,).
-        tensions: of the muscles [N], shape (3,).
-        slopes: dF/dL of the muscles [N/m], shape (3,).
+        tensions: of the muscles [N], shape (n,).
+        slopes: dF/dL of the muscles [N/m], shape (n,).
     """
-    bend, slopes = as_vectors(bend, 2, "bend"), as_vectors(slopes, 3, "slopes")
+    bend, slopes = as_vectors(bend, 2, "bend"), as_vectors(slopes, arm.routing.count, "slopes")
     stiffness, length = softened_stiffness(tensions, arm), arm.length
     xi, weight = 0.5 * (1 + _NODES), 0.5 * length * _WEIGHTS
     to_tip = arc.position(bend, length) - arc.position(bend, length, xi)
@@ -61,14 +61,15 @@ def tip_compliance(bend: Any, tensions: Any, slopes: Any, arm: Arm) -> Array:
     # Bending towards x turns about the material y axis, bending towards y about minus x.
     G = np.stack([np.cross(axes[:, :, 1], to_tip), np.cross(-axes[:, :, 0], to_tip)], axis=-1)
     A = np.einsum("s,sij->ij", weight, G)
-    springs = arm.muscle_radius**2 * (DIRECTIONS.T * slopes) @ DIRECTIONS
+    u = directions(arm.routing.angles)
+    springs = arm.muscle_radius**2 * (u.T * slopes) @ u
     held = A @ springs @ np.linalg.inv(stiffness * np.eye(2) + length * springs) @ A.T
     bending = (np.einsum("s,sij,skj->ik", weight, G, G) - held) / stiffness
     if arm.torsional_stiffness is None:
         return bending
     twist = np.cross(axes[:, :, 2], to_tip)
-    shortened = 1 - arm.muscle_radius / length * DIRECTIONS @ bend  # L_i/L
+    shortened = 1 - arm.muscle_radius / length * u @ bend  # L_i/L
     torsion = arm.torsional_stiffness + arm.muscle_radius**2 * float(
-        (as_vectors(tensions, 3, "tensions") / shortened).sum()
+        (as_vectors(tensions, arm.routing.count, "tensions") / shortened).sum()
     )
     return bending + np.einsum("s,si,sk->ik", weight, twist, twist) / torsion

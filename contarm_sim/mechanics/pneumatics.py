@@ -1,55 +1,59 @@
-"""The McKibben law of a pneumatic muscle (Chou and Hannaford 1996), from the paper's dimensions; its silicone."""
+"""What the muscles of an arm pull with, each by the law of its section; lengths [m] and pressures [Pa] of all at once.
+
+Arrays end in an axis of the arm's muscles, section by section. Of an arm of one section they may have any shape that
+broadcasts, for all muscles are alike.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.muscle_group import MuscleGroup
 
 
 def force(pressure: Any, length: Any, arm: Arm) -> Array:
-    """Return the pulling force [N] of a muscle at a gauge pressure [Pa] and a length [m]; broadcasts.
-
-    F = P (pi D0^2/4) (3 (1 - eps)^2/tan^2(alpha0) - 1/sin^2(alpha0)), eps the contraction from the rest length; a
-    muscle contracted beyond `max_contraction` goes slack, it cannot push.
-    """
-    muscle = arm.muscle
-    stretch = np.asarray(length, dtype=float) / arm.muscle_rest_length
-    area = np.pi * muscle.diameter**2 / 4
-    shape = 3 * stretch**2 / np.tan(muscle.braid_angle) ** 2 - 1 / np.sin(muscle.braid_angle) ** 2
-    return np.asarray(pressure, dtype=float) * area * np.maximum(shape, 0.0)
+    """Return pulling forces [N] at gauge pressures and lengths."""
+    return _each(lambda group, *given: group.law.force(*given, group.rest_length), arm, pressure, length)
 
 
 def force_slope(pressure: Any, length: Any, arm: Arm) -> Array:
-    """Return dF/dL [N/m] of `force` at constant pressure: the stiffness of a muscle at constant pressure."""
-    muscle, rest = arm.muscle, arm.muscle_rest_length
-    stretch = np.asarray(length, dtype=float) / rest
-    area = np.pi * muscle.diameter**2 / 4
-    slope = np.asarray(pressure, dtype=float) * area * 6 * stretch / (np.tan(muscle.braid_angle) ** 2 * rest)
-    return np.where(force(1.0, length, arm) > 0, slope, 0.0)
+    """Return dF/dL [N/m] of `force` at constant pressure."""
+    return _each(lambda group, *given: group.law.slope(*given, group.rest_length), arm, pressure, length)
 
 
 def passive_tension(length: Any, arm: Arm) -> Array:
-    """Return the tension [N] of the silicone alone: a spring beyond the rest length, slack below."""
-    stretch = np.maximum(np.asarray(length, dtype=float) - arm.muscle_rest_length, 0.0)
-    return (arm.muscle.passive_stiffness or 0.0) * stretch
+    """Return tensions [N] of the silicone alone."""
+    return _each(lambda group, *given: group.law.passive_tension(*given, group.rest_length), arm, length)
 
 
 def passive_slope(length: Any, arm: Arm) -> Array:
     """Return dF/dL [N/m] of `passive_tension`."""
-    return np.where(np.asarray(length) > arm.muscle_rest_length, arm.muscle.passive_stiffness or 0.0, 0.0)
+    return _each(lambda group, *given: group.law.passive_slope(*given, group.rest_length), arm, length)
 
 
 def pressure_for(tension: Any, length: Any, arm: Arm) -> Array:
-    """Return the gauge pressure [Pa] at which a muscle of a length [m] has a tension [N], its silicone's included.
+    """Return gauge pressures [Pa] that give tensions [N], the silicone's included; inf where none does."""
+    return _each(lambda group, *given: group.law.pressure_for(*given, group.rest_length), arm, tension, length)
 
-    0 where that alone pulls more; inf where no pressure does it.
+
+def _each(law: Callable[..., Array], arm: Arm, *given: Any) -> Array:
+    """Return what the law of each group says of its own muscles.
+
+    Raises:
+        InputError: an arm of several groups, and arrays that do not end in an axis of all their muscles.
     """
-    per_pascal = force(1.0, length, arm)
-    wanted = np.maximum(np.asarray(tension, dtype=float) - passive_tension(length, arm), 0.0)
-    return np.divide(
-        wanted, per_pascal, out=np.full(np.broadcast(wanted, per_pascal).shape, np.inf), where=per_pascal > 0
-    )
+    groups: tuple[MuscleGroup, ...] = arm.groups
+    if len(groups) == 1:
+        return law(groups[0], *given)
+    arrays = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in given))
+    counts = [group.routing.count for group in groups]
+    if arrays[0].ndim == 0 or arrays[0].shape[-1] != sum(counts):
+        raise InputError("muscles", f"of shape {arrays[0].shape}", f"shape (..., {sum(counts)})")
+    parts = [np.split(array, np.cumsum(counts)[:-1], axis=-1) for array in arrays]
+    return np.concatenate([law(group, *own) for group, *own in zip(groups, *parts, strict=True)], axis=-1)

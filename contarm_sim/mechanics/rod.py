@@ -89,7 +89,7 @@ def _stiffness(arm: Arm, tension: Array) -> Array:
 
     A twisted muscle is a helix, and longer: it adds r^2 sum T to GJ.
     """
-    bending = np.full(len(tension), arm.bending_stiffness)
+    bending = np.full(len(tension), arm.section.bending_stiffness)
     twisting = (arm.torsional_stiffness or 0.0) + arm.muscle_radius**2 * tension
     return np.stack([bending, bending, twisting], axis=-1)
 

@@ -1,8 +1,9 @@
 """Muscle tensions, and pressures, that hold a uniform bend.
 
 With the chain's elastic energy (EI/length) |bend|^2/2, its weight's potential V(bend) and the work of tensions T
-on lengths L(bend), equilibrium is (EI/length) bend + dV/dbend + J^T T = 0, J = dL/dbend: two equations, three tensions.
-The free direction is co-contraction, the null vector of J^T: (1, 1, 1) for parallel muscles, nearly so for spans.
+on lengths L(bend), equilibrium is (EI/length) bend + dV/dbend + J^T T = 0, J = dL/dbend: two equations, n tensions.
+What is free is the null space of J^T. Of three muscles it is one direction, co-contraction: (1, 1, 1) for parallel
+muscles, nearly so for spans. Of more it has n - 2 dimensions; co-contraction is the direction nearest to (1, ..., 1).
 
 Without gravity this is exact for a chain that bends evenly. Under gravity it is the best answer of one uniform bend
 (Ritz): it balances the weight's moment as a whole, not the sag between.
@@ -33,10 +34,19 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
 def cocontraction(bend: Any, arm: Arm) -> Array:
-    """Return tensions that hold the bend by themselves, shape (..., 3), of mean 1: the null vector of J^T."""
+    """Return tensions of mean 1 that do nothing to the bend, shape (..., n): what of (1, ..., 1) J^T sends to 0.
+
+    The rest of (1, ..., 1) is J x, by least squares; for parallel muscles there is none, to the bit.
+
+    Raises:
+        InputError: fewer than three muscles, which cannot hold a bend in every plane.
+    """
+    if arm.routing.count < 3:
+        raise InputError("muscle.count", arm.routing.count, "three muscles or more, which can hold a bend in any plane")
     J = length_jacobian(bend, arm)
-    null = np.cross(J[..., 0], J[..., 1])
-    return null / null.mean(axis=-1, keepdims=True)
+    x = np.linalg.solve(J.swapaxes(-1, -2) @ J, J.sum(axis=-2)[..., None])
+    free = 1 - (J @ x)[..., 0]
+    return free / free.mean(axis=-1, keepdims=True)
 
 
 def weight_moment(bend: Any, arm: Arm) -> Array:
@@ -68,9 +78,9 @@ class Balance:
     """All tensions that hold bends: `tensions` + level * `cocontraction`, level any number [N].
 
     Attributes:
-        tensions: one of them [N], shape (..., 3), by actuators; what stretched silicone pulls is taken off.
-        cocontraction: the free direction, shape (..., 3), positive, of mean 1.
-        per_pascal: force of each muscle by pressure [N/Pa], shape (..., 3); 0 where the braid is closed.
+        tensions: one of them [N], shape (..., n), by actuators; what stretched silicone pulls is taken off.
+        cocontraction: the free direction, shape (..., n), positive, of mean 1.
+        per_pascal: force of each muscle by pressure [N/Pa], shape (..., n); 0 where the braid is closed.
         highest: level [N], shape (...), at which the arm buckles between its disks, see `compliance`; inf for parallel
             muscles.
     """
@@ -85,7 +95,7 @@ class Balance:
         return ((least - self.tensions) / self.cocontraction).max(axis=-1)
 
     def at(self, level: Any) -> Array:
-        """Return the tensions [N] at a level [N], shape (..., 3)."""
+        """Return the tensions [N] at a level [N], shape (..., n)."""
         return self.tensions + np.asarray(level)[..., None] * self.cocontraction
 
 
@@ -120,11 +130,11 @@ def balance(bend: Any, arm: Arm, rate: Any = None, load: Any = 0.0) -> Balance:
     tensions = -(J @ np.linalg.solve(gram, moment[..., None]))[..., 0]
     per_pascal = np.where(lengths <= arm.muscle_length_range[1], pneumatics.force(1.0, lengths, arm), 0.0)
     buckling = BUCKLING_SHARE * buckling_tension(arm)
-    return Balance(tensions, null, per_pascal, (buckling - tensions.sum(axis=-1)) / 3)
+    return Balance(tensions, null, per_pascal, (buckling - tensions.sum(axis=-1)) / arm.routing.count)
 
 
 def holding_tensions(bend: Any, arm: Arm, min_tension: float | None = None, rate: Any = None) -> Array:
-    """Return the least tensions T [N] that hold a bend, shape (..., 3).
+    """Return the least tensions T [N] that hold a bend, shape (..., n).
 
     Args:
         bend: bend vectors [rad], shape (..., 2).
@@ -143,7 +153,7 @@ def holding_tensions(bend: Any, arm: Arm, min_tension: float | None = None, rate
 
 
 def least_tensions(speeds: Array, min_tension: float, arm: Arm) -> Array:
-    """Return the least tensions [N], shape (..., 3), of servo-driven muscles that lengthen at given speeds [m/s].
+    """Return the least tensions [N], shape (..., n), of servo-driven muscles that lengthen at given speeds [m/s].
 
     Damping along a muscle pulls while it lengthens; the servo, which cannot push, keeps a share of the least tension.
     """
@@ -152,12 +162,12 @@ def least_tensions(speeds: Array, min_tension: float, arm: Arm) -> Array:
 
 def servo_control(lengths: Array, tensions: Array, arm: Arm) -> Array:
     """Return controls of length servos, length changes [m], at which muscles of these lengths [m] have tensions [N]."""
-    return lengths - arm.length - (tensions - arm.muscle.min_tension) / arm.servo_stiffness
+    return np.asarray(arm.group.setpoint(lengths, tensions))
 
 
 def servo_tensions(control: Array, lengths: Array, arm: Arm) -> Array:
     """Return the tensions [N] of muscles of these lengths [m] under controls of length servos, see `servo_control`."""
-    return arm.muscle.min_tension + arm.servo_stiffness * (lengths - arm.length - control)
+    return np.asarray(arm.group.servo_tension(control, lengths))
 
 
 def level_range(held: Balance, arm: Arm) -> tuple[Array, Array]:
@@ -188,7 +198,7 @@ def balance_pressure(held: Balance, arm: Arm) -> tuple[Array, Array]:
         inflated = (held.at(low) / held.per_pascal).max(axis=-1)
         possible = (held.per_pascal > 0).all(axis=-1) & (low <= held.highest)
         least = inflated = np.where(possible, inflated, np.inf)
-        for i in range(3):
+        for i in range(held.tensions.shape[-1]):
             level = -held.tensions[..., i] / held.cocontraction[..., i]
             others = np.delete(held.at(level) / held.per_pascal, i, axis=-1)
             allowed = (others >= arm.muscle.min_pressure).all(axis=-1) & np.isfinite(others).all(axis=-1)
@@ -198,7 +208,7 @@ def balance_pressure(held: Balance, arm: Arm) -> tuple[Array, Array]:
 
 
 def holding_pressures(bend: Any, arm: Arm, share: float = 0.0, rate: Any = None) -> Array:
-    """Return pressures [Pa] that hold a bend, shape (..., 3), all between the lowest and the highest there are.
+    """Return pressures [Pa] that hold a bend, shape (..., n), all between the lowest and the highest there are.
 
     Args:
         share: co-contraction, from 0 (the least that the limits allow) to 1 (the most).

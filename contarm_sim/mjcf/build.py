@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 
 from contarm_sim.mjcf.backbone import add_backbone, add_defaults
-from contarm_sim.mjcf.muscles import Actuation, add_muscles, add_sensors, straight_control
+from contarm_sim.mjcf.muscles import ACTUATORS, Actuation, add_muscles, add_sensors, straight_controls
 from contarm_sim.mjcf.scene import add_scene, base_quaternion, world_gravity
 from contarm_sim.mjcf.stability import longest_step
 from contarm_sim.model.arm import Arm
@@ -32,7 +32,9 @@ def spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
     base is welded there and moves with it. Every name gets the prefix: bodies `base`, `link_01`, ..., `tip`, sites
     `base` and `tip`, tendons and length servos `muscle_1` to `muscle_3` (by pressure: actuators `muscle_1_linear`
     and `muscle_1_quadratic`), sensors `tip_position`, `muscle_1_length`, ..., materials and defaults. MuJoCo warns
-    of an empty prefix. A spec is moved into its host: make one for each arm.
+    of an empty prefix. A spec is moved into its host: make one for each arm. In an arm of several sections all names
+    but `base`, `tip`, `payload` and `tip_position`, `tip_orientation` begin with their section's: `section_2_link_03`,
+    `section_2_joint_03_x`, `section_2_muscle_1`; the plate at the end of section 1 is `section_1_tip`.
 
     All is in SI units, whatever angles the host is written in. What the host brings:
 
@@ -48,7 +50,8 @@ def spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
     Args:
         actuation: `lengths`: three length servos; controls are length changes from the straight arm [m], shortening
             negative. `pressures`: McKibben muscles behind valves, two actuators
-            each, which both take the muscle's gauge pressure [Pa]: controls are p1 p2 p3 p1 p2 p3. `tensions`: three
+            each, which both take the muscle's gauge pressure [Pa]: controls are p1 p2 p3 p1 p2 p3, with n muscles
+            p1 ... pn p1 ... pn. `tensions`: three
             plain forces, controls are tensions [N].
 
     Raises:
@@ -85,8 +88,9 @@ def arm_spec(arm: Arm, actuation: Actuation = "lengths", timestep: float | None 
     alone.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     alone.option.gravity = arm.gravity
     alone.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT  # nothing is there to touch
-    straight = [straight_control(arm, actuation)] * len(alone.actuators)
-    state = straight if actuation == "pressures" else []
+    each = straight_controls(arm, actuation)
+    straight = each * (len(alone.actuators) // len(each)) if each else []
+    state = straight if actuation != "none" and ACTUATORS[actuation].states else []
     alone.add_key(name="straight", qpos=[0.0] * len(alone.joints), ctrl=straight, act=state)
     alone.stat.extent = 1.2 * arm.length
     alone.stat.center = [0.0, 0.0, 0.5 * arm.length]

@@ -1,4 +1,4 @@
-"""Where the three muscles run: tendons, and what is drawn of them.
+"""Where the muscles run: tendons, and what is drawn of them.
 
 `parallel`: a muscle sheathed along the backbone at radius r works T r per unit of bending at every joint, which is a
 fixed tendon, linear in the joint angles: -r cos(psi) on hinges about y, r sin(psi) on hinges about x. The engine counts
@@ -9,88 +9,111 @@ its length from zero, which is the straight arm's. Drawn as a capsule on each li
 
 from __future__ import annotations
 
-import math
+from dataclasses import dataclass
+from itertools import pairwise
 
 import mujoco
 
+from contarm_sim.mjcf import names
 from contarm_sim.mjcf.backbone import HARD, VISUAL
 from contarm_sim.model.arm import Arm
-
-MUSCLES = ("muscle_1", "muscle_2", "muscle_3")
-COLOURS = ([0.84, 0.15, 0.16, 1.0], [0.17, 0.50, 0.72, 1.0], [0.95, 0.63, 0.10, 1.0])
+from contarm_sim.model.colours import muscle_colour
+from contarm_sim.model.muscle_group import MuscleGroup
 
 CLASS = "muscle"
-"""The default class of tendons, guides and length servos."""
+"""The default class of tendons, guides and length servos, after what the section's names begin with."""
 
 
-def angle(index: int) -> float:
-    """Return the angle psi [rad] of muscle `index` (from 0) about +Z from +X."""
-    return 2 * math.pi * index / 3
+@dataclass(frozen=True)
+class Strands:
+    """The muscles of one section in a spec: what they are, their names, and their default class."""
+
+    group: MuscleGroup
+    names: list[str]
+    default: mujoco.MjsDefault
 
 
-def counted_from(arm: Arm) -> float:
+def counted_from(group: MuscleGroup) -> float:
     """Return the muscle length [m] at which the engine's tendon lengths are zero."""
-    return arm.length if arm.muscle.path == "parallel" else 0.0
+    return group.length if group.routing.path == "parallel" else 0.0
 
 
-def coefficient(arm: Arm, muscle: int, joint: str) -> float:
-    """Return what a parallel muscle (from 0) gains in length by the angle of a hinge, named after its axis [m/rad]."""
-    if joint.endswith("x"):
-        return arm.muscle_radius * math.sin(angle(muscle))
-    return -arm.muscle_radius * math.cos(angle(muscle)) if joint.endswith("y") else 0.0
+def coefficient(group: MuscleGroup, muscle: int, joint: names.Joint) -> float:
+    """Return what a parallel muscle (from 0) gains in length by the angle of a hinge [m/rad]."""
+    x, y = group.routing.points[muscle]
+    return {"x": y, "y": -x, "z": 0.0}[joint.axis] if group.crosses(joint.section) else 0.0
 
 
-def add_tendons(spec: mujoco.MjSpec, arm: Arm, bodies: list[mujoco.MjsBody], damping: float) -> mujoco.MjsDefault:
-    """Add the muscles as tendons, with damping [N s/m], dry friction and silicone; return their default class.
+def add_tendons(
+    spec: mujoco.MjSpec, arm: Arm, group: MuscleGroup, bodies: list[mujoco.MjsBody], damping: float
+) -> Strands:
+    """Add the muscles of one section as tendons, with damping [N s/m], dry friction and silicone.
 
     Args:
-        bodies: at stations 0 .. N.
+        bodies: at all stations of the arm.
         damping: along each muscle.
     """
-    muscle = spec.add_default(CLASS, spec.default)
-    muscle.tendon.damping = [damping, 0, 0]
-    if arm.muscle.braid_friction is not None:
-        muscle.tendon.frictionloss = arm.muscle.braid_friction
-        muscle.tendon.solimp_friction[:2] = HARD
-    if arm.muscle.passive_stiffness is not None:  # slack up to the rest length
-        zero = counted_from(arm)
-        muscle.tendon.stiffness = [arm.muscle.passive_stiffness, 0, 0]
-        muscle.tendon.springlength = [-zero, arm.muscle_rest_length - zero]
-    if arm.muscle.path == "parallel":
-        _add_parallel(spec, arm, bodies, muscle)
+    default = spec.add_default(names.of_section(arm, group.section) + CLASS, spec.default)
+    default.tendon.damping = [damping, 0, 0]
+    if group.law.braid_friction is not None:
+        default.tendon.frictionloss = group.law.braid_friction
+        default.tendon.solimp_friction[:2] = HARD
+    if group.law.passive_stiffness is not None:  # slack up to the rest length
+        zero = counted_from(group)
+        default.tendon.stiffness = [group.law.passive_stiffness, 0, 0]
+        default.tendon.springlength = [-zero, group.rest_length - zero]
+    strands = Strands(group, names.group_muscles(arm, group), default)
+    if group.routing.path == "parallel":
+        _add_parallel(spec, arm, strands, bodies)
     else:
-        _add_spans(spec, arm, bodies, muscle)
-    return muscle
+        _add_spans(spec, arm, strands, bodies)
+    return strands
 
 
-def _add_parallel(spec: mujoco.MjSpec, arm: Arm, bodies: list[mujoco.MjsBody], muscle: mujoco.MjsDefault) -> None:
-    radius, half = arm.muscle_radius, 0.5 * arm.link_pitch
-    joints = [joint for body in bodies for joint in body.joints]
-    for index, name in enumerate(MUSCLES):
-        x, y = radius * math.cos(angle(index)), radius * math.sin(angle(index))
-        tendon = spec.add_tendon(muscle, name=name)
+def _add_parallel(spec: mujoco.MjSpec, arm: Arm, strands: Strands, bodies: list[mujoco.MjsBody]) -> None:
+    group, starts = strands.group, names.section_stations(arm)
+    joints = [joint for joint in names.joints(arm) if group.crosses(joint.section) and joint.axis != "z"]
+    for index, name in enumerate(strands.names):
+        x, y = group.routing.points[index]
+        tendon = spec.add_tendon(strands.default, name=name)
         for joint in joints:
-            if not joint.name.endswith("z"):
-                tendon.wrap_joint(joint.name, coefficient(arm, index, joint.name))
-        spec.add_material(name=name, rgba=COLOURS[index], specular=0.5, shininess=0.5)
-        for body in bodies:
-            low, high = (0.0 if body.name == "base" else -half), (0.0 if body.name == "tip" else half)
-            body.add_geom(
-                spec.find_default(VISUAL), name=f"{body.name}_{name}", type=mujoco.mjtGeom.mjGEOM_CAPSULE,
-                pos=[x, y, 0.5 * (low + high)], size=[0.5 * arm.muscle.diameter, 0.5 * (high - low), 0], material=name,
+            tendon.wrap_joint(joint.name, coefficient(group, index, joint))
+        spec.add_material(name=name, rgba=muscle_colour(index), specular=0.5, shininess=0.5)
+        for station in range(starts[group.first], starts[group.section + 1] + 1):
+            low, high = _reach(arm, group, station)
+            bodies[station].add_geom(
+                spec.find_default(VISUAL), name=names.guide(bodies[station].name, name),
+                type=mujoco.mjtGeom.mjGEOM_CAPSULE, pos=[x, y, 0.5 * (low + high)],
+                size=[0.5 * group.law.diameter, 0.5 * (high - low), 0], material=name,
             )  # fmt: skip
 
 
-def _add_spans(spec: mujoco.MjSpec, arm: Arm, bodies: list[mujoco.MjsBody], muscle: mujoco.MjsDefault) -> None:
-    muscle.tendon.width = 0.5 * arm.muscle.diameter
-    muscle.site.group = 4
-    muscle.site.size = [0.002, 0.002, 0.002]
-    for index, name in enumerate(MUSCLES):
-        x, y = arm.muscle_radius * math.cos(angle(index)), arm.muscle_radius * math.sin(angle(index))
-        tendon = spec.add_tendon(muscle, name=name, rgba=COLOURS[index])
-        guides = [(f"base_{name}_root", bodies[0], 0.0)]
-        guides += [(f"{body.name}_{name}", body, arm.guide_height) for body in bodies[:-1]]
-        guides += [(f"tip_{name}", bodies[-1], 0.0)]
+def _reach(arm: Arm, group: MuscleGroup, station: int) -> tuple[float, float]:
+    """Return from which to which height [m] of a station's link a muscle lies along it."""
+    low = high = 0.0
+    for number, (start, end) in enumerate(pairwise(names.section_stations(arm))):
+        half = 0.5 * arm.sections[number].link_pitch
+        if group.crosses(number):
+            low = -half if start < station <= end else low
+            high = half if start <= station < end else high
+    return low, high
+
+
+def _add_spans(spec: mujoco.MjSpec, arm: Arm, strands: Strands, bodies: list[mujoco.MjsBody]) -> None:
+    group, starts = strands.group, names.section_stations(arm)
+    strands.default.tendon.width = 0.5 * group.law.diameter
+    strands.default.site.group = 4
+    strands.default.site.size = [0.002, 0.002, 0.002]
+    first, last = bodies[starts[group.first]], bodies[starts[group.section + 1]]
+    for index, name in enumerate(strands.names):
+        x, y = group.routing.points[index]
+        tendon = spec.add_tendon(strands.default, name=name, rgba=muscle_colour(index))
+        guides = [(names.guide(first.name, name) + "_root", first, 0.0)]
+        for number in range(group.first, group.section + 1):
+            height = arm.sections[number].guide_height
+            along = bodies[starts[number] : starts[number + 1]]
+            guides += [(names.guide(body.name, name), body, height) for body in along]
+        guides.append((names.guide(last.name, name), last, 0.0))
         for guide, body, z in guides:
-            body.add_site(muscle, name=guide, pos=[x, y, z])
+            body.add_site(strands.default, name=guide, pos=[x, y, z])
             tendon.wrap_site(guide)

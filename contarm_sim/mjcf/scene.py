@@ -44,18 +44,22 @@ def base_quaternion(arm: Arm) -> np.ndarray:
     return quaternion / np.linalg.norm(quaternion)
 
 
+def base_rotation(arm: Arm) -> np.ndarray:
+    """Return the rotation that turns vectors of the base frame into the world, shape (3, 3)."""
+    rotation = np.zeros(9)
+    mujoco.mju_quat2Mat(rotation, base_quaternion(arm))
+    return rotation.reshape(3, 3)
+
+
 def world_gravity(arm: Arm) -> np.ndarray:
     """Return the arm's gravity [m/s^2] in the world frame of the scene."""
-    gravity = np.zeros(3)
-    mujoco.mju_rotVecQuat(gravity, np.array(arm.gravity), base_quaternion(arm))
-    return gravity
+    return base_rotation(arm) @ arm.gravity
 
 
 def add_scene(spec: mujoco.MjSpec, arm: Arm) -> np.ndarray:
     """Add floor, mount, light and cameras; return where the base goes in the world [m]."""
     length = arm.length
-    along = np.zeros(3)
-    mujoco.mju_rotVecQuat(along, np.array([0.0, 0.0, 1.0]), base_quaternion(arm))
+    along = base_rotation(arm)[:, 2]
     reach = _reach(along, arm.disk_radius / length)
     base = np.array([0.0, 0.0, length * (CLEARANCE - reach[:, 2].min())])
     spec.visual.global_.offwidth, spec.visual.global_.offheight = OFFSCREEN

@@ -24,16 +24,22 @@ def is_stable(model: mujoco.MjModel, data: mujoco.MjData, arm: Arm, actuation: A
     """Tell whether an arm compiled alone is stable at a time step [s] in its pose; positions must be up to date."""
     mass = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, mass)
-    J = np.zeros((model.ntendon, model.nv))
-    if model.ntendon:
-        mujoco.mju_sparse2dense(J, data.ten_J, model.ten_J_rownnz, model.ten_J_rowadr, model.ten_J_colind)
+    J = tendon_jacobian(model, data)
     damping = np.diag(model.dof_damping) + (J.T * model.tendon_damping) @ J
-    stiffness = np.diag(model.jnt_stiffness) + stiffest(arm, actuation) * J.T @ J
+    stiffness = np.diag(model.jnt_stiffness) + (J.T * stiffest(arm, actuation)) @ J
     try:
         np.linalg.cholesky(4 * mass + 2 * timestep * damping - (MARGIN * timestep) ** 2 * stiffness)
     except np.linalg.LinAlgError:
         return False
     return True
+
+
+def tendon_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
+    """Return what tendon lengths gain by joint angles [m/rad], shape (tendons, dofs)."""
+    J = np.zeros((model.ntendon, model.nv))
+    if model.ntendon:
+        mujoco.mju_sparse2dense(J, data.ten_J, model.ten_J_rownnz, model.ten_J_rowadr, model.ten_J_colind)
+    return J
 
 
 def longest_step(model: mujoco.MjModel, arm: Arm, actuation: Actuation, most: float) -> float:

@@ -1,255 +1,204 @@
 """The arm: one set of parameters that the analytic and the simulated arm are both derived from.
 
-`Arm()` is the paper's arm. What the paper does not publish is an assumption; each one's reason stands
-in its field's help and in the README's table. Imports nothing heavy: the command line is built from it.
+An arm is a chain of sections; each has muscles (a routing) that pull by a law; the whole stands in a world. `Arm()` is
+the paper's arm, of one section. What the paper does not publish is an assumption; each one's reason stands in its
+field's help and in the README's table. Imports nothing heavy: the command line is built from it.
 """
 
 from __future__ import annotations
 
 import math
-import operator
-from dataclasses import dataclass, field, replace
-from typing import Literal, get_args
+from dataclasses import InitVar, dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 from contarm_sim.errors import InputError
-from contarm_sim.model.parameters import Quaternion, Vector, check_numbers, check_vector, number
-
-MAX_LINKS = 400
-
-Path = Literal["parallel", "spans"]
-PATHS: tuple[Path, ...] = get_args(Path)
-
-GUIDE = 1 / math.sqrt(6)
-"""Height of a link's guide above its middle [link pitches], where muscles run in straight spans.
-
-A rod bent by beta between two disks shortens a straight span by h beta^2/24 beside r beta; a joint between guides a
-below and b above it does so by a b/(2 h) beta^2. Both are the same for a b = h^2/12, which is here.
-"""
-
-SERVO_RATIO = 180.0
-"""Stiffness of length servos over that of the bent arm: the feed-forward's part of a muscle's stretch is then small."""
-
-SERVO_TIME = 0.005
-"""Least damping along a muscle over its servo's gain [s]: keeps one at its force limit from hunting at 5 ms steps."""
+from contarm_sim.model.flat import FlatArm
+from contarm_sim.model.mckibben import McKibben
+from contarm_sim.model.muscle_group import MuscleGroup
+from contarm_sim.model.parameters import Quaternion, Vector
+from contarm_sim.model.routing import Path, Routing
+from contarm_sim.model.section import MAX_LINKS, Section
+from contarm_sim.model.world import World
 
 
-@dataclass(frozen=True, kw_only=True)
-class Muscle:
-    """One pneumatic muscle (PMA) and the length servo that stands for its valve and controller.
+class _Omitted:
+    """Says that an argument was not given: None is a value of some."""
 
-    `path` says where muscles run. `parallel`: sheathed along the backbone, everywhere at the muscle radius from it, as
-    the paper draws them; lengths are those of the arc. `spans`: straight from disk to disk, one disk a link, as cables
-    through few disks run.
-    """
-
-    inner_diameter: float = number(0.009, "m", "bladder bore (paper: 9 mm)", above=0)
-    wall: float = number(0.002, "m", "bladder wall thickness (paper: 2 mm)", above=0)
-    braid_min_diameter: float = number(0.010, "m", "smallest diameter of the braid (paper: 10 mm)", above=0)
-    max_contraction: float = number(
-        0.25, "-", "contraction at which the force vanishes (paper: 25 %)", above=0, below=0.42
-    )
-    min_pressure: float = number(90e3, "Pa", "lowest gauge pressure but none (paper: 90 kPa)", above=0)
-    max_pressure: float = number(700e3, "Pa", "highest gauge pressure (paper: 700 kPa)", above=0)
-    mount_contraction: float = number(
-        0.05, "-", "contraction in the straight arm, so that a muscle can also lengthen", least=0, below=0.42
-    )
-    min_tension: float = number(5.0, "N", "tension that the slackest muscle is held at", above=0)
-    passive_stiffness: float | None = number(
-        None, "N/m", "of the silicone stretched beyond its rest length; omitted: bending_stiffness has it", above=0
-    )
-    braid_friction: float | None = number(None, "N", "dry friction of braid and guides; omitted: none", above=0)
-    valve_time: float = number(0.05, "s", "time constant of valve and filling", above=0)
-    servo_stiffness: float | None = number(
-        None, "N/m", "gain of the muscle's length servo; omitted: 180 times what the bent arm resists with", above=0
-    )
-    servo_time: float | None = number(
-        None, "s", "damping along the muscle over the servo's gain; omitted: 5 ms, more for slow arms", least=0
-    )
-    path: Path = field(
-        default="parallel",
-        metadata={
-            "unit": "-",
-            "help": "where muscles run: parallel to the backbone, or in straight spans from disk to disk",
-            "choices": PATHS,
-        },
-    )
-
-    def __post_init__(self) -> None:
-        check_numbers(self, "muscle.")
-        if self.path not in PATHS:
-            raise InputError("muscle.path", repr(self.path), ", ".join(PATHS))
-        if self.min_pressure >= self.max_pressure:
-            raise InputError("muscle.min_pressure", self.min_pressure, f"below max_pressure ({self.max_pressure:g} Pa)")
-        if self.mount_contraction >= self.max_contraction:
-            raise InputError(
-                "muscle.mount_contraction", self.mount_contraction, f"below max_contraction ({self.max_contraction:g})"
-            )
-        if self.braid_min_diameter >= self.diameter:
-            raise InputError(
-                "muscle.braid_min_diameter", self.braid_min_diameter, f"below the bladder's {self.diameter:g} m"
-            )
-        if self.min_tension >= self.blocked_force:
-            raise InputError(
-                "muscle.min_tension", self.min_tension, f"below the blocked force, {self.blocked_force:.4g} N"
-            )
-
-    @property
-    def diameter(self) -> float:
-        """Outer diameter of the bladder, hence of the braid at rest, D0 [m]."""
-        return self.inner_diameter + 2 * self.wall
-
-    @property
-    def braid_angle(self) -> float:
-        """Angle alpha0 between braid and axis at rest [rad], from eps_max = 1 - 1/(sqrt(3) cos alpha0)."""
-        return math.acos(1 / (math.sqrt(3) * (1 - self.max_contraction)))
-
-    @property
-    def max_stretch(self) -> float:
-        """Strain at which the braid closes on its smallest diameter [-].
-
-        The fibres keep their length: sin(alpha) = (D/D0) sin(alpha0), L/L_rest = cos(alpha)/cos(alpha0).
-        """
-        sine = self.braid_min_diameter / self.diameter * math.sin(self.braid_angle)
-        return math.sqrt(1 - sine**2) / math.cos(self.braid_angle) - 1
-
-    @property
-    def blocked_force(self) -> float:
-        """Force at rest length and highest pressure [N] (Chou and Hannaford 1996)."""
-        area = math.pi * self.diameter**2 / 4
-        return self.max_pressure * area * (3 / math.tan(self.braid_angle) ** 2 - 1 / math.sin(self.braid_angle) ** 2)
+    def __repr__(self) -> str:
+        return "..."
 
 
-@dataclass(frozen=True, kw_only=True)
-class Arm:
-    """A single-section inextensible continuum arm. SI units, vectors in the base frame, checked at construction.
+OMITTED: Any = _Omitted()
+
+
+@dataclass(frozen=True, init=False)
+class Arm(FlatArm):
+    """A continuum arm of inextensible sections. SI units, vectors in the base frame, checked at construction.
+
+        Arm(length=0.5, muscle=McKibben(wall=0.003), gravity=(0, 0, 9.81))     one section, all else as in the paper
+        Arm(sections=(Section(length=0.2), Section(length=0.17)))              two, each with three muscles of its own
+        dataclasses.replace(arm, links=12)                                     the same arm with fewer links
+
+    Attributes:
+        sections: from the base to the tip.
+        routings: where the muscles run, one routing for each section; default the paper's for every section.
+        laws: how the muscles pull, one law for each section; default the paper's for every section.
+        world: gravity, base and payload.
+
+    The other arguments change the only section, its muscles, or the world: they are the fields of `Section`, `World`,
+    and of `Routing` (`muscle_radius`, `path`); `muscle` is the law. Properties of the same names read them, see
+    `FlatArm`.
 
     Raises:
-        InputError: a parameter is not a finite number in its stated interval.
+        InputError: a parameter is not a finite number in its stated interval, or an argument that says nothing of one
+            section alone is given for an arm of several.
     """
 
-    length: float = number(0.37, "m", "backbone length L0 (paper)", above=0)
-    links: int = field(
-        default=24, metadata={"unit": "-", "help": f"joints of the rigid-link backbone, 2 to {MAX_LINKS}"}
-    )
-    mass: float = number(0.3, "kg", "mass of the whole arm, spread evenly", above=0)
-    bending_stiffness: float = number(0.1, "N m^2", "EI of backbone and passive muscles", above=0)
-    torsional_stiffness: float | None = number(None, "N m^2", "GJ; omitted: rigid, as the paper claims", above=0)
-    damping_time: float = number(0.05, "s", "Kelvin-Voigt time: joint damping over joint stiffness", least=0)
-    joint_friction: float | None = number(
-        None, "N m", "dry friction of each hinge, which creeps; omitted: none", above=0
-    )
-    muscle_radius: float = number(0.018, "m", "radius r of the muscles' attachment circle (paper)", above=0)
-    section_radius: float | None = number(
-        None, "m", "radius of the round section that the mass fills (rotary inertia); omitted: the disks'", above=0
-    )
-    gravity: Vector = field(
-        default=(0.0, 0.0, 0.0),
-        metadata={"unit": "m/s^2", "help": "gravity in the base frame; 0 0 9.81 hangs the arm, 0 0 -9.81 stands it up"},
-    )
-    base_orientation: Quaternion | None = field(
-        default=None,
-        metadata={
-            "unit": "-",
-            "help": "quaternion w x y z of the drawn base; omitted: gravity points down the picture",
-        },
-    )
-    payload: float = number(0.0, "kg", "point mass at the tip", least=0)
-    muscle: Muscle = field(default_factory=Muscle)
+    sections: tuple[Section, ...]
+    routings: tuple[Routing, ...]
+    laws: tuple[McKibben, ...]
+    world: World
+    if TYPE_CHECKING:  # what `dataclasses.replace` takes beside the fields
+        length: InitVar[float] = OMITTED
+        links: InitVar[int] = OMITTED
+        mass: InitVar[float] = OMITTED
+        bending_stiffness: InitVar[float] = OMITTED
+        torsional_stiffness: InitVar[float | None] = OMITTED
+        damping_time: InitVar[float] = OMITTED
+        joint_friction: InitVar[float | None] = OMITTED
+        section_radius: InitVar[float | None] = OMITTED
+        muscle_radius: InitVar[float] = OMITTED
+        path: InitVar[Path] = OMITTED
+        muscle: InitVar[McKibben] = OMITTED
+        gravity: InitVar[Vector] = OMITTED
+        base_orientation: InitVar[Quaternion | None] = OMITTED
+        payload: InitVar[float] = OMITTED
 
-    def __post_init__(self) -> None:
-        check_numbers(self)
-        try:
-            links = 0 if isinstance(self.links, bool) else operator.index(self.links)
-        except TypeError:
-            links = 0
-        if not 2 <= links <= MAX_LINKS:
-            raise InputError("links", self.links, f"a whole number from 2 to {MAX_LINKS}")
-        object.__setattr__(self, "links", links)
-        check_vector(self, "gravity", 3)
-        if self.base_orientation is not None:
-            check_vector(self, "base_orientation", 4)
-            norm = math.hypot(*self.base_orientation)
-            if norm == 0:
-                raise InputError("base_orientation", self.base_orientation, "a quaternion w x y z, not zero")
-            object.__setattr__(self, "base_orientation", tuple(x / norm for x in self.base_orientation))
-        if self.muscle_radius * math.pi >= self.length:
-            raise InputError("muscle_radius", self.muscle_radius, f"below length/pi, {self.length / math.pi:.4g} m")
-        if not isinstance(self.muscle, Muscle):
-            raise InputError("muscle", self.muscle, "a table of muscle parameters")
+    def __init__(
+        self,
+        *,
+        sections: tuple[Section, ...] = OMITTED,
+        routings: tuple[Routing, ...] = OMITTED,
+        laws: tuple[McKibben, ...] = OMITTED,
+        world: World = OMITTED,
+        length: float = OMITTED,
+        links: int = OMITTED,
+        mass: float = OMITTED,
+        bending_stiffness: float = OMITTED,
+        torsional_stiffness: float | None = OMITTED,
+        damping_time: float = OMITTED,
+        joint_friction: float | None = OMITTED,
+        section_radius: float | None = OMITTED,
+        muscle_radius: float = OMITTED,
+        path: Path = OMITTED,
+        muscle: McKibben = OMITTED,
+        gravity: Vector = OMITTED,
+        base_orientation: Quaternion | None = OMITTED,
+        payload: float = OMITTED,
+    ) -> None:
+        of_section = _given(
+            length=length, links=links, mass=mass, bending_stiffness=bending_stiffness,
+            torsional_stiffness=torsional_stiffness, damping_time=damping_time, joint_friction=joint_friction,
+            section_radius=section_radius,
+        )  # fmt: skip
+        of_routing = _given(radius=muscle_radius, path=path)
+        of_world = _given(gravity=gravity, base_orientation=base_orientation, payload=payload)
+        parts = _tuple("sections", sections, Section, 1 if sections is OMITTED else None)
+        lines = _tuple("routings", routings, Routing, len(parts))
+        pulls = _tuple("laws", laws, McKibben, len(parts))
+        flat = {**of_section, **_given(muscle_radius=muscle_radius, path=path, muscle=muscle)}
+        if len(parts) > 1 and flat:
+            name, value = next(iter(flat.items()))
+            raise InputError(name, value, f"an arm of one section; this one has {len(parts)}: change its sections")
+        if muscle is not OMITTED:
+            pulls = _tuple("muscle", (muscle,), McKibben, 1)
+        if world is not OMITTED and not isinstance(world, World):
+            raise InputError("world", world, "a World")
+        own = World() if world is OMITTED else world
+        object.__setattr__(self, "sections", (replace(parts[0], **of_section), *parts[1:]) if of_section else parts)
+        object.__setattr__(self, "routings", (replace(lines[0], **of_routing), *lines[1:]) if of_routing else lines)
+        object.__setattr__(self, "laws", pulls)
+        object.__setattr__(self, "world", replace(own, **of_world) if of_world else own)
+        self._check()
+
+    def _check(self) -> None:
+        if sum(section.links for section in self.sections) > MAX_LINKS:
+            raise InputError("links", self.links, f"at most {MAX_LINKS} in all")
+        for section, routing in zip(self.sections, self.routings, strict=True):
+            if routing.radius * math.pi >= section.length:
+                raise InputError("muscle_radius", routing.radius, f"below length/pi, {section.length / math.pi:.4g} m")
+
+    def in_world(self, world: World) -> Arm:
+        """Return the same arm in another world."""
+        return replace(self, world=world)
 
     @property
     def unloaded(self) -> Arm:
         """The same arm without gravity and payload."""
-        return replace(self, gravity=(0.0, 0.0, 0.0), payload=0.0)
+        return self.in_world(replace(self.world, gravity=(0.0, 0.0, 0.0), payload=0.0))
 
-    @property
-    def link_pitch(self) -> float:
-        """Distance h between neighbouring joints [m]."""
-        return self.length / self.links
+    @cached_property
+    def groups(self) -> tuple[MuscleGroup, ...]:
+        """The muscles, one group for each section that has any, from the base to the tip."""
+        made = (self._group(number) for number, routing in enumerate(self.routings) if routing.count)
+        return tuple(made)
 
-    @property
-    def disk_radius(self) -> float:
-        """Radius of the disks [m]: they enclose the muscles."""
-        return self.muscle_radius + 0.5 * self.muscle.diameter + 0.0015
+    def _group(self, number: int) -> MuscleGroup:
+        routing, section = self.routings[number], self.sections[number]
+        first = number if routing.start == "section" else 0
+        beyond, world = self.sections[number:], self.world
+        length, mass = _sum(part.length for part in beyond), _sum(part.mass for part in beyond)
+        weight = (0.5 * mass + world.payload) * world.gravity_strength * length
+        return MuscleGroup(
+            section=number,
+            first=first,
+            routing=routing,
+            law=self.laws[number],
+            length=_sum(part.length for part in self.sections[first : number + 1]),
+            bending_resistance=max(section.bending_stiffness / section.length, 0.25 * weight),
+            bend_inertia=(mass / 20 + world.payload / 4) * length**2,
+        )
 
-    @property
-    def bending_resistance(self) -> float:
-        """What the arm resists a uniform bend with [N m/rad]: EI/L0, or a share of its weight if that is more."""
-        weight = (0.5 * self.mass + self.payload) * math.hypot(*self.gravity) * self.length
-        return max(self.bending_stiffness / self.length, 0.25 * weight)
+    @cached_property
+    def disk_radii(self) -> tuple[float, ...]:
+        """Radius of the disks of each section [m]: they enclose all muscles that run through it."""
+        own = [_enclosing(routing, law) for routing, law in zip(self.routings, self.laws, strict=True)]
+        return tuple(
+            max([radius, *(_enclosing(group.routing, group.law) for group in self.groups if group.crosses(number))])
+            for number, radius in enumerate(own)
+        )
 
-    @property
-    def servo_stiffness(self) -> float:
-        """Gain of the muscles' length servos [N/m]: the muscle's, or `SERVO_RATIO` times what the bent arm resists."""
-        if self.muscle.servo_stiffness is not None:
-            return self.muscle.servo_stiffness
-        gain = SERVO_RATIO * self.bending_resistance / (1.5 * self.muscle_radius**2)
-        return float(f"{gain:.1e}")  # two digits say enough
 
-    @property
-    def bend_inertia(self) -> float:
-        """Inertia of the straight arm's uniform bend [kg m^2], whose tip moves by half a length a radian."""
-        return (self.mass / 20 + self.payload / 4) * self.length**2
+def _given(**arguments: Any) -> dict[str, Any]:
+    return {name: value for name, value in arguments.items() if value is not OMITTED}
 
-    @property
-    def bend_frequency(self) -> float:
-        """Angular frequency [rad/s] at which the arm's uniform bend swings by itself, muscles off, without gravity."""
-        return math.sqrt(self.bending_stiffness / self.length / self.bend_inertia)
 
-    @property
-    def servo_frequency(self) -> float:
-        """Angular frequency [rad/s] at which the arm's uniform bend swings on its length servos."""
-        return math.sqrt(1.5 * self.muscle_radius**2 * self.servo_stiffness / self.bend_inertia)
+def _tuple(name: str, values: Any, kind: type, count: int | None) -> tuple[Any, ...]:
+    """Return the parts of an arm that were given, or so many of the paper's.
 
-    @property
-    def servo_time(self) -> float:
-        """Damping along a muscle over its servo's gain [s]: the muscle's, or a fifth of critical, 5 ms at least."""
-        if self.muscle.servo_time is not None:
-            return self.muscle.servo_time
-        return float(f"{max(SERVO_TIME, 0.4 / self.servo_frequency):.1e}")
+    Raises:
+        InputError: not a tuple of that kind, none, or not one for each section.
+    """
+    if values is OMITTED:
+        return tuple(kind() for _ in range(count or 1))
+    allowed = f"a tuple of {kind.__name__}, " + (
+        "one or more" if count is None else f"one for each of {count} sections"
+    )
+    if name == "muscle":
+        allowed = "a table of muscle parameters"
+    if not isinstance(values, (tuple, list)) or not all(isinstance(value, kind) for value in values):
+        raise InputError(name, values[0] if name == "muscle" else values, allowed)
+    if not values or (count is not None and len(values) != count):
+        raise InputError(name, f"{len(values)} of them", allowed)
+    return tuple(values)
 
-    @property
-    def guide_height(self) -> float:
-        """Height [m] of the guides of straight spans above the middle of their link, see `GUIDE`."""
-        return GUIDE * self.link_pitch
 
-    @property
-    def muscle_rest_length(self) -> float:
-        """Length of a muscle without pressure or load [m]; mounted pre-contracted, it is length in the straight arm."""
-        return self.length / (1 - self.muscle.mount_contraction)
+def _sum(values: Any) -> float:
+    """Return the sum, of one value that value itself, to the bit."""
+    return float(sum(values))
 
-    @property
-    def muscle_length_range(self) -> tuple[float, float]:
-        """Shortest and longest length [m] that a muscle can take: full contraction, closed braid."""
-        rest = self.muscle_rest_length
-        return rest * (1 - self.muscle.max_contraction), rest * (1 + self.muscle.max_stretch)
 
-    @property
-    def setpoint_range(self) -> tuple[float, float]:
-        """Lowest and highest control of a length servo, a length change from the straight arm [m].
-
-        The lowest gives the shortest muscle its full force.
-        """
-        shortest, longest = self.muscle_length_range
-        most = self.muscle.blocked_force - self.muscle.min_tension
-        return shortest - self.length - most / self.servo_stiffness, longest - self.length
+def _enclosing(routing: Routing, law: McKibben) -> float:
+    """Return the radius of a disk that encloses muscles [m]."""
+    return routing.radius + 0.5 * law.diameter + 0.0015

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import difflib
 import tomllib
-from dataclasses import asdict, fields
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from contarm_sim.errors import InputError
-from contarm_sim.model.arm import Arm, Muscle
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.flat import MUSCLE_PARAMETERS, PARAMETERS
+from contarm_sim.model.routing import Routing
+
+_ROUTED = ("count", "offset")
+"""Keys of [muscle] beside the parameters that are flags: of the routing, left out where they are the default's."""
 
 
 def arm_from_dict(values: dict[str, Any], where: str | None = None, base: Arm | None = None) -> Arm:
-    """Return `base` (default: `Arm()`) with the given parameters changed.
+    """Return `base` (default: `Arm()`), an arm of one section, with the given parameters changed.
 
     Args:
         values: parameters by name; `muscle` holds a dict of its own.
@@ -27,20 +32,18 @@ def arm_from_dict(values: dict[str, Any], where: str | None = None, base: Arm | 
     muscle = values.pop("muscle", {})
     if not isinstance(muscle, dict):
         raise InputError("muscle", repr(muscle), "a table, [muscle]", where)
-    _refuse_unknown(values, Arm, "", where)
-    _refuse_unknown(muscle, Muscle, "muscle.", where)
+    _refuse_unknown(values, [*PARAMETERS, "muscle"], "", where)
+    _refuse_unknown(muscle, [*MUSCLE_PARAMETERS, *_ROUTED], "muscle.", where)
     try:
-        return Arm(**{**_own(base), **values, "muscle": Muscle(**{**_own(base.muscle), **muscle})})
+        routed = {name: muscle[name] for name in ("path", *_ROUTED) if name in muscle}
+        law = {name: value for name, value in muscle.items() if name not in routed}
+        routing = replace(base.routing, **routed)
+        return replace(base, routings=(routing,), laws=(replace(base.laws[0], **law),), **values)
     except InputError as error:
         raise error.located(where) from None
 
 
-def _own(owner: Arm | Muscle) -> dict[str, Any]:
-    return {item.name: getattr(owner, item.name) for item in fields(owner)}
-
-
-def _refuse_unknown(values: dict[str, Any], kind: type, prefix: str, where: str | None) -> None:
-    known = [item.name for item in fields(kind)]
+def _refuse_unknown(values: dict[str, Any], known: list[str], prefix: str, where: str | None) -> None:
     for name in values:
         if name not in known:
             near = difflib.get_close_matches(name, known, n=1, cutoff=0.0)[0]
@@ -50,18 +53,20 @@ def _refuse_unknown(values: dict[str, Any], kind: type, prefix: str, where: str 
 
 
 def arm_to_dict(arm: Arm) -> dict[str, Any]:
-    """Return the arm's parameters as plain values; omitted options are left out."""
-    return _plain(asdict(arm))
+    """Return the parameters of an arm of one section as plain values; omitted options are left out.
+
+    Raises:
+        InputError: an arm of several sections.
+    """
+    routing, usual = arm.routing, Routing()
+    muscle = {**{name: getattr(arm.muscle, name) for name in MUSCLE_PARAMETERS if name != "path"}, "path": routing.path}
+    muscle |= {name: getattr(routing, name) for name in _ROUTED if getattr(routing, name) != getattr(usual, name)}
+    return _plain({name: getattr(arm, name) for name in PARAMETERS}) | {"muscle": _plain(muscle)}
 
 
 def _plain(values: dict[str, Any]) -> dict[str, Any]:
-    plain: dict[str, Any] = {}
-    for key, value in values.items():
-        if isinstance(value, dict):
-            plain[key] = _plain(value)
-        elif value is not None:
-            plain[key] = list(value) if isinstance(value, tuple) else value
-    return plain
+    given = {key: value for key, value in values.items() if value is not None}
+    return {key: list(value) if isinstance(value, tuple) else value for key, value in given.items()}
 
 
 def load_arm(path: str | Path) -> Arm:

@@ -14,16 +14,18 @@ from contarm_sim.model.parameters import Vector
 
 Drive = Literal["off", "deltas", "tensions", "pressures", "bend"]
 DRIVES: tuple[Drive, ...] = get_args(Drive)
-_SIZE = {"off": 0, "deltas": 3, "tensions": 3, "pressures": 3, "bend": 2}
+_SIZE = {"off": 0, "bend": 2}
 
 
-def _vector(value: Any, size: int, name: str) -> tuple[float, ...]:
+def _vector(value: Any, size: int | None, name: str) -> tuple[float, ...]:
     try:
         vector = tuple(float(x) for x in value if isinstance(x, Real) and not isinstance(x, bool))
     except (TypeError, ValueError, OverflowError):
         vector = ()
     if isinstance(value, (str, dict)):
         vector = ()
+    if size is None:
+        size = len(vector) or 3
     if len(vector) != size or not all(math.isfinite(x) for x in vector):
         raise InputError(name, value, f"{size} finite numbers")
     return vector
@@ -56,7 +58,7 @@ class Muscles:
         kind: `off` (no force), `deltas` (length changes of the chain of links [m], held by servos), `tensions`
             (constant [N], pulling > 0), `pressures` (gauge [Pa], by the McKibben law), `bend` (bend and plane angle
             [rad], held by servos).
-        values: none for `off`, two numbers for `bend`, else three.
+        values: none for `off`, two numbers for `bend`, else one for each muscle, section by section.
 
     Raises:
         InputError: an unknown kind, or the wrong numbers.
@@ -68,7 +70,7 @@ class Muscles:
     def __post_init__(self) -> None:
         if self.kind not in DRIVES:
             raise InputError("muscles", repr(self.kind), ", ".join(DRIVES))
-        object.__setattr__(self, "values", _vector(self.values, _SIZE[self.kind], f"muscles {self.kind}"))
+        object.__setattr__(self, "values", _vector(self.values, _SIZE.get(self.kind), f"muscles {self.kind}"))
         if self.kind in ("tensions", "pressures") and min(self.values) < 0:
             unit = "[N]: muscles pull" if self.kind == "tensions" else "[Pa]"
             raise InputError(f"muscles {self.kind}", self.values, f"0 or more {unit}")

@@ -10,8 +10,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from contarm_sim.control.command import Command
-from contarm_sim.control.feedback import Feedback, Memory, Seen
+from contarm_sim.control.base import Feedback, Memory, Plan, Seen
 from contarm_sim.engine.plant import FATAL, Plant
 from contarm_sim.engine.recorder import Recorder
 from contarm_sim.kinematics.arrays import Array
@@ -28,7 +27,7 @@ class Snapshot:
 
     tick: int
     state: Array
-    memory: Memory
+    memory: Memory | None
 
 
 @dataclass
@@ -37,21 +36,23 @@ class Pass:
 
     Attributes:
         plant: the arm, in the state that the motion starts from.
-        orders: set-points of all samples.
+        plan: set-points of all samples.
+        limits: lowest and highest control, or None.
         feedback: corrects them, or None.
         rate: control ticks per second [Hz].
         substeps: engine steps per control tick.
         snapshots: taken every `EVERY` ticks, from the first on.
-        setpoint: controls sent at the ticks of the last `run`, shape (ticks, 3).
+        setpoint: controls sent at the ticks of the last `run`, shape (ticks, n).
     """
 
     plant: Plant
-    orders: Command
+    plan: Plan
+    limits: tuple[float, float] | None
     feedback: Feedback | None
     rate: float
     substeps: int
     snapshots: list[Snapshot] = field(default_factory=list)
-    setpoint: Array = field(default_factory=lambda: np.empty((0, 3)))
+    setpoint: Array = field(default_factory=lambda: np.empty((0, 0)))
 
     def run(self, recorder: Recorder, start: int, stop: int, on_tick: Callable[[int], object] | None = None) -> int:
         """Step from tick `start` to before `stop`; return the number of ticks recorded, fewer if Ctrl-C ended it.
@@ -70,23 +71,26 @@ class Pass:
         gain = 0.0 if feedback is None else 1 / (self.rate * feedback.time)
         send, (look, seen) = self._hand(), self._eyes(recorder)
         ramps, sent = self._ramps(start, stop), []
-        count = 0
+        rows: list[list[list[float]]] = []
+        count, between = 0, range(1, self.substeps)
         try:
             for i in range(start, stop):
                 if i % EVERY == 0:
                     self._snapshot(i)
                 if plant.turning:
                     plant.stiffen_twist()
-                first, *between = ramps[count].tolist()
-                sent.append(send(first))
+                if not rows:
+                    rows = ramps[count : count + EVERY].tolist()[::-1]
+                row = rows.pop()
+                sent.append(send(row[0]))
                 step(model, data)
                 sensed[count] = sensors
                 stations[count] = centres
                 if feedback is not None:
                     look()
                     feedback.update(i, seen, gain)
-                for row in between:
-                    send(row)
+                for k in between:
+                    send(row[k])
                     step(model, data)
                 if warned[position] or warned[velocity] or warned[acceleration]:
                     plant.check(self._settings())
@@ -95,48 +99,53 @@ class Pass:
                     on_tick(count)
         except KeyboardInterrupt:
             pass
-        self.setpoint = np.array(sent[:count]).reshape(count, 3)
+        self.setpoint = np.array(sent[:count]).reshape(count, plant.control.shape[1])
         return count
 
-    # Plain floats in and out of the engine's memory: these run every tick, where an array operation on three numbers
-    # costs as much as a tenth of a step.
+    # Plain floats in and out of the engine's memory, in plain loops: these run every tick, where an array operation on
+    # three numbers, or a list comprehension, costs as much as a tenth of a step.
 
-    def _hand(self) -> Callable[[list[float]], tuple[float, float, float]]:
+    def _hand(self) -> Callable[[list[float]], list[float]]:
         """Return a function that sends set-points, corrected and limited, to the engine and returns what it sent."""
         control: Any = memoryview(self.plant.data.ctrl)
-        value: Any = memoryview(np.zeros(3) if self.feedback is None else self.feedback.value)  # type: ignore[arg-type]
-        double = len(control) > 3
-        low, high = self.orders.limits(self.plant.arm) or (-np.inf, np.inf)
+        rows, count = self.plant.control.shape
+        value: Any = memoryview(np.zeros(count) if self.feedback is None else self.feedback.value)  # type: ignore[arg-type]
+        low, high = self.limits or (-np.inf, np.inf)
+        muscles, more = range(count), [range(row * count, (row + 1) * count) for row in range(1, rows)]
 
-        def send(row: list[float]) -> tuple[float, float, float]:
-            one, two, three = row
-            one, two, three = one + value[0], two + value[1], three + value[2]
-            if not (low <= one <= high and low <= two <= high and low <= three <= high):
-                one, two, three = (min(max(x, low), high) for x in (one, two, three))
-            control[0], control[1], control[2] = one, two, three
-            if double:
-                control[3], control[4], control[5] = one, two, three
-            return one, two, three
+        def send(row: list[float]) -> list[float]:
+            for i in muscles:
+                row[i] += value[i]
+                if not low <= row[i] <= high:
+                    row[i] = min(max(row[i], low), high)
+                control[i] = row[i]
+            for again in more:
+                for i in again:
+                    control[i] = row[i % count]
+            return row
 
         return send
 
     def _eyes(self, recorder: Recorder) -> tuple[Callable[[], None], Seen]:
         """Return a function that brings what the feedback sees up to date, and that."""
         sensors = memoryview(self.plant.data.sensordata)[recorder.muscles]
-        zero, damping = recorder.zero, float(self.plant.damping[0])
-        seen = Seen((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), self.plant.centres[-1])
+        count = self.plant.control.shape[1]
+        lengths, tensions, pulls = ([0.0] * count for _ in range(3))
+        damping, zero = self.plant.damping.tolist(), self.plant.index.zero.tolist()
+        muscles = [(i, count + i, 2 * count + i, damping[i], zero[i]) for i in range(count)]
 
         def look() -> None:
-            l1, l2, l3, v1, v2, v3, f1, f2, f3 = sensors
-            seen.lengths = l1 + zero, l2 + zero, l3 + zero
-            seen.tensions = damping * v1 - f1, damping * v2 - f2, damping * v3 - f3
-            seen.pulls = -f1, -f2, -f3
+            sensed = sensors.tolist()
+            for i, velocity, force, rate, straight in muscles:
+                lengths[i] = sensed[i] + straight
+                tensions[i] = rate * sensed[velocity] - sensed[force]
+                pulls[i] = -sensed[force]
 
-        return look, seen
+        return look, Seen(lengths, tensions, pulls, self.plant.centres[-1])
 
     def _ramps(self, start: int, stop: int) -> Array:
-        """Return the controls of every engine step before feedback, shape (ticks, substeps, 3)."""
-        setpoint = self.orders.setpoint
+        """Return the controls of every engine step before feedback, shape (ticks, substeps, n)."""
+        setpoint = self.plan.setpoint
         ahead = np.diff(setpoint, axis=0, append=setpoint[-1:])[start:stop, None]
         ramps = setpoint[start:stop, None] + np.arange(self.substeps)[:, None] / self.substeps * ahead
         return np.asarray(ramps)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -13,7 +12,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
 from contarm_sim.motion.course import remaining
-from contarm_sim.motion.release import TIMESTEP, release
+from contarm_sim.motion.release import TIMESTEP, SwingSettings, release
 from contarm_sim.statics.equilibrium import driven_plant, equilibrium
 from contarm_sim.statics.loads import AppliedLoad
 from contarm_sim.statics.stiffness import TangentStiffness
@@ -107,7 +106,7 @@ def small_swing(arm: Arm, timestep: float = TIMESTEP) -> tuple[float, float] | N
     held = plant.data.qpos * SMALL * arm.length / np.hypot(*plant.tip[:2])
     period = timestep * max(round(1 / (12 * frequency * timestep)), 1)
     duration = min(3 / frequency, max(8 * period, 3 / (2 * np.pi**2 * frequency**2 * arm.damping_time + 1e-9)))
-    x = release(arm, held, Load(), timestep, duration, sample_period=period).tip[:, :2] @ side
+    x = release(arm, held, Load(), SwingSettings(timestep, duration, period)).tip[:, :2] @ side
     (twice, square), *_ = np.linalg.lstsq(np.stack([x[1:-1], -x[:-2]], axis=-1), x[2:], rcond=None)
     if square <= 0 or abs(twice) >= 2 * np.sqrt(square):
         return None
@@ -115,20 +114,42 @@ def small_swing(arm: Arm, timestep: float = TIMESTEP) -> tuple[float, float] | N
     return float(angle / (2 * np.pi * period)), float(-0.5 * np.log(square) / period)
 
 
-def swing_modes(arm: Arm, load: Load, timestep: float = TIMESTEP) -> dict[str, Any]:
-    """Return frequencies [Hz] and decay rates [1/s] of a released arm and of the beam, by name.
+@dataclass(frozen=True)
+class SmallSwing:
+    """A swing of the first mode: its damped frequency [Hz] and decay rate [1/s]."""
 
-    `beam_hz` and `chain_hz` in one plane, without gravity and muscles; `arm_hz` in all, about where the arm comes to
-    rest; `small_swing` in the first mode, measured in motion, and `small_swing_of_beam`, both None where it creeps.
+    hz: float
+    decay_per_s: float
+
+
+@dataclass(frozen=True)
+class SwingModes:
+    """The lowest natural frequencies of a released arm, and of the beam that it stands for.
+
+    Attributes:
+        beam_hz, chain_hz: of beam and chain in one plane, without gravity and muscles [Hz], shape (3,).
+        arm_hz: of the arm about where it comes to rest, in all planes [Hz], shape (6,).
+        small_swing: of the first mode, measured in motion; None where it creeps back without swinging.
+        small_swing_of_beam: what the beam does then; None beside it.
     """
+
+    beam_hz: Array
+    chain_hz: Array
+    arm_hz: Array
+    small_swing: SmallSwing | None
+    small_swing_of_beam: SmallSwing | None
+
+
+def swing_modes(arm: Arm, load: Load, timestep: float = TIMESTEP) -> SwingModes:
+    """Return frequencies [Hz] and decay rates [1/s] of a released arm and of the beam."""
     beam = beam_frequencies(arm)
     decay = arm.damping_time * (2 * np.pi * beam[0]) ** 2 / 2
     small = small_swing(arm, timestep)
     damped = np.sqrt(max(beam[0] ** 2 - (decay / (2 * np.pi)) ** 2, 0.0))
-    return {
-        "beam_hz": beam.tolist(),
-        "chain_hz": natural_frequencies(bare(arm), Load(), 6)[::2].tolist(),
-        "arm_hz": natural_frequencies(arm, load, 6).tolist(),
-        "small_swing": small and {"hz": small[0], "decay_per_s": small[1]},
-        "small_swing_of_beam": small and {"hz": float(damped), "decay_per_s": float(decay)},
-    }
+    return SwingModes(
+        beam_hz=beam,
+        chain_hz=natural_frequencies(bare(arm), Load(), 6)[::2],
+        arm_hz=natural_frequencies(arm, load, 6),
+        small_swing=None if small is None else SmallSwing(*small),
+        small_swing_of_beam=None if small is None else SmallSwing(float(damped), float(decay)),
+    )

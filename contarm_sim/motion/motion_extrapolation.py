@@ -12,7 +12,7 @@ import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.results.samples import Samples
+from contarm_sim.results.trajectory import Trajectory
 
 LEAST_LINKS = 8
 """Fewest links of the finer chain."""
@@ -29,8 +29,8 @@ def coarser(links: int) -> int:
     return links // 2
 
 
-def extrapolated(fine: Samples, coarse: Samples) -> Samples:
-    """Return the samples of a chain improved by those of a coarser one at the same times.
+def extrapolated(fine: Trajectory, coarse: Trajectory) -> Trajectory:
+    """Return the motion of a chain improved by those of a coarser one at the same times.
 
     Stations, tip orientations, muscle lengths, tensions and pressures are; controls and joint angles stay those of the
     finer chain. Between stations of the coarser chain the difference is interpolated by cubic splines.
@@ -39,7 +39,7 @@ def extrapolated(fine: Samples, coarse: Samples) -> Samples:
     from scipy.spatial.transform import Rotation
 
     count = min(len(fine), len(coarse))
-    fine, coarse = first(fine, count), first(coarse, count)
+    fine, coarse = fine.first(count), coarse.first(count)
     links, fewer = fine.stations.shape[1] - 1, coarse.stations.shape[1] - 1
     gain = 1 / ((links / fewer) ** 2 - 1)
     shape = CubicSpline(np.linspace(0, 1, links + 1), fine.stations, axis=1)(np.linspace(0, 1, fewer + 1))
@@ -52,14 +52,10 @@ def extrapolated(fine: Samples, coarse: Samples) -> Samples:
 
     return replace(
         fine,
+        extrapolated=True,
         stations=fine.stations + gain * difference(np.linspace(0, 1, links + 1)),
         tip_rotation=(here * Rotation.from_rotvec(gain * (there.inv() * here).as_rotvec())).as_matrix(),
         muscle_lengths=better(fine.muscle_lengths, coarse.muscle_lengths),
         muscle_tensions=better(fine.muscle_tensions, coarse.muscle_tensions),
         pressure=better(fine.pressure, coarse.pressure),
     )
-
-
-def first(samples: Samples, count: int) -> Samples:
-    """Return the first `count` samples."""
-    return Samples(**{name: value[:count] for name, value in vars(samples).items()})

@@ -7,8 +7,7 @@ does, the swing runs half a step ahead of itself (0.2 to 0.5 mm at 1 ms). So the
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
@@ -19,15 +18,36 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
 from contarm_sim.motion.course import Course, load_at, remaining
+from contarm_sim.results.document import HIDDEN
 from contarm_sim.statics.equilibrium import driven_plant
 from contarm_sim.statics.loads import AppliedLoad
 from contarm_sim.statics.places import Places, quaternions
 
-SAMPLE_PERIOD = 0.01
-"""Time between samples [s]."""
-
 TIMESTEP = 0.001
 """Engine step [s]."""
+
+
+@dataclass(frozen=True)
+class SwingSettings:
+    """How a swing is stepped and recorded, and what acts during it.
+
+    Attributes:
+        timestep: engine step [s].
+        duration: [s]; the last sample is the one nearest to it.
+        sample_period: between samples [s], a multiple of the step.
+        xi: places whose frames are recorded, 0 base to 1 tip.
+        course: what of the load acts later, a function of time since the release [s] that returns the share of the load
+            that is left, or a whole `Load` with the same muscles; default nothing from time zero on.
+    """
+
+    timestep: float = TIMESTEP
+    duration: float = 2.0
+    sample_period: float = 0.01
+    xi: tuple[float, ...] = field(default=(1.0,), metadata=HIDDEN)
+    course: Course | None = field(default=None, metadata=HIDDEN)
+
+
+DEFAULT = SwingSettings()
 
 
 @dataclass(frozen=True)
@@ -59,51 +79,37 @@ class Swing:
         return quaternions(self.frames)
 
 
-def release(
-    arm: Arm,
-    held: Array,
-    load: Load,
-    timestep: float = TIMESTEP,
-    duration: float = 2.0,
-    *,
-    sample_period: float = SAMPLE_PERIOD,
-    xi: Sequence[float] = (1.0,),
-    course: Course | None = None,
-) -> Swing:
+def release(arm: Arm, held: Array, load: Load, settings: SwingSettings = DEFAULT) -> Swing:
     """Let an arm go, at rest until then, and record its swing; the load's muscles stay driven as they are.
 
     Args:
         held: joint angles [rad] at time zero, shape (dofs,), as `equilibrium` under the load returns them.
         load: what holds the arm.
-        timestep: engine step [s].
-        duration: [s]; the last sample is the one nearest to it.
-        sample_period: between samples [s], a multiple of the step.
-        xi: places whose frames are recorded, 0 base to 1 tip.
-        course: what of the load acts later, a function of time since the release [s] that returns the share of the load
-            that is left, or a whole `Load` with the same muscles; default nothing from time zero on.
+        settings: how the swing is stepped and recorded, and what of the load acts later.
 
     Raises:
         InputError: a step that does not divide the sample period, a place off the arm, a course that is no load.
         DivergenceError: the engine met a bad state, as it does where the step is longer than twice the damping time and
             than 2 over the highest frequency of the chain [rad/s].
     """
-    steps = sample_period / timestep
+    timestep, period = settings.timestep, settings.sample_period
+    steps = period / timestep
     if round(steps) < 1 or abs(steps - round(steps)) > 1e-6 * steps:
-        raise InputError("timestep", f"{timestep:g} s", f"a whole fraction of the sample period, {sample_period:g} s")
-    plant, places = driven_plant(arm, remaining(load)), Places(arm, xi)
+        raise InputError("timestep", f"{timestep:g} s", f"a whole fraction of the sample period, {period:g} s")
+    plant, places = driven_plant(arm, remaining(load)), Places(arm, settings.xi)
     plant.data.qpos[:] = held
-    count = round(duration / sample_period) + 1
+    count = round(settings.duration / period) + 1
     tip, energy = np.empty((count, 3)), np.empty(count)
     points, turns = np.empty((count, *places.stations.shape, 3)), np.empty((count, *places.stations.shape, 3, 3))
     with engine_room():
-        stepper = _Leapfrog(plant, load, timestep, course)
+        stepper = _Leapfrog(plant, load, timestep, settings.course)
         for i in range(count):
             if i:
                 stepper.advance(round(steps))
                 plant.check({"timestep": timestep, "damping_time": arm.damping_time})
             energy[i] = stepper.energy()
             tip[i], points[i], turns[i] = plant.tip, plant.centres[places.stations], plant.rotations[places.stations]
-    return Swing(sample_period * np.arange(count, dtype=float), places.xi, places.between(points, turns), tip, energy)
+    return Swing(period * np.arange(count, dtype=float), places.xi, places.between(points, turns), tip, energy)
 
 
 class _Leapfrog:

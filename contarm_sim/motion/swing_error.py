@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,8 +12,7 @@ from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
-from contarm_sim.motion.course import Course
-from contarm_sim.motion.release import SAMPLE_PERIOD, TIMESTEP, Swing, release
+from contarm_sim.motion.release import DEFAULT, Swing, SwingSettings, release
 from contarm_sim.statics.equilibrium import equilibrium
 
 
@@ -43,12 +42,7 @@ class SwingError:
 def judged_release(
     arm: Arm,
     load: Load,
-    timestep: float = TIMESTEP,
-    duration: float = 2.0,
-    *,
-    sample_period: float = SAMPLE_PERIOD,
-    xi: Sequence[float] = (1.0,),
-    course: Course | None = None,
+    settings: SwingSettings = DEFAULT,
     track: Callable[[Iterable[int]], Iterable[int]] = iter,
 ) -> SwingError:
     """Hold an arm by a load, let go, and estimate the error of the swing; arguments as of `release`.
@@ -67,12 +61,12 @@ def judged_release(
     if arm.links < 4:
         raise InputError("links", arm.links, "at least 4, half of which make the coarse swing")
     fewer = replace(arm, links=arm.links // 2)
-    runs = [(arm, timestep), (arm, timestep / 2), (arm, timestep / 4), (fewer, timestep)]
+    half_step, quarter_step = (replace(settings, timestep=settings.timestep / share) for share in (2, 4))
+    runs = [(arm, settings), (arm, half_step), (arm, quarter_step), (fewer, settings)]
     swings = []
     for i in track(range(len(runs))):
-        made, step = runs[i]
-        held = equilibrium(made, load).qpos
-        swings.append(release(made, held, load, step, duration, sample_period=sample_period, xi=xi, course=course))
+        made, stepped = runs[i]
+        swings.append(release(made, equilibrium(made, load).qpos, load, stepped))
     # The tip is one more place, the last.
     full, half, quarter, coarse = (np.concatenate([x.positions, x.tip[:, None]], axis=1) for x in swings)
     by_step = full - (8 * quarter - 6 * half + full) / 3

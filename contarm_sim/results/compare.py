@@ -10,16 +10,13 @@ to the tip error.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from contarm_sim.errors import InputError
-from contarm_sim.kinematics import arc, dome
+from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing
-from contarm_sim.model.arm import Arm
-from contarm_sim.results.samples import Samples
+from contarm_sim.results.trajectory import Trajectory
 
 SLACK_TENSION = 0.01
 """A muscle that pulls no more than this is slack [N]."""
@@ -59,23 +56,13 @@ class Comparison:
     measured_bend: Array
 
 
-def compare(arm: Arm, samples: Samples, extrapolated: bool = False) -> Comparison:
-    """Return the comparison of simulated samples with the closed forms of the same arm.
-
-    Args:
-        extrapolated: whether the samples are, as `simulate(..., extrapolate=True)` makes them.
-
-    Raises:
-        InputError: samples of an arm with another number of links.
-    """
+def compare(trajectory: Trajectory) -> Comparison:
+    """Return the comparison of a trajectory with the closed forms of its own arm."""
+    samples, arm, extrapolated = trajectory, trajectory.arm, trajectory.extrapolated
     bend, length, links = samples.bend, arm.length, arm.links
-    if samples.stations.shape[1] != links + 1:
-        raise InputError(
-            "samples", f"of an arm with {samples.stations.shape[1] - 1} links", f"samples of {links} links"
-        )
     analytic, chained = arc.position(bend, length), routing.chain_tip(bend, arm, extrapolated)
     measured, _ = routing.bend_from_lengths(samples.muscle_lengths, arm, extrapolated)
-    followed, simulated = routing.chain_tip(measured, arm, extrapolated), samples.stations[:, -1]
+    followed, simulated = routing.chain_tip(measured, arm, extrapolated), samples.tip
     xi = np.arange(links + 1) / links
     arcs = arc.position(bend[:, None, :], length, xi)
     return Comparison(
@@ -102,68 +89,3 @@ def _norm(vectors: Array) -> Array:
 def rotation_angle(a: Array, b: Array) -> Array:
     """Return the angle [rad] between orientations, shape (..., 3, 3) -> (...), accurate for small angles too."""
     return 2 * np.arcsin(np.clip(np.linalg.norm(a - b, axis=(-2, -1)) / np.sqrt(8), 0, 1))
-
-
-def spread(distances: Array, length: float) -> dict[str, float]:
-    """Return the largest and root-mean-square distance, in m and in percent of length."""
-    most, rms = float(distances.max()), float(np.sqrt(np.mean(distances**2)))
-    return {
-        "max_m": most,
-        "rms_m": rms,
-        "max_percent": 100 * most / length,
-        "rms_percent": 100 * rms / length,
-    }
-
-
-def known_spread(distances: Array, length: float) -> dict[str, float] | None:
-    """Return what `spread` does, or None where there are no distances or one is not known."""
-    return spread(distances, length) if len(distances) and np.isfinite(distances).all() else None
-
-
-def _in_millimetres(target: Array, length: float) -> bool:
-    """Tell whether a thousandth of targets [m], shape (T, 3), lies within a tenth of length off the dome."""
-    return bool(dome.bend_from_tip(1e-3 * target, length, "nearest").miss.max() <= 0.1 * length)
-
-
-def summarise(arm: Arm, samples: Samples, comparison: Comparison) -> dict[str, Any]:
-    """Return the numbers of a comparison as plain values: errors, budget, orientation, muscles."""
-    names = ("target_error", "tip_error", "discretisation", "servo", "shape", "backbone_error", "miss")
-    degrees = np.degrees(comparison.orientation_error)
-    return {
-        "samples": len(samples),
-        **{name: spread(getattr(comparison, name), arm.length) for name in names},
-        "targets_in_millimetres": bool(comparison.miss.max() > arm.length)
-        and _in_millimetres(samples.target, arm.length),
-        "orientation_error_deg": float(degrees.max()),
-        "orientation_error_rms_deg": float(np.sqrt(np.mean(degrees**2))),
-        "muscle": muscle_summary(arm, samples),
-    }
-
-
-def muscle_summary(arm: Arm, samples: Samples) -> dict[str, Any]:
-    """Return what the muscles did: forces [N] (pulling > 0), pushes, slack, sums of deltas [m], contractions [-].
-
-    Fractions are of muscle samples, three a sample. And what it takes: the pressure at which McKibben muscles of these
-    lengths have these tensions, and the number of samples in which that exceeds the highest, or lies below the lowest
-    there is. Length servos do not know of pressure.
-    """
-    tensions, lengths = samples.muscle_tensions, samples.muscle_lengths
-    contraction = 1 - lengths / arm.muscle_rest_length
-    pressure = samples.pressure
-    return {
-        "min_force_n": float(tensions.min()),
-        "max_force_n": float(tensions.max()),
-        "pushes": int(np.count_nonzero(tensions < PUSH_TENSION)),
-        "push_fraction": float(np.mean(tensions < PUSH_TENSION)),
-        "largest_push_n": max(0.0, -float(tensions.min())),
-        "slack_fraction": float(np.mean((tensions >= PUSH_TENSION) & (tensions < SLACK_TENSION))),
-        "max_pressure_needed_pa": float(pressure.max()) if np.isfinite(pressure).all() else None,
-        "below_min_pressure": int(
-            np.count_nonzero(((pressure > 0) & (pressure < (1 - 1e-6) * arm.muscle.min_pressure)).any(axis=1))
-        ),
-        "beyond_max_pressure": int(np.count_nonzero((pressure > arm.muscle.max_pressure).any(axis=1))),
-        "max_sum_of_deltas_m": float(np.abs(lengths.sum(axis=1) - 3 * arm.length).max()),
-        "min_contraction": float(contraction.min()),
-        "max_contraction": float(contraction.max()),
-        "allowed_contraction": [-arm.muscle.max_stretch, arm.muscle.max_contraction],
-    }

@@ -39,8 +39,8 @@ class Equilibrium(Solution):
 
     Attributes:
         frames: 4x4 frames at s = i length/N: base, links, tip, shape (N + 1, 4, 4).
-        muscle_lengths: [m], shape (3,).
-        muscle_tensions: [N], pulling > 0, shape (3,).
+        muscle_lengths: [m], shape (M,) of M muscles.
+        muscle_tensions: [N], pulling > 0, shape (M,).
         tip_compliance: displacement [m] and rotation [rad] of the tip, base frame, by a small force [N] and couple
             [N m] there, shape (6, 6), muscles driven as they are. Its inverse is the stiffness where that exists: an
             inextensible straight arm does not give way along its axis.
@@ -125,14 +125,17 @@ def _reused(arm: Arm, pull_only: bool = True, actuation: Actuation = "lengths") 
 def driven_plant(arm: Arm, load: Load, make: Callable[..., Plant] = Plant) -> Plant:
     """Return a plant with muscles driven as a load says, posed for a first guess, its controls set."""
     kind, values = load.muscles.kind, np.array(load.muscles.values)
+    muscles = sum(group.routing.count for group in arm.groups)
+    if kind not in ("off", "bend") and len(values) != muscles:
+        raise InputError(f"muscles {kind}", values.tolist(), f"{muscles} finite numbers, one for each muscle")
     if kind == "pressures":
         plant = make(arm, actuation="pressures")
-        plant.reset(np.zeros(2))
+        plant.reset()
         plant.control[:] = plant.pressure[:] = _checked_pressures(arm, values)
         return plant
     if kind in ("off", "tensions"):
         plant = make(arm, pull_only=False, actuation="none" if kind == "off" else "tensions")
-        plant.reset(np.zeros(2))
+        plant.reset()
         if kind == "tensions":
             plant.control[:] = values
         return plant

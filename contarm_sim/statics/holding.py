@@ -1,8 +1,8 @@
 """Poses at rest that meet given muscle lengths, joint angles and tensions found by one Newton.
 
 What a controller that corrects its set-points ends in is an arm whose length differences are met and whose slackest
-muscle has its least tension: the lowest energy of all poses with these lengths, tensions being the multipliers. With C
-the muscles but the slackest, and G the differences,
+muscle has its least tension: the lowest energy of all poses with these lengths, tensions being the multipliers. With G
+the differences that bends make, and C the same of tensions, but for what leaves the slackest muscle alone,
 
     K dq + J^T C dT = Q      G J dq = G (wanted - lengths)
 
@@ -17,7 +17,9 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.kinematics.muscles import directions
 from contarm_sim.mechanics.pneumatics import force, passive_slope, passive_tension
 from contarm_sim.mechanics.statics import servo_control
 from contarm_sim.statics.descent import descend
@@ -25,18 +27,18 @@ from contarm_sim.statics.reasons import too_much_pressure, too_short, too_strong
 from contarm_sim.statics.solver import Solver, tolerance
 from contarm_sim.statics.stiffness import TangentStiffness
 
-DIFFERENCES = np.array([[2.0, -1.0, -1.0], [0.0, 1.0, -1.0]]) / np.sqrt([[6.0], [2.0]])
-"""What is wanted of three lengths, shape (2, 3): all but what they have in common."""
-
 
 class Holder:
     """Moves a plant to rest at muscle lengths, from its current pose downhill.
 
+    Args:
+        solver: of an arm of one section with n muscles, three or more; others are refused by an InputError.
+
     Attributes:
         extra: generalised forces beside weight and springs [N m], shape (dofs,); 0 unless set.
-        least: lowest tension of each muscle's actuator [N], shape (3,); the slackest has it.
-        least_pressures: lowest pressures [Pa], shape (3,), where these say what the lowest tensions are; or None.
-        tensions: of the actuators, without the silicone's [N], shape (3,).
+        least: lowest tension of each muscle's actuator [N], shape (n,); the slackest has it.
+        least_pressures: lowest pressures [Pa], shape (n,), where these say what the lowest tensions are; or None.
+        tensions: of the actuators, without the silicone's [N], shape (n,).
         iterations: evaluations of the stiffness matrix since the last call.
         tolerance: largest generalised force left at rest [N m].
     """
@@ -48,24 +50,30 @@ class Holder:
         self.tolerance = tolerance(plant.arm)
         self._per_metre = plant.arm.servo_stiffness * plant.arm.muscle_radius
         self.extra: Array | float = 0.0
-        self.least = np.full(3, plant.arm.muscle.min_tension)
+        angles = plant.arm.routing.angles
+        if len(angles) < 3:
+            raise InputError("muscle.count", len(angles), "three muscles or more, whose lengths fix a bend")
+        self._differences = self._meant = np.sqrt(2 / len(angles)) * directions(angles).T
+        self.least = np.full(len(angles), plant.arm.muscle.min_tension)
         self.least_pressures: Array | None = None
         self.tensions = self.least.copy()
-        self.wanted, self._meant = np.zeros(3), DIFFERENCES
+        self.wanted = np.zeros(len(angles))
         self.forces = self._error = np.zeros(0)
-        self._lengths = np.zeros(3)
+        self._lengths = np.zeros(len(angles))
         self.iterations = 0
 
-    def __call__(self, lengths: Array, meant: Array = DIFFERENCES) -> None:
-        """Come to rest at muscle lengths [m], shape (3,).
+    def __call__(self, lengths: Array, meant: Array | None = None) -> None:
+        """Come to rest at muscle lengths [m], shape (n,).
 
         Args:
-            meant: what is wanted of them, orthonormal rows, shape (2, 3).
+            meant: what is wanted of them, orthonormal rows, shape (2, n); default the differences that a bend of the
+                arc makes: all but what three lengths have in common.
 
         Raises:
             NoRestError: no pose at rest was found.
         """
-        self.wanted, self._meant, self.iterations = lengths, meant, 0
+        self.wanted, self.iterations = lengths, 0
+        self._meant = self._differences if meant is None else meant
         residual, minimum = descend(self, self._solver.steps)
         if residual > self.tolerance:
             raise unsettled(self.plant.arm, residual, self.tolerance, self.iterations)
@@ -73,11 +81,11 @@ class Holder:
             raise unstable(self.plant.arm, float(np.linalg.eigvalsh(self._matrix)[0]))
 
     def by_lengths(self) -> Array:
-        """Return the derivative of joint angles by what is meant of muscle lengths [rad/m], shape (dofs, 3)."""
+        """Return the derivative of joint angles by wanted muscle lengths [rad/m], shape (dofs, n)."""
         return np.asarray(self._bent @ np.linalg.solve(self._turned, self._meant))
 
     def setpoints(self, checked: bool = True) -> Array:
-        """Return the controls of length servos that hold the pose, length changes [m], shape (3,).
+        """Return the controls of length servos that hold the pose, length changes [m], shape (n,).
 
         Args:
             checked: refuse what servos cannot follow.
@@ -105,14 +113,14 @@ class Holder:
         return max(0.0, float(beyond.max()), float(self.tensions.max()) - arm.muscle.blocked_force)
 
     def pressures(self) -> Array:
-        """Return the pressures that hold the pose [Pa], shape (3,).
+        """Return the pressures that hold the pose [Pa], shape (n,).
 
         Raises:
             NoRestError: one is higher than there is.
         """
         arm = self.plant.arm
         per_pascal = force(1.0, self.plant.muscle_lengths, arm)
-        pressures = np.divide(self.tensions, per_pascal, out=np.full(3, np.inf), where=per_pascal > 0)
+        pressures = np.divide(self.tensions, per_pascal, out=np.full(len(per_pascal), np.inf), where=per_pascal > 0)
         if pressures.max() > arm.muscle.max_pressure:
             raise too_much_pressure(arm, float(pressures.max()))
         return pressures
@@ -157,9 +165,9 @@ class Holder:
         K = self._stiffness.matrix(self._total, passive_slope(self._lengths, plant.arm))
         J = plant.muscle_jacobian
         self._by_length = self._meant @ J
-        free = [i for i in range(3) if i != int(np.argmax(self.least - self.tensions))]
-        self._free = np.eye(3)[:, free]
-        self._by_tension = (J + plant.twist_by_tension)[free].T
+        slackest = int(np.argmax(self.least - self.tensions))
+        self._free = (self._meant - self._meant[:, slackest, None]).T
+        self._by_tension = (J + plant.twist_by_tension).T @ self._free
         weight = plant.arm.servo_stiffness
         self._matrix = K + weight * self._by_length.T @ self._by_length
         self._rest = np.column_stack([self.forces + weight * self._error @ self._by_length, self._by_tension])
@@ -197,14 +205,15 @@ class Holder:
 
     def move(self, step: Array) -> None:
         """Change joint angles [rad] and tensions [N]; the slackest muscle has the least."""
-        self.plant.data.qpos += step[:-3]
-        tensions = self.tensions + step[-3:]
+        dofs = len(self.plant.data.qpos)
+        self.plant.data.qpos += step[:dofs]
+        tensions = self.tensions + step[dofs:]
         self.tensions = tensions + (self.least - tensions).max()
 
     def released(self, before: tuple[Any, ...], step: Array) -> tuple[float, float]:
         """Return the energy that a step released and what was expected [J]; lengths that are met do no work."""
         _, forces, tensions, error, swing = before
-        weight, turn = 0.5 * self.plant.arm.servo_stiffness, step[:-3]
+        weight, turn = 0.5 * self.plant.arm.servo_stiffness, step[: len(forces)]
         sought = weight * float(error @ error)
         work = 0.5 * float((forces + self.forces) @ turn) + sought - weight * float(self._error @ self._error)
         work += self._stiffness.work(swing, self._swing, turn, 0.5 * (tensions + self.tensions))

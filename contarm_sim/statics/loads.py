@@ -7,6 +7,7 @@ import numpy as np
 from contarm_sim.engine.plant import Plant
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.load import Load
+from contarm_sim.statics.places import pitch_at, station_coordinate
 
 
 class AppliedLoad:
@@ -20,18 +21,18 @@ class AppliedLoad:
     def __init__(self, plant: Plant, load: Load) -> None:
         self.fraction = 1.0
         self._data = plant.data
-        model, arm = plant.model, plant.arm
-        self._base = model.body("base").id
-        self._station_of_dof = model.dof_bodyid - self._base
+        model, arm, index = plant.model, plant.arm, plant.index
+        self._bodies, self._tip = np.arange(model.nbody)[index.stations], index.tip
+        self._station_of_dof, last = index.station_of_dof, len(self._bodies) - 1
         points = []  # station, z on that link, force, moment
         for wrench in load.wrenches:
-            place = wrench.xi * arm.links
+            place = float(station_coordinate(arm, np.array(wrench.xi)))
             low, high = int(np.ceil(place - 0.5 - 1e-9)), int(np.floor(place + 0.5 + 1e-9))
-            for station in {max(low, 0), min(high, arm.links)}:
+            for station in {max(low, 0), min(high, last)}:
                 share = 1.0 if low == high else 0.5
-                z = (place - station) * arm.link_pitch
+                z = (place - station) * float(pitch_at(arm, np.array(place)))
                 points.append((station, z, share * np.array(wrench.force), np.zeros(3)))
-            before = min(int(place), arm.links - 1)
+            before = min(int(place), last - 1)
             for station, share in ((before, before + 1 - place), (before + 1, place - before)):
                 points.append((station, 0.0, np.zeros(3), share * np.array(wrench.moment)))
         self._stations = np.array([p[0] for p in points], dtype=int)
@@ -52,7 +53,7 @@ class AppliedLoad:
 
     def add_forces(self, force: Array, dyad: Array) -> None:
         """Add dead forces f at points p to those of their stations, (S, 3), and to their dyads p (x) f, (S, 3, 3)."""
-        bodies = self._base + self._stations
+        bodies = self._bodies[self._stations]
         along = self._data.xmat[bodies].reshape(-1, 3, 3)[:, :, 2]
         points = self._data.xpos[bodies] + self._z[:, None] * along
         scaled = self.fraction * self._forces
@@ -61,13 +62,13 @@ class AppliedLoad:
 
     def couples(self) -> Array:
         """Return the sum of dead couples beyond each dof [N m], shape (dofs, 3)."""
-        moment = np.zeros((int(self._station_of_dof[-1]) + 1, 3))
+        moment = np.zeros((len(self._bodies), 3))
         np.add.at(moment, self._stations, self.fraction * self._moments)
         return beyond(moment)[self._station_of_dof]
 
     def follower(self) -> Array:
         """Return the follower moment [N m] in the base frame, shape (3,)."""
-        return self.fraction * self._data.xmat[self._base + self._station_of_dof[-1]].reshape(3, 3) @ self._follower
+        return self.fraction * self._data.xmat[self._tip].reshape(3, 3) @ self._follower
 
     def along_joints(self) -> Array:
         """Return the actuation moment on each joint [N m], shape (dofs,)."""
@@ -75,7 +76,7 @@ class AppliedLoad:
 
     def generalised_forces(self) -> Array:
         """Return the loads' generalised forces [N m], shape (dofs,); kinematics must be up to date."""
-        count, station = int(self._station_of_dof[-1]) + 1, self._station_of_dof
+        count, station = len(self._bodies), self._station_of_dof
         force, dyad = np.zeros((count, 3)), np.zeros((count, 3, 3))
         self.add_forces(force, dyad)
         about = beyond(dyad)[station] - self._data.xanchor[:, :, None] * beyond(force)[station, None, :]

@@ -8,14 +8,29 @@ import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mjcf.names import section_stations
 from contarm_sim.model.arm import Arm
 
 AT_STATION = 1e-9
 """Distance from a station that counts as none [link pitches]."""
 
 
+def station_coordinate(arm: Arm, xi: Array) -> Array:
+    """Return places at normalised arc lengths xi in numbers of stations: whole at stations, even in between."""
+    if len(arm.sections) == 1:
+        return np.asarray(xi * arm.links)
+    stations, lengths = section_stations(arm), [section.length for section in arm.sections]
+    return np.interp(xi * arm.length, [0.0, *np.cumsum(lengths)], stations)
+
+
+def pitch_at(arm: Arm, coordinate: Array) -> Array:
+    """Return the distance [m] of the stations before and after places, given in numbers of stations."""
+    number = np.searchsorted(section_stations(arm)[1:-1], coordinate, side="right")
+    return np.array([section.link_pitch for section in arm.sections])[number]
+
+
 class Places:
-    """Places at normalised arc lengths xi, shape (K,), of an arm whose stations lie at s = i length/N.
+    """Places at normalised arc lengths xi, shape (K,), of an arm.
 
     Attributes:
         xi: shape (K,), 0 base to 1 tip.
@@ -29,11 +44,11 @@ class Places:
         self.xi = np.array(xi, dtype=float)
         if self.xi.ndim != 1 or not len(self.xi) or not np.all((self.xi >= 0) & (self.xi <= 1)):
             raise InputError("xi", list(xi), "one or more numbers from 0 (base) to 1 (tip)")
-        at = self.xi * arm.links
+        at = station_coordinate(arm, self.xi)
         at = np.where(np.abs(at - np.round(at)) < AT_STATION, np.round(at), at)
         self.stations = np.stack([np.floor(at), np.ceil(at)], axis=-1).astype(int)
         self._part = at - self.stations[:, 0]
-        self._pitch = arm.link_pitch
+        self._pitch = pitch_at(arm, at)
 
     def between(self, positions: Array, rotations: Array) -> Array:
         """Return frames at the places, shape (..., K, 4, 4).
@@ -48,7 +63,7 @@ class Places:
         out[..., :3, 3], out[..., :3, :3], out[..., 3, 3] = positions[..., 0, :], rotations[..., 0, :, :], 1.0
         for k in np.flatnonzero(self._part):
             x, p, R = self._part[k], positions[..., k, :, :], rotations[..., k, :, :, :]
-            slopes = self._pitch * R[..., 2]
+            slopes = self._pitch[k] * R[..., 2]
             blend = [(1 + 2 * x) * (1 - x) ** 2, x**2 * (3 - 2 * x)]
             lean = [x * (1 - x) ** 2, x**2 * (x - 1)]
             out[..., k, :3, 3] = np.einsum("i,...ia->...a", blend, p) + np.einsum("i,...ia->...a", lean, slopes)

@@ -17,7 +17,7 @@ AT_TIP = 3.18
 def heaviness(arm: Arm) -> float:
     """Return weight times length^2 over EI, a payload counted as it counts for buckling, see `BUCKLING`."""
     mass = arm.mass + AT_TIP * arm.payload
-    return mass * math.hypot(*arm.gravity) * arm.length**2 / arm.bending_stiffness
+    return mass * math.hypot(*arm.gravity) * arm.length**2 / min(section.bending_stiffness for section in arm.sections)
 
 
 def _said(arm: Arm) -> str:

@@ -14,17 +14,16 @@ class Servos:
     def __init__(self, plant: Plant) -> None:
         model = plant.model
         self._plant = plant
-        self._limited = model.nu == 3 and model.na == 0 and bool((model.actuator_biasprm[:, 1] < 0).all())
-        self._limited = self._limited and bool(model.actuator_forcelimited.all())
+        self._limited = plant.actuation == "lengths" and bool(model.actuator_forcelimited.all())
         if self._limited:
             self._low, self._high = model.actuator_ctrlrange.T
             self._kp, self._bias = model.actuator_gainprm[:, 0], model.actuator_biasprm[:, 0]
             self._most = -model.actuator_forcerange[:, 0]
 
     def unlimited(self) -> Array:
-        """Return the tensions [N], shape (3,), that servos would have without limits."""
+        """Return the tensions [N], shape (M,), that servos would have without limits."""
         if not self._limited:
-            return np.zeros(3)
+            return np.zeros(len(self._plant.damping))
         control = self._plant.data.ctrl.clip(self._low, self._high)
         return np.asarray(self._kp * (self._plant.data.actuator_length - control) - self._bias)
 
@@ -32,7 +31,7 @@ class Servos:
         """Return the energy [J] that springs take beyond their mean tension times their stretch.
 
         Args:
-            before, after: unlimited tensions [N], shape (3,).
+            before, after: unlimited tensions [N], shape (M,).
         """
         if not self._limited:
             return 0.0

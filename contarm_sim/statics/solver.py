@@ -88,13 +88,13 @@ class Solver:
         self.extra: Array | float = 0.0
         self.forces: Array = np.zeros(plant.model.nv)
         self.iterations = 0
-        self.tensions: Array = np.zeros(3)
+        self.tensions: Array = np.zeros(len(plant.damping))
         self._matrix: Array = np.zeros((0, 0))
-        self._unlimited: Array = np.zeros(3)
+        self._unlimited: Array = np.zeros(len(plant.damping))
         self._swing: Swing = (self.forces, 0.0, self.tensions)
 
     def __call__(self, setpoint: Array) -> float:
-        """Settle under set-points [m] or pressures [Pa], shape (3,), going down; return the residual [N m].
+        """Settle under set-points [m] or pressures [Pa], shape (M,), going down; return the residual [N m].
 
         Raises:
             NoRestError: no equilibrium near, or only an unstable one; says why.
@@ -160,7 +160,7 @@ class Solver:
         """Return J K^-1 J^T, shape (6, 6): displacement [m] and rotation [rad] of the tip by force and couple there."""
         model, data = self.plant.model, self.plant.data
         J = np.zeros((6, model.nv))
-        mujoco.mj_jacBody(model, data, J[:3], J[3:], model.body("tip").id)
+        mujoco.mj_jacBody(model, data, J[:3], J[3:], self.plant.index.tip)
         return J @ np.linalg.solve(self.stiffness.matrix(self.tensions, self.plant.muscle_slopes), J.T)
 
     def share(self, step: NDArray[np.floating]) -> float:

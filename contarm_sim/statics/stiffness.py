@@ -13,7 +13,6 @@ import numpy as np
 
 from contarm_sim.engine.plant import Plant
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mjcf.routing import MUSCLES
 from contarm_sim.statics.loads import AppliedLoad, axial, beyond
 
 SMALL = 1e-3
@@ -38,19 +37,18 @@ class TangentStiffness:
     def __init__(self, plant: Plant, load: AppliedLoad) -> None:
         self._plant, self._load = plant, load
         self._model, self._data = plant.model, plant.data
-        model, data, links = plant.model, plant.data, plant.arm.links
-        base = model.body("base").id
-        self._bodies = slice(base, base + links + 2)  # of stations 0 .. N and the payload
-        self._axes, self._anchors, self._centres = data.xaxis, data.xanchor, data.xipos[self._bodies]
-        self._mass, self._gravity = model.body_mass[self._bodies, None], model.opt.gravity
-        self._station_of_dof = model.dof_bodyid - base
-        self._sum_of_dof = links + 1 - self._station_of_dof  # sums run from the payload inwards
-        self._sums = np.zeros((links + 2, 12))
+        model, data, index = plant.model, plant.data, plant.index
+        self._axes, self._anchors, self._centres = data.xaxis, data.xanchor, data.xipos[index.bodies]
+        self._mass, self._gravity = model.body_mass[index.bodies, None], model.opt.gravity
+        self._station_of_dof = index.station_of_dof
+        self._sum_of_dof = len(self._mass) - 1 - self._station_of_dof  # sums run from the payload inwards
+        self._sums = np.zeros((len(self._mass), 12))
         self._upper = np.triu(np.ones((model.nv, model.nv), dtype=bool))
-        self.straight = plant.arm.muscle.path == "spans" and model.ntendon > 0
+        self._spanning = index.straight if model.ntendon else np.zeros(len(index.straight), dtype=bool)
+        self.straight, self._parallel = bool(self._spanning.any()), bool(model.ntendon and not index.straight.all())
         if self.straight:
-            names = [model.body(base + s).name for s in range(links + 1)]
-            self._sites = np.array([[model.site(f"{name}_{muscle}").id for muscle in MUSCLES] for name in names])
+            self._sites = index.sites[:, self._spanning]
+            self._there = (self._sites[:-1] >= 0) & (self._sites[1:] >= 0)  # spans that there are
         self.symmetric = not (load.any_moment or load.any_follower)
 
     def __call__(self) -> Array:
@@ -64,7 +62,7 @@ class TangentStiffness:
         return self.matrix(tensions, self._plant.muscle_slopes)
 
     def forces(self, tensions: Array) -> Array:
-        """Return Q at the plant's positions [N m], shape (dofs,), of springs, weight, loads and tensions [N], (3,)."""
+        """Return Q at the plant's positions [N m], shape (dofs,), of springs, weight, loads and tensions [N], (M,)."""
         sums, load, axes = self._sums, self._load, self._axes
         weight = self._mass * self._gravity
         sums[:, :3] = weight
@@ -90,12 +88,12 @@ class TangentStiffness:
             Q += axes @ load.follower()
         if load.any_actuation:
             Q += load.along_joints()
-        if not self.straight and self._model.ntendon:
-            Q -= tensions @ self._plant.muscle_jacobian
+        if self._parallel:
+            Q -= (tensions * ~self._spanning if self.straight else tensions) @ self._plant.muscle_jacobian
         return np.asarray(Q)
 
     def matrix(self, tensions: Array, slopes: Array) -> Array:
-        """Return K at the pose of the last `forces`, for tensions [N] and their slopes [N/m], each of shape (3,)."""
+        """Return K at the pose of the last `forces`, for tensions [N] and their slopes [N/m], each of shape (M,)."""
         axes, D = self._axes, self._about
         c = (D @ axes[:, :, None])[:, :, 0]
         c -= (D[:, 0, 0] + D[:, 1, 1] + D[:, 2, 2])[:, None] * axes
@@ -119,7 +117,7 @@ class TangentStiffness:
 
     def swing(self) -> Swing:
         """Return what `work` needs of the last `forces`."""
-        return self.dead, self.potential, self._plant.muscle_lengths if self.straight else _NONE
+        return self.dead, self.potential, self._plant.muscle_lengths[self._spanning] if self.straight else _NONE
 
     def work(self, before: Swing, after: Swing, step: Array, tensions: Array) -> float:
         """Return what dead loads, and straight spans, do along a step [J] beyond their mean force times the step.
@@ -127,24 +125,37 @@ class TangentStiffness:
         Args:
             before, after: `swing` at its ends.
             step: change of joint angles [rad], shape (dofs,).
-            tensions: mean tensions [N], shape (3,).
+            tensions: mean tensions [N], shape (M,).
         """
         if np.abs(step).max() < SMALL:
             return 0.0  # and the difference of potentials would be all rounding
-        drawn = float(tensions @ (before[2] - after[2])) if self.straight else 0.0
+        drawn = float(tensions[self._spanning] @ (before[2] - after[2])) if self.straight else 0.0
         return before[1] - after[1] + drawn - 0.5 * float((before[0] + after[0]) @ step)
 
     def _pulls(self, tensions: Array) -> tuple[Array, Array]:
-        """Return the muscles' forces on their sites [N] and the sites' positions [m], shape (stations, 3, 3)."""
-        ends = self._data.site_xpos[self._sites]
-        spans = np.diff(ends, axis=0)
-        along = tensions[None, :, None] * spans / np.linalg.norm(spans, axis=-1, keepdims=True)
+        """Return the muscles' forces on their sites [N] and the sites' positions [m], shape (stations, muscles, 3)."""
+        ends, u, _ = self._directions()
+        along = tensions[self._spanning][None, :, None] * u
         force = np.zeros_like(ends)
         force[:-1] += along
         force[1:] -= along
         return force, ends
 
-    def _spans(self, tension: Array) -> Array:
+    def _directions(self) -> tuple[Array, Array, Array]:
+        """Return where straight muscles are at stations [m], and directions and lengths [m] of the spans between.
+
+        A span that there is not, of a muscle that does not reach so far, has no direction and the length 1.
+        """
+        ends = self._data.site_xpos[self._sites]
+        spans = np.diff(ends, axis=0)
+        if not self._there.all():
+            spans[~self._there] = 0.0
+        reach = np.linalg.norm(spans, axis=-1)
+        if not self._there.all():
+            reach[~self._there] = 1.0
+        return ends, spans / reach[..., None], reach
+
+    def _spans(self, tensions: Array) -> Array:
         """Return what the turning of straight muscle spans adds.
 
         A span of length l along u turns by (a_j x u) under a dof j proximal to it, which costs tension times
@@ -153,10 +164,8 @@ class TangentStiffness:
         """
         data = self._data
         axes, anchors, station = data.xaxis, data.xanchor, self._station_of_dof
-        ends = data.site_xpos[self._sites]  # (stations, muscles, 3)
-        spans = np.diff(ends, axis=0)
-        reach = np.linalg.norm(spans, axis=-1)
-        u = spans / reach[..., None]
+        ends, u, reach = self._directions()  # (stations, muscles, 3), (spans, muscles, 3), (spans, muscles)
+        tension = tensions[self._spanning] * self._there
         weight = tension * reach
         G = weight.sum(axis=1)[:, None, None] * np.eye(3) - np.einsum("sm,smi,smj->sij", weight, u, u)
         distal = np.zeros((len(ends), 3, 3))
@@ -166,7 +175,8 @@ class TangentStiffness:
         v = np.cross(axes[:, None], ends[station] - anchors[:, None])
         v -= (v * own_u).sum(axis=-1, keepdims=True) * own_u
         through = np.einsum("jab,jb->ja", distal[station], axes)
-        across = np.einsum("m,jma->ja", tension, np.cross(own_u, v))
+        own_tension = tension[station - 1]
+        across = np.einsum("jm,jma->ja", own_tension, np.cross(own_u, v))
         proximal = (axes @ (through + across).T) * (station[:, None] < station)
-        flat = (v * (tension / own_reach)[..., None]).reshape(len(axes), -1) @ v.reshape(len(axes), -1).T
+        flat = (v * (own_tension / own_reach)[..., None]).reshape(len(axes), -1) @ v.reshape(len(axes), -1).T
         return proximal + proximal.T + (axes @ through.T + flat) * (station[:, None] == station)

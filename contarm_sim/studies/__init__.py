@@ -1,1 +1,65 @@
-"""Questions about an arm, each a function: the only place beside `results` where the two derivations meet."""
+"""Studies of an arm, each a function that returns a frozen dataclass: what the command line prints.
+
+    possibility          which bends pressures hold, free, under gravity and with a payload
+    stiffness            how stiff co-contraction makes the tip at one bend
+    hold                 the tensions and pressures that hold a bend
+    release              let a held arm go, and judge its swing
+    validate             how far to trust the constant-curvature model
+    compare_controllers  the spiral under every controller and load
+    equilibria           static poses under one load case after another
+    muscle_law           the force of one muscle by contraction and pressure
+    judge_run            a recorded motion beside the closed forms
+
+`document(result)` turns any of their results into the plain values that `--json` prints. Each function loads the
+simulation when it is first asked for.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from contarm_sim.results.document import document
+    from contarm_sim.studies.controllers import ControllerComparison, Followed, NotFollowed, compare_controllers
+    from contarm_sim.studies.held_bend import Hold, hold
+    from contarm_sim.studies.judged_run import JudgedRun, judge_run
+    from contarm_sim.studies.load_cases import CaseAtRest, CaseWithoutRest, LoadCase, equilibria, read_cases
+    from contarm_sim.studies.muscle_curves import MuscleLaw, muscle_law
+    from contarm_sim.studies.pressure_map import LargestBend, Possibility, possibility
+    from contarm_sim.studies.swings import Release, SwingSettings, release
+    from contarm_sim.studies.tip_stiffness import Stiffness, StiffnessLevel, stiffness
+    from contarm_sim.studies.validation import Failure, Outcome, Validation, validate
+else:
+
+    def __getattr__(name: str) -> object:
+        from importlib import import_module
+
+        for home, names in _HOMES.items():
+            if name in names:
+                return getattr(import_module(f"contarm_sim.{home}"), name)
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+_HOMES = {
+    "results.document": ("document",),
+    "studies.controllers": ("ControllerComparison", "Followed", "NotFollowed", "compare_controllers"),
+    "studies.held_bend": ("Hold", "hold"),
+    "studies.judged_run": ("JudgedRun", "judge_run"),
+    "studies.load_cases": ("CaseAtRest", "CaseWithoutRest", "LoadCase", "equilibria", "read_cases"),
+    "studies.muscle_curves": ("MuscleLaw", "muscle_law"),
+    "studies.pressure_map": ("LargestBend", "Possibility", "possibility"),
+    "studies.swings": ("Release", "SwingSettings", "release"),
+    "studies.tip_stiffness": ("Stiffness", "StiffnessLevel", "stiffness"),
+    "studies.validation": ("Failure", "Outcome", "Validation", "validate"),
+}
+
+__all__ = [
+    "CaseAtRest", "CaseWithoutRest", "ControllerComparison", "Failure", "Followed", "Hold", "JudgedRun", "LargestBend",
+    "LoadCase", "MuscleLaw", "NotFollowed", "Outcome", "Possibility", "Release", "Stiffness", "StiffnessLevel",
+    "SwingSettings", "Validation", "compare_controllers", "document", "equilibria", "hold", "judge_run", "muscle_law",
+    "possibility", "read_cases", "release", "stiffness", "validate",
+]  # fmt: skip
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -3,98 +3,98 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
-from contarm_sim.control.command import Controller, pulls_only
 from contarm_sim.model.arm import Arm
+from contarm_sim.results.numbers import ErrorSummary, Spread
 from contarm_sim.studies import verdict as limits
+from contarm_sim.studies.explained import RodParts
+from contarm_sim.studies.timestep import TimeStep
 from contarm_sim.studies.verdict import Check, at_most
 
 _LENGTH = "% of length"
 
 
-def ideal_checks(arm: Arm, summary: dict[str, Any]) -> list[Check]:
+def ideal_checks(arm: Arm, errors: ErrorSummary, rod: RodParts, chain_error: Spread) -> list[Check]:
     """Return the checks of poses at rest without gravity: those of the closed forms, and the muscles'."""
     coarse = 24 / arm.links
     odd = math.degrees((math.pi / arm.links) ** 2 / 4) if arm.links % 2 else 0.0  # one hinge pair has no mirror image
     chain, turned = limits.CHAIN_LIMIT * coarse**3, limits.ORIENTATION_LIMIT * coarse**3 + odd
-    error, arc = summary["tip_error"]["max_percent"], limits.ARC_LIMIT * coarse**2
+    error, arc = errors.tip_error.max_percent, limits.ARC_LIMIT * coarse**2
     return [
-        at_most("simulated against chain form", summary["chain_error"]["max_percent"], chain, _LENGTH,
+        at_most("simulated against chain form", chain_error.max_percent, chain, _LENGTH,
                 "without load the simulated tip is known in closed form"),
         at_most("simulated against arc", error, arc, _LENGTH, "a chain of that many links is nearer to the arc"),
-        at_most("tip orientation", summary["orientation_error_deg"], turned, "deg", "the hinges' twists cancel"),
-        *muscle_checks(summary, "servo"),
+        at_most("tip orientation", errors.orientation_error_deg, turned, "deg", "the hinges' twists cancel"),
+        *muscle_checks(errors),
     ]  # fmt: skip
 
 
-def loaded_checks(arm: Arm, summary: dict[str, Any]) -> list[Check]:
+def loaded_checks(arm: Arm, errors: ErrorSummary, rod: RodParts, chain_error: Spread) -> list[Check]:
     """Return the checks of poses at rest under gravity: lengths are held, and an ideal rod sags as much."""
     return [
-        at_most("servo holds lengths", summary["servo"]["max_percent"], limits.CHAIN_LIMIT, _LENGTH,
+        at_most("servo holds lengths", errors.servo.max_percent, limits.CHAIN_LIMIT, _LENGTH,
                 "at rest lengths are held to rounding"),
-        *shape_checks(arm, summary),
-        *muscle_checks(summary, "servo"),
+        *shape_checks(arm, errors, rod),
+        *muscle_checks(errors),
     ]  # fmt: skip
 
 
-def run_checks(arm: Arm, summary: dict[str, Any], controller: Controller) -> list[Check]:
-    """Return the checks of a motion; `tip` shifts lengths on purpose, so how it holds them is not judged."""
-    found = shape_checks(arm, summary)
-    if controller != "tip":
+def run_checks(arm: Arm, errors: ErrorSummary, rod: RodParts, motion: Spread | None, step: TimeStep) -> list[Check]:
+    """Return the checks of a motion; where the controller shifts lengths on purpose, how it holds them is not."""
+    found = shape_checks(arm, errors, rod)
+    if errors.holds_lengths:
         found.append(
-            at_most("servo holds lengths", summary["servo"]["max_percent"], limits.SERVO_LIMIT, _LENGTH,
+            at_most("servo holds lengths", errors.servo.max_percent, limits.SERVO_LIMIT, _LENGTH,
                     "the servo is on trial, not the model")
         )  # fmt: skip
-    if summary["motion"] is not None:
+    if motion is not None:
         found.append(
-            at_most("motion share", summary["motion"]["max_percent"], limits.MOTION_LIMIT, _LENGTH,
+            at_most("motion share", motion.max_percent, limits.MOTION_LIMIT, _LENGTH,
                     "the arm swings rather than follows")
         )  # fmt: skip
-    found += muscle_checks(summary, controller)
-    step = summary["time_step"]
-    if step["compared"]:
+    found += muscle_checks(errors)
+    if step.compared:
         found.append(
-            at_most("time step", step["max_percent"], limits.STEP_LIMIT, _LENGTH,
+            at_most("time step", step.max_percent, limits.STEP_LIMIT, _LENGTH,
                     "the step itself puts the tip elsewhere; a smaller --timestep mends it", "converged")
         )  # fmt: skip
     reason = "targets off the dome cannot be reached: another path was followed"
-    if summary["targets_in_millimetres"]:
+    if errors.targets_in_millimetres:
         reason += "; divided by 1000 they can: are they in metres?"
-    return [*found, at_most("miss", summary["miss"]["max_percent"], limits.MISS_LIMIT, _LENGTH, reason, "targets")]
+    return [*found, at_most("miss", errors.miss.max_percent, limits.MISS_LIMIT, _LENGTH, reason, "targets")]
 
 
-def shape_checks(arm: Arm, summary: dict[str, Any]) -> list[Check]:
+def shape_checks(arm: Arm, errors: ErrorSummary, rod: RodParts) -> list[Check]:
     """Return the checks that an ideal rod explains the shape, and that the pose is near enough to the model."""
     open_limit = min(limits.UNEXPLAINED_LIMIT * max(1.0, 24 / arm.links) ** 2, limits.MODEL_LIMIT)
-    left, reason = summary["unexplained"], "a rod of these lengths, weight and motion has its tip elsewhere"
+    left, reason = rod.unexplained, "a rod of these lengths, weight and motion has its tip elsewhere"
     if arm.links < 24:
         reason += "; more --links may mend it"
     return [
-        at_most("not explained by an ideal rod", None if left is None else left["max_percent"], open_limit, _LENGTH,
+        at_most("not explained by an ideal rod", None if left is None else left.max_percent, open_limit, _LENGTH,
                 reason),
-        at_most("distance from the model", summary["tip_error"]["max_percent"], limits.FAR_LIMIT, _LENGTH,
+        at_most("distance from the model", errors.tip_error.max_percent, limits.FAR_LIMIT, _LENGTH,
                 "too far from the model to be held against it"),
     ]  # fmt: skip
 
 
-def muscle_checks(summary: dict[str, Any], controller: Controller) -> list[Check]:
+def muscle_checks(errors: ErrorSummary) -> list[Check]:
     """Return the checks of the muscles: contractions are what a braid allows; those that can only pull, do."""
-    muscle = summary["muscle"]
-    low, high = muscle["allowed_contraction"]
+    muscle = errors.muscle
+    low, high = muscle.allowed_contraction
     braid = "beyond what the braid allows"
     found = [
-        at_most("contraction", 100 * muscle["max_contraction"], 100 * high, "%", braid),
-        at_most("stretch", -100 * muscle["min_contraction"], -100 * low, "%", braid),
+        at_most("contraction", 100 * muscle.max_contraction, 100 * high, "%", braid),
+        at_most("stretch", -100 * muscle.min_contraction, -100 * low, "%", braid),
     ]
-    if not pulls_only(controller):
+    if not errors.pulls_only:
         return found
-    depth = 100 * muscle["largest_push_n"] / max(muscle["max_force_n"], 1e-12)
+    depth = 100 * muscle.largest_push_n / max(muscle.max_force_n, 1e-12)
     share = "% of muscle samples"
     return [
         *found,
-        at_most("slack", 100 * muscle["slack_fraction"], limits.SLACK_LIMIT, share, "a slack muscle steers nothing"),
-        at_most("pushes", 100 * muscle["push_fraction"], limits.PUSH_LIMIT, share, "muscles cannot push"),
+        at_most("slack", 100 * muscle.slack_fraction, limits.SLACK_LIMIT, share, "a slack muscle steers nothing"),
+        at_most("pushes", 100 * muscle.push_fraction, limits.PUSH_LIMIT, share, "muscles cannot push"),
         at_most("largest push", depth, limits.PUSH_DEPTH_LIMIT, "% of the largest tension",
                 "more than damping along a slack muscle does"),
     ]  # fmt: skip

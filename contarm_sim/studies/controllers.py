@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
 from contarm_sim import paths
-from contarm_sim.control.command import CONTROLLERS, Controller
-from contarm_sim.control.tip_plan import plan_rest
+from contarm_sim.control.registry import NAMES
+from contarm_sim.control.tip import plan_rest
 from contarm_sim.errors import ConvergenceError, DivergenceError, InputError
-from contarm_sim.kinematics import arc, dome
+from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
-from contarm_sim.motion.simulate import CONTROL_RATE, simulate
-from contarm_sim.results.compare import muscle_summary
-from contarm_sim.studies.scenarios import Track, under_load
+from contarm_sim.motion.simulate import simulate
+from contarm_sim.paths.reference import Reference
+from contarm_sim.results.numbers import muscle_use
+from contarm_sim.studies.progress import Track, quietly
+from contarm_sim.studies.scenarios import under_loads
 
 SETTLED = 1.0
 """Errors count from this time on [s]: a path may start in a sagging pose."""
@@ -27,29 +29,80 @@ POSES = 51
 """Of these, poses that are solved for the surface that the tip can reach; splines between."""
 
 
-def compare_all(arm: Arm, duration: float, track: Track) -> list[dict[str, Any]]:
-    """Follow the spiral with each controller: free, under gravity, with a payload; return one row of numbers each.
+@dataclass(frozen=True)
+class Followed:
+    """How one controller followed the spiral under one load; errors from target to simulated tip.
 
-    `along` is the part of the error along the surface that the tip can reach under that load. A row of a controller
-    that could not do it has `failed` instead, and why.
+    Attributes:
+        load: free, gravity or payload.
+        controller: its name.
+        tip_rms_percent, tip_max_percent: errors after `SETTLED`, or half of a shorter path [% of length].
+        along_rms_percent: the part along the surface that the tip can reach under that load, likewise.
+        lag_s: the delay at which the targets' path fits the tips best [s].
+        peak_tension_n: largest tension [N].
+        peak_pressure_pa: highest pressure needed [Pa]; None where none does it.
+        pushes, push_fraction: number and share of muscle samples that push.
+        effort_n: mean over time of the sum of the tensions' sizes [N].
     """
-    pulled, loaded = under_load(arm)
-    arms = {"free": arm.unloaded, "gravity": pulled, "payload": loaded}
-    jobs = [(load, controller) for load in arms for controller in CONTROLLERS]
-    rows: list[dict[str, Any]] = []
+
+    load: str
+    controller: str
+    tip_rms_percent: float
+    tip_max_percent: float
+    along_rms_percent: float
+    lag_s: float
+    peak_tension_n: float
+    peak_pressure_pa: float | None
+    pushes: int
+    push_fraction: float
+    effort_n: float
+
+
+@dataclass(frozen=True)
+class NotFollowed:
+    """A controller that could not follow the spiral under one load; `failed` says why."""
+
+    load: str
+    controller: str
+    failed: str
+
+
+@dataclass(frozen=True)
+class ControllerComparison:
+    """The spiral under every controller and load.
+
+    Attributes:
+        rows: load by load, every controller.
+        duration: time for the spiral [s].
+        arm: that follows it.
+    """
+
+    rows: tuple[Followed | NotFollowed, ...]
+    duration: float
+    arm: Arm
+
+
+def compare_controllers(arm: Arm, duration: float = 10.0, track: Track = quietly) -> ControllerComparison:
+    """Follow the spiral with each controller: free, under gravity, with a payload (its own, or else hanging, 100 g).
+
+    Args:
+        duration: time for the spiral [s].
+        track: shows progress.
+    """
+    arms = under_loads(arm)
+    jobs = [(load, controller) for load in arms for controller in NAMES]
+    rows: list[Followed | NotFollowed] = []
     reach: dict[str, Array] = {}
     for i in track(range(len(jobs)), "controllers"):
         load, controller = jobs[i]
         if load not in reach:
             reach[load] = _reachable(arms[load], duration)
-        rows.append({"load": load, "controller": controller, **_row(arms[load], controller, duration, reach[load])})
-    return rows
+        rows.append(_row(load, arms[load], controller, duration, reach[load]))
+    return ControllerComparison(tuple(rows), duration, arm)
 
 
-def _path(arm: Arm, duration: float) -> tuple[Array, Array, Array]:
-    """Return times [s], targets [m] and bends [rad] of the spiral."""
-    time, targets = paths.named("spiral", arm.length, duration).targets(CONTROL_RATE)
-    return time, targets, dome.bend_from_tip(targets, arm.length).bend
+def _spiral(arm: Arm, duration: float) -> Reference:
+    return Reference.from_path(paths.named("spiral", arm.length, duration), arm)
 
 
 def _reachable(arm: Arm, duration: float) -> Array:
@@ -59,40 +112,42 @@ def _reachable(arm: Arm, duration: float) -> Array:
     """
     from scipy.interpolate import CubicSpline
 
-    _, targets, bend = _path(arm, duration)
-    targets, bend = targets[::EVERY], bend[::EVERY]
+    spiral = _spiral(arm, duration)
+    targets, bend = spiral.target[::EVERY], spiral.bend[::EVERY]
     solved = np.unique(np.linspace(0, len(bend) - 1, POSES).round().astype(int))
-    inverse: Any
     try:
-        inverse = plan_rest(arm, bend[solved], targets[solved]).tip_to_bend
+        inverse = np.asarray(plan_rest(arm, bend[solved], targets[solved]).tip_to_bend, dtype=float)
         if len(solved) < len(bend):
             inverse = CubicSpline(solved, inverse)(np.arange(len(bend)))
     except ConvergenceError:
-        inverse = np.linalg.pinv(arc.jacobian(bend, arm.length))
+        inverse = np.asarray(np.linalg.pinv(arc.jacobian(bend, arm.length)))
     return np.linalg.pinv(inverse) @ inverse
 
 
-def _row(arm: Arm, controller: Controller, duration: float, reach: Array) -> dict[str, Any]:
-    time, targets, bend = _path(arm, duration)
+def _row(load: str, arm: Arm, controller: str, duration: float, reach: Array) -> Followed | NotFollowed:
+    spiral = _spiral(arm, duration)
+    time, targets = spiral.time, spiral.target
     try:
-        samples = simulate(arm, targets, bend, controller).samples
+        samples = simulate(arm, spiral, controller)
     except (ConvergenceError, DivergenceError, InputError) as error:
-        return {"failed": str(error)}
-    tips, after = samples.stations[:, -1], time >= min(SETTLED, 0.5 * duration)
+        return NotFollowed(load, controller, str(error))
+    tips, after = samples.tip, time >= min(SETTLED, 0.5 * duration)
     offset = tips - targets
     along = np.einsum("tij,tj->ti", reach, offset[::EVERY])[after[::EVERY]]
-    muscle = muscle_summary(arm, samples)
-    return {
-        "tip_rms_percent": _rms(offset[after], arm),
-        "tip_max_percent": 100 * float(np.linalg.norm(offset[after], axis=1).max()) / arm.length,
-        "along_rms_percent": _rms(along, arm),
-        "lag_s": _lag(time, targets, tips),
-        "peak_tension_n": muscle["max_force_n"],
-        "peak_pressure_pa": muscle["max_pressure_needed_pa"],
-        "pushes": muscle["pushes"],
-        "push_fraction": muscle["push_fraction"],
-        "effort_n": float(np.abs(samples.muscle_tensions).sum(axis=1).mean()),
-    }
+    muscle = muscle_use(samples)
+    return Followed(
+        load=load,
+        controller=controller,
+        tip_rms_percent=_rms(offset[after], arm),
+        tip_max_percent=100 * float(np.linalg.norm(offset[after], axis=1).max()) / arm.length,
+        along_rms_percent=_rms(along, arm),
+        lag_s=_lag(time, targets, tips),
+        peak_tension_n=muscle.max_force_n,
+        peak_pressure_pa=muscle.max_pressure_needed_pa,
+        pushes=muscle.pushes,
+        push_fraction=muscle.push_fraction,
+        effort_n=float(np.abs(samples.muscle_tensions).sum(axis=1).mean()),
+    )
 
 
 def _rms(vectors: Array, arm: Arm) -> float:

@@ -4,14 +4,50 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 from contarm_sim.errors import ConvergenceError, DivergenceError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
-from contarm_sim.studies.scenarios import NO_REST, Scenario, Track, examine
-from contarm_sim.studies.verdict import ORDER_TOLERANCE, at_most, verdict
+from contarm_sim.results.document import INLINE
+from contarm_sim.studies.at_rest import NO_REST, examine
+from contarm_sim.studies.progress import Track, quietly
+from contarm_sim.studies.scenarios import Scenario
+from contarm_sim.studies.verdict import ORDER_TOLERANCE, Check, Verdict, at_most, verdict
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """The largest tip errors of arms of three link counts, without gravity.
+
+    Attributes:
+        links: the counts.
+        max_error_vs_arc_m, max_error_vs_chain_m: largest errors [m], one a count.
+        observed_orders: of the error against the arc, one a step from one count to the next.
+        judged: whether the last order is 2.
+    """
+
+    links: list[int]
+    max_error_vs_arc_m: list[float]
+    max_error_vs_chain_m: list[float]
+    observed_orders: list[float]
+    judged: Verdict = field(metadata=INLINE)
+
+    @property
+    def verdict(self) -> str:
+        """Pass or fail."""
+        return self.judged.verdict
+
+
+@dataclass(frozen=True, kw_only=True)
+class NoConvergence:
+    """Link counts of which one has no rest pose somewhere; `reason` says where, and why."""
+
+    links: list[int]
+    verdict: str = NO_REST
+    converged: bool = False
+    reason: str
+    checks: tuple[Check, ...] = ()
 
 
 def refinements(links: int) -> list[int]:
@@ -21,8 +57,8 @@ def refinements(links: int) -> list[int]:
     return [links // 2, links, 2 * links] if links >= 12 else [links, 2 * links, 4 * links]
 
 
-def convergence(arm: Arm, bends: Array, track: Track) -> dict[str, Any]:
-    """Return the largest tip error against the arc over bends, for three link counts, and the observed orders.
+def convergence(arm: Arm, bends: Array, track: Track = quietly) -> Convergence:
+    """Return the largest tip error against the arc over bends [rad], shape (T, 2), for three link counts.
 
     Raises:
         ConvergenceError, DivergenceError: one of the arms has no such rest pose.
@@ -31,26 +67,19 @@ def convergence(arm: Arm, bends: Array, track: Track) -> dict[str, Any]:
     for links in counts:
         scenario = Scenario(f"{links} links", "no gravity", replace(arm.unloaded, links=links), "servo", None)
         outcome = examine(scenario, bends, track)
-        errors.append(outcome.summary["tip_error"]["max_m"])
-        chain_errors.append(outcome.summary["chain_error"]["max_m"])
+        errors.append(outcome.errors.tip_error.max_m)
+        chain_errors.append(outcome.chain_error.max_m)
     pairs = zip(itertools.pairwise(errors), itertools.pairwise(counts), strict=True)
     orders = [math.log(e0 / e1) / math.log(n1 / n0) for (e0, e1), (n0, n1) in pairs]
-    off = abs(orders[-1] - 2)
     reason = "the chain does not approach the arc as straight links do"
+    off = abs(orders[-1] - 2)
     check = at_most("order of convergence, off 2 by", off, ORDER_TOLERANCE, "", reason, "converged")
-    return {
-        "links": counts,
-        "max_error_vs_arc_m": errors,
-        "max_error_vs_chain_m": chain_errors,
-        "observed_orders": orders,
-        **verdict([check]),
-    }
+    return Convergence(counts, errors, chain_errors, orders, verdict([check]))
 
 
-def attempt_convergence(arm: Arm, bends: Array, track: Track) -> dict[str, Any]:
-    """Do as `convergence`; where an arm has no rest pose, that is the verdict, with its `reason`."""
+def attempt_convergence(arm: Arm, bends: Array, track: Track = quietly) -> Convergence | NoConvergence:
+    """Do as `convergence`; where an arm has no rest pose, return that."""
     try:
         return convergence(arm, bends, track)
     except (ConvergenceError, DivergenceError) as error:
-        judged = {"verdict": NO_REST, "converged": False, "reason": str(error), "checks": []}
-        return {"links": refinements(arm.links)} | judged
+        return NoConvergence(links=refinements(arm.links), reason=str(error))

@@ -7,7 +7,6 @@ arm's weight; its tip is where sag, inertia and damping put it. What is left of 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +15,24 @@ from contarm_sim.kinematics import arc, hinges
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.rod import MODES, SEGMENTS, STATIONS, polynomials, rod_tips
 from contarm_sim.model.arm import Arm
-from contarm_sim.results.compare import Comparison, known_spread
-from contarm_sim.results.samples import Samples
+from contarm_sim.results.compare import Comparison
+from contarm_sim.results.numbers import Spread, known_spread
+from contarm_sim.results.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class RodParts:
+    """What the ideal rod says of the shape term.
+
+    Attributes:
+        sag: how far gravity and payload move the rod's tip; None without gravity.
+        inertia: how far inertia and damping move it further.
+        unexplained: what is left. Each is None where no rod rests.
+    """
+
+    sag: Spread | None
+    inertia: Spread | None
+    unexplained: Spread | None
 
 
 @dataclass(frozen=True)
@@ -36,19 +51,19 @@ class Explanation:
     inertia: Array
     remainder: Array
 
-    def summary(self, arm: Arm) -> dict[str, Any]:
-        """Return `sag` (None without gravity), `inertia` and `unexplained` in m and percent of length; or None."""
+    def summary(self, arm: Arm) -> RodParts:
+        """Return the parts in m and percent of length."""
         sag = known_spread(self.sag, arm.length) if any(arm.gravity) else None
         inertia, left = (known_spread(each, arm.length) for each in (self.inertia, self.remainder))
-        return {"sag": sag, "inertia": inertia, "unexplained": left}
+        return RodParts(sag, inertia, left)
 
 
-def explain(arm: Arm, samples: Samples, comparison: Comparison, poses: int = 100) -> Explanation:
+def explain(samples: Trajectory, comparison: Comparison, poses: int = 100) -> Explanation:
     """Return what the rod explains of the shape at about `poses` samples; all of them at rest.
 
     In motion first and last sample have no acceleration and are left out; fewer than three samples have none at all.
     """
-    moving = bool(len(samples) > 1 and samples.time[-1] > samples.time[0])
+    arm, moving = samples.arm, bool(len(samples) > 1 and samples.time[-1] > samples.time[0])
     last = len(samples) - 1
     picked = np.arange(1, last, max(1, len(samples) // poses)) if moving else np.arange(len(samples))
     bend = comparison.measured_bend[picked]

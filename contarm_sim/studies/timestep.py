@@ -2,25 +2,37 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
-from contarm_sim.model.arm import Arm
-from contarm_sim.motion.simulate import Run
-from contarm_sim.results.compare import spread
+from contarm_sim.results.numbers import spread
+from contarm_sim.results.trajectory import Trajectory
 
 
-def step_summary(arm: Arm, run: Run) -> dict[str, Any]:
-    """Return the time step [s], and its own error as `run.step_error` has it; None for numbers that nobody knows.
+@dataclass(frozen=True)
+class TimeStep:
+    """The engine's time step and its own error; numbers that nobody knows are None.
 
-    `compared` tells whether it was estimated anywhere. Errors that are infinite leave numbers None, and fail.
+    Attributes:
+        timestep_s: [s]; None at rest.
+        compared: whether the error was estimated anywhere.
+        max_m, rms_m, max_percent, rms_percent: the error, as in `Spread`; None beside `compared` if it is infinite.
     """
+
+    timestep_s: float | None
+    compared: bool
+    max_m: float | None = None
+    rms_m: float | None = None
+    max_percent: float | None = None
+    rms_percent: float | None = None
+
+
+def step_summary(run: Trajectory) -> TimeStep:
+    """Return the time step of a run, and its own error as `run.step_error` has it. Infinite errors fail."""
     errors = run.step_error
     found = np.empty(0) if errors is None else np.asarray(errors, dtype=float)
     found = found[~np.isnan(found)]
-    missing = dict.fromkeys(("max_m", "rms_m", "max_percent", "rms_percent"))
-    if len(found) and not np.isfinite(found).all():
-        return {"timestep_s": run.timestep, "compared": True, **missing}
-    numbers = spread(found, arm.length) if len(found) else missing
-    return {"timestep_s": run.timestep, "compared": bool(len(found)), **numbers}
+    if not len(found) or not np.isfinite(found).all():
+        return TimeStep(run.timestep, bool(len(found)))
+    return TimeStep(run.timestep, True, **vars(spread(found, run.arm.length)))

@@ -7,8 +7,11 @@ are its targets met: that is checked, and decides the exit code.
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Literal
+
+from contarm_sim.results.numbers import ErrorSummary, Spread
+from contarm_sim.studies.explained import RodParts
 
 MODEL_LIMIT = 1.0
 """Largest tip error [% of length] at which constant curvature is said to hold."""
@@ -82,37 +85,61 @@ def at_most(
     return Check(name, value if known else None, limit, unit, known and bool(value <= limit), reason, group)  # type: ignore[operator]
 
 
-def verdict(checks: list[Check]) -> dict[str, Any]:
-    """Return the verdict of some checks as plain values.
+@dataclass(frozen=True)
+class Verdict:
+    """What some checks amount to.
 
-    Returns:
-        verdict: pass or fail, of all checks; explained, converged, targets_met: of those of a group, None without any;
-        checks: their fields.
+    Attributes:
+        verdict: pass or fail, of all checks, or in a word why there is none.
+        explained, converged, targets_met: whether the checks of a group passed; None without any.
+        checks: each of them.
     """
+
+    verdict: str
+    explained: bool | None
+    converged: bool | None
+    targets_met: bool | None
+    checks: tuple[Check, ...]
+
+
+def verdict(checks: list[Check]) -> Verdict:
+    """Return the verdict of some checks."""
 
     def of(group: Group) -> bool | None:
         passed = [check.passed for check in checks if check.group == group]
         return all(passed) if passed else None
 
-    return {
-        "verdict": "pass" if all(check.passed for check in checks) else "fail",
-        "explained": of("explained"),
-        "converged": of("converged"),
-        "targets_met": of("targets"),
-        "checks": [asdict(check) for check in checks],
-    }
+    said = "pass" if all(check.passed for check in checks) else "fail"
+    return Verdict(said, of("explained"), of("converged"), of("targets"), tuple(checks))
 
 
-def constant_curvature(summary: dict[str, Any]) -> dict[str, Any]:
-    """Return whether constant curvature holds, and the largest tip error and its parts [% of length].
+@dataclass(frozen=True)
+class ConstantCurvature:
+    """Whether constant curvature holds; largest values [% of length], which need not add up.
 
-    Parts are None where they are not known; they are largest values each, and need not add up.
+    Attributes:
+        holds: whether the tip error is at most `MODEL_LIMIT`.
+        error_percent: the tip error.
+        limit_percent: `MODEL_LIMIT`.
+        discretisation_percent, sag_percent, motion_percent: its parts, None where they are not known.
     """
-    error = summary["tip_error"]["max_percent"]
-    part = {name: (summary.get(name) or {}).get("max_percent") for name in ("discretisation", "sag", "motion")}
-    return {
-        "holds": error <= MODEL_LIMIT,
-        "error_percent": error,
-        "limit_percent": MODEL_LIMIT,
-        **{f"{name}_percent": value for name, value in part.items()},
-    }
+
+    holds: bool
+    error_percent: float
+    limit_percent: float
+    discretisation_percent: float | None
+    sag_percent: float | None
+    motion_percent: float | None
+
+
+def constant_curvature(errors: ErrorSummary, rod: RodParts, motion: Spread | None = None) -> ConstantCurvature:
+    """Return whether constant curvature holds, and the largest tip error and its parts [% of length]."""
+    error = errors.tip_error.max_percent
+    return ConstantCurvature(
+        holds=error <= MODEL_LIMIT,
+        error_percent=error,
+        limit_percent=MODEL_LIMIT,
+        discretisation_percent=errors.discretisation.max_percent,
+        sag_percent=None if rod.sag is None else rod.sag.max_percent,
+        motion_percent=None if motion is None else motion.max_percent,
+    )

@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from functools import lru_cache
 
 from contarm_sim import paths
 from contarm_sim.kinematics import dome
 from contarm_sim.model.arm import Arm
-from contarm_sim.motion.simulate import CONTROL_RATE, simulate
-from contarm_sim.results.samples import Samples
+from contarm_sim.motion.simulate import simulate
+from contarm_sim.paths.reference import Reference
+from contarm_sim.results.trajectory import Trajectory
 
 DURATION = 10.0
 
 
-def quietly(steps: Iterable[int], what: str) -> Iterable[int]:
-    """Return the steps: a progress bar that shows nothing."""
-    return steps
-
-
 @lru_cache(maxsize=4)
-def followed(arm: Arm, name: str = "spiral", project: dome.Projection = "refuse") -> Samples:
-    """Return the samples of an arm that follows a path in ten seconds with the `servo` controller."""
-    _, targets = paths.named(name, arm.length, DURATION).targets(CONTROL_RATE)
-    bend = dome.bend_from_tip(targets, arm.length, project).bend
-    return simulate(arm, targets, bend).samples
+def followed(arm: Arm, name: str = "spiral", project: dome.Projection = "refuse") -> Trajectory:
+    """Return the motion of an arm that follows a path in ten seconds with the `servo` controller."""
+    path = paths.named(name, arm.length, DURATION)
+    return simulate(arm, Reference.from_path(path, arm, project=project))

@@ -12,7 +12,8 @@ from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.statics import pressure_needed
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.rest import poses_at_rest
-from contarm_sim.studies.scenarios import under_load
+from contarm_sim.paths.reference import Reference
+from contarm_sim.studies.scenarios import under_loads
 from contarm_sim.view.figures.common import followed
 from contarm_sim.view.report.map import draw_possibility
 from contarm_sim.view.report.style import BLACK, BLUE, GREEN, ORANGE, RED, Files, figure
@@ -35,7 +36,7 @@ def fan(path: Files, arm: Arm) -> None:
                 line = MM * arc.position(arc.from_polar(angle, plane), arm.length, xi)
                 ax.plot(*line.T, color=BLUE, linewidth=0.9)
         shown = arc.from_polar(angles[[1, 3]], 0.0)
-        chains = poses_at_rest(arm.unloaded, shown, arc.position(shown, arm.length)).stations
+        chains = poses_at_rest(arm.unloaded, Reference.from_bends(shown, arm)).stations
         for i, stations in enumerate(chains):
             ax.plot(*(MM * stations.T), "o", color=RED, markersize=2.6, label="simulated chain" if not i else None)
         ax.plot([], [], color=BLUE, label="arc, bends of 30° to 150°")
@@ -44,8 +45,7 @@ def fan(path: Files, arm: Arm) -> None:
 
 def possibility(path: Files, arm: Arm) -> None:
     """Draw the pressure-limited possibility map inside the paper's ellipse, free and loaded."""
-    pulled, loaded = under_load(arm)
-    draw_possibility(path, {"free": arm.unloaded, "gravity": pulled, "payload": loaded})
+    draw_possibility(path, under_loads(arm))
 
 
 def spiral(path: Files, arm: Arm) -> None:

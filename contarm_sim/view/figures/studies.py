@@ -10,12 +10,14 @@ from contarm_sim.kinematics import arc
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.lag import motion_part
 from contarm_sim.motion.rest import poses_at_rest
+from contarm_sim.paths.reference import Reference
 from contarm_sim.results.compare import compare
 from contarm_sim.studies import convergence as refinement
-from contarm_sim.studies import scenarios as study
-from contarm_sim.studies.cocontraction import DIRECTIONS, stiffness_levels
-from contarm_sim.studies.controllers import compare_all
-from contarm_sim.view.figures.common import DURATION, followed, quietly
+from contarm_sim.studies.at_rest import attempt
+from contarm_sim.studies.controllers import Followed, compare_controllers
+from contarm_sim.studies.scenarios import dome_grid, scenarios, under_loads
+from contarm_sim.studies.tip_stiffness import stiffness as tip_stiffness
+from contarm_sim.view.figures.common import DURATION, followed
 from contarm_sim.view.report.figures import draw_convergence, draw_error_maps, draw_stiffness
 from contarm_sim.view.report.style import BLACK, BLUE, GREEN, ORANGE, RED, SKY, Files, figure
 
@@ -24,15 +26,15 @@ GRID = 6
 
 def error_map(path: Files, arm: Arm) -> None:
     """Draw tip error over the dome at rest, a polar map a scenario."""
-    outcomes = [study.attempt(scenario, study.dome_grid(GRID), quietly) for scenario in study.scenarios(arm)]
+    outcomes = [attempt(scenario, dome_grid(GRID)) for scenario in scenarios(arm)]
     draw_error_maps(path, arm, outcomes)
 
 
 def budget(path: Files, arm: Arm) -> None:
     """Draw the sizes of the parts of the tip error along the spiral, stacked; the error itself is their vector sum."""
     samples = followed(arm)
-    comparison = compare(arm, samples)
-    time, motion = motion_part(arm, samples, "servo")
+    comparison = compare(samples)
+    time, motion = motion_part(samples)
     moving = np.minimum(np.interp(samples.time, time, motion), comparison.shape)
     parts = {
         "discretisation: arc vs links": comparison.discretisation, "servo: lengths not as asked": comparison.servo,
@@ -52,28 +54,28 @@ def budget(path: Files, arm: Arm) -> None:
 
 def convergence(path: Files, arm: Arm) -> None:
     """Draw the largest tip error over the dome against the number of links, with its slope."""
-    draw_convergence(path, arm, refinement.convergence(arm, study.dome_grid(GRID), quietly))
+    draw_convergence(path, arm, refinement.convergence(arm, dome_grid(GRID)))
 
 
 def controllers(path: Files, arm: Arm) -> None:
     """Draw the tip error of every controller along the spiral, split by what lengths could remove."""
     from matplotlib.patches import Patch
 
-    rows = compare_all(arm, DURATION, quietly)
-    loads = list(dict.fromkeys(row["load"] for row in rows))
+    rows = compare_controllers(arm, DURATION).rows
+    loads = list(dict.fromkeys(row.load for row in rows))
     with figure(path, figsize=(3.0 * len(loads), 3.2)) as fig:
         axes = fig.subplots(1, len(loads), sharey=True)
         for ax, load in zip(axes, loads, strict=True):
-            mine = [row for row in rows if row["load"] == load]
+            mine = [row for row in rows if row.load == load]
             for place, row in enumerate(mine):
-                if "failed" in row:
+                if not isinstance(row, Followed):
                     ax.annotate("cannot", (place, 1.2e-3), rotation=90, ha="center", va="bottom", fontsize=7)
                     continue
-                ax.bar(place - 0.2, row["tip_rms_percent"], 0.4, color=BLUE)
-                ax.bar(place + 0.2, row["along_rms_percent"], 0.4, color=ORANGE, hatch="//", edgecolor="white")
+                ax.bar(place - 0.2, row.tip_rms_percent, 0.4, color=BLUE)
+                ax.bar(place + 0.2, row.along_rms_percent, 0.4, color=ORANGE, hatch="//", edgecolor="white")
             ax.set_yscale("log")
             ax.set_ylim(1e-3, 30)
-            ax.set_xticks(range(len(mine)), [row["controller"] for row in mine], rotation=45, ha="right")
+            ax.set_xticks(range(len(mine)), [row.controller for row in mine], rotation=45, ha="right")
             ax.grid(False, axis="x")
             ax.set_title(load)
         axes[0].set_ylabel("tip error, rms [% of length]")
@@ -84,26 +86,24 @@ def controllers(path: Files, arm: Arm) -> None:
 
 def stiffness(path: Files, arm: Arm) -> None:
     """Draw tip stiffness against pressure at 60 degrees, closed form and simulated."""
-    rows = stiffness_levels(arm.unloaded, arc.from_polar(np.pi / 3, 0.0), 6, quietly)
-    draw_stiffness(path, rows, DIRECTIONS)
+    draw_stiffness(path, tip_stiffness(arm, arc.from_polar(np.pi / 3, 0.0)))
 
 
 def sag(path: Files, arm: Arm) -> None:
     """Draw how far gravity moves the resting tip with perfect lengths, against m g L^2/EI, at three bends."""
     weights = np.geomspace(0.02, 4.0, 9)
-    pulled = replace(study.under_load(arm)[0], payload=0.0)
+    pulled = under_loads(arm)["gravity"]
     scale = arm.bending_stiffness / (arm.mass * arm.length**2)
     direction = np.array(pulled.gravity) / np.linalg.norm(pulled.gravity)
     with figure(path, figsize=(4.6, 3.6)) as fig:
         ax = fig.subplots()
         for degrees, colour, marker in ((30, BLUE, "o"), (90, ORANGE, "s"), (150, RED, "D")):
-            bend = arc.from_polar(np.radians([degrees]), 0.4)
-            target = arc.position(bend, arm.length)
-            free = poses_at_rest(arm.unloaded, bend, target).stations[0, -1]
+            reference = Reference.from_bends(arc.from_polar(np.radians([degrees]), 0.4), arm)
+            free = poses_at_rest(arm.unloaded, reference).tip[0]
             moved = []
             for weight in weights:
                 heavy = replace(pulled, gravity=tuple(scale * weight * direction))
-                moved.append(np.linalg.norm(poses_at_rest(heavy, bend, target).stations[0, -1] - free))
+                moved.append(np.linalg.norm(poses_at_rest(heavy, reference).tip[0] - free))
             ax.loglog(
                 weights, 100 * np.array(moved) / arm.length, color=colour, marker=marker, label=f"bend {degrees}°"
             )

@@ -9,13 +9,13 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from contarm_sim.control.command import Controller
 from contarm_sim.engine.plant import engine_room
 from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf import scene_spec
 from contarm_sim.model.arm import Arm
-from contarm_sim.view.live.session import LARGEST, PERIOD, Session
+from contarm_sim.view.live.session import PERIOD, Session
 from contarm_sim.view.rendering.draw import GHOST, TARGET
 from contarm_sim.view.rendering.overlays import add_ball, add_line
 from contarm_sim.view.rendering.window import window
@@ -26,7 +26,7 @@ _SPACE, _BACKSPACE = 32, 259
 _PICTURE = 1 / 60
 
 
-def show(arm: Arm, controller: Controller = "servo") -> None:
+def show(arm: Arm, controller: str = "servo") -> None:
     """Show the arm until the window is closed, or Ctrl-C.
 
     Raises:
@@ -81,7 +81,7 @@ def _draw_over(session: Session, data: Any, scene: Any) -> None:
     scene.ngeom = 0
     add_line(scene, world(arc.position(reading.bend, arm.length, np.linspace(0, 1, 33))), 6.0, GHOST)
     _, plane = arc.to_polar(reading.goal)
-    meridian = arc.from_polar(np.linspace(0.0, LARGEST, 49), plane)
+    meridian = arc.from_polar(np.linspace(0.0, LARGEST_BEND, 49), plane)
     add_line(scene, world(arc.position(meridian, arm.length)), 1.5, TARGET)
     add_ball(scene, world(arc.position(reading.goal, arm.length)), 0.02 * arm.length, TARGET)
 

@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from contarm_sim.control.command import CONTROLLERS
+from contarm_sim.control.registry import NAMES
 from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mjcf.routing import COLOURS
 from contarm_sim.model.arm import Arm
-from contarm_sim.view.live.session import LARGEST, Session
+from contarm_sim.model.colours import muscle_hex
+from contarm_sim.view.live.session import Session
 
 if TYPE_CHECKING:
     import viser
@@ -46,11 +47,11 @@ class Panel:
 
     def _build(self, gui: Any, arm: Arm) -> None:
         with gui.add_folder("Target"):
-            largest = round(float(np.degrees(LARGEST)))
+            largest = round(float(np.degrees(LARGEST_BEND)))
             self._angle = _slider(gui, "bend angle [deg]", (0, largest), 0.5, 0.0, hint="Or drag the ball on the dome.")
             self._plane = _slider(gui, "plane angle [deg]", (-180, 180), 1.0, 0.0, hint="0 is towards muscle 1, red.")
         with gui.add_folder("Control"):
-            self._controller = gui.add_dropdown("controller", CONTROLLERS, initial_value=self._session.controller)
+            self._controller = gui.add_dropdown("controller", NAMES, initial_value=self._session.controller)
             least = arm.muscle.min_tension
             self._least = _slider(
                 gui, "least tension [N]", (0.5, max(60.0, 2 * least)), 0.5, least,
@@ -169,7 +170,7 @@ class _Plots:
     def __init__(self, gui: Any) -> None:
         from viser import uplot
 
-        muscles = [f"#{''.join(f'{int(255 * x):02x}' for x in colour[:3])}" for colour in COLOURS]
+        muscles = [muscle_hex(i) for i in range(3)]
         empty = np.zeros(1)
         self._plots = []
         for title, names, colours, least in (

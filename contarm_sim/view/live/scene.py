@@ -8,15 +8,15 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING, Any
 
-import mujoco
 import numpy as np
 
 from contarm_sim.kinematics import arc, dome
+from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf.backbone import SPINE_RADIUS, payload_radius
-from contarm_sim.mjcf.routing import COLOURS
-from contarm_sim.mjcf.scene import base_quaternion
-from contarm_sim.view.live.session import LARGEST, Session
+from contarm_sim.mjcf.scene import base_quaternion, base_rotation
+from contarm_sim.model.colours import muscle_colour
+from contarm_sim.view.live.session import Session
 from contarm_sim.view.rendering.draw import GHOST, TARGET, trace_colours
 from contarm_sim.view.rendering.muscles import thickness, tint
 
@@ -62,24 +62,17 @@ class Scene:
     def turn(self) -> None:
         """Turn the arm so that its gravity points down, put the floor below, look there; forget the trace."""
         self.base.wxyz, length = base_quaternion(self._session.arm), self._session.arm.length
-        reach = self._dome @ self._turned.T
+        reach = self._dome @ base_rotation(self._session.arm).T
         self._floor.position = (0.0, 0.0, float(reach[:, 2].min()) - 0.15 * length)
         centre = 0.5 * (reach.min(axis=0) + reach.max(axis=0))
         self._server.initial_camera.look_at = tuple(centre)
         self._server.initial_camera.position = tuple(centre + length * np.array([1.1, -1.65, 0.65]))
         self._tips.clear()
 
-    @property
-    def _turned(self) -> Array:
-        """Rotation from the base frame to the world, shape (3, 3)."""
-        matrix = np.zeros(9)
-        mujoco.mju_quat2Mat(matrix, base_quaternion(self._session.arm))
-        return matrix.reshape(3, 3)
-
     def _add_dome(self) -> None:
         """Draw the reachable tips as a faint surface with meridians and parallels."""
         length = self._session.arm.length
-        angle, plane = np.linspace(0, LARGEST, 35), np.linspace(0, 2 * np.pi, 49)
+        angle, plane = np.linspace(0, LARGEST_BEND, 35), np.linspace(0, 2 * np.pi, 49)
         points = arc.position(arc.from_polar(angle[:, None], plane), length)
         self._dome = points.reshape(-1, 3)
         faces = _faces(np.arange(len(self._dome)).reshape(points.shape[:2]))
@@ -142,7 +135,8 @@ class Scene:
         radius = 0.5 * arm.muscle.diameter * thickness(share)
         spans = np.linalg.norm(np.diff(paths, axis=1), axis=2)
         sizes = np.stack([*[np.repeat(radius[:, None], spans.shape[1], 1)] * 2, 1.02 * spans], axis=2)
-        colours = np.repeat([_bytes(row) for row in tint(share, np.array(COLOURS)[:, :3])], spans.shape[1], 0)
+        full = np.array([muscle_colour(i)[:3] for i in range(len(share))])
+        colours = np.repeat([_bytes(row) for row in tint(share, full)], spans.shape[1], 0)
         return sizes.reshape(-1, 3).astype(np.float32), colours.astype(np.uint8)
 
     def _ghost(self) -> tuple[Array, Array, float]:
@@ -177,7 +171,7 @@ class Scene:
         along = ray / max(float(np.linalg.norm(ray)), 1e-12) * length
         offsets = np.linspace(-1.0, 1.0, 65)
         for _ in range(2):  # coarse, then between the neighbours of the best
-            points = (through + offsets[:, None] * along) @ self._turned
+            points = (through + offsets[:, None] * along) @ base_rotation(self._session.arm)
             found = dome.bend_from_tip(points, length, project="nearest")
             best = int(np.argmin(found.miss / length + 0.02 * np.abs(offsets)))
             offsets = offsets[best] + np.linspace(-1.0, 1.0, 65) / 32

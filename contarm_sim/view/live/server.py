@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from contarm_sim.control.command import Controller
 from contarm_sim.engine.plant import engine_room
 from contarm_sim.errors import DivergenceError, InputError
 from contarm_sim.model.arm import Arm
@@ -22,7 +21,7 @@ _MOST_BEHIND = 0.25
 
 
 def serve(
-    arm: Arm, controller: Controller = "servo", port: int | None = None, on_ready: Callable[[str], None] | None = None
+    arm: Arm, controller: str = "servo", port: int | None = None, on_ready: Callable[[str], None] | None = None
 ) -> None:
     """Serve the page until Ctrl-C; `on_ready` is told its address.
 

@@ -2,27 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
-from contarm_sim.control.command import CONTROLLERS, Command, Controller, actuation_of, command, pulls_only
-from contarm_sim.control.feedback import Feedback, Seen, feedback_for
+from contarm_sim.control.base import Controller, Feedback, Plan, Seen
+from contarm_sim.control.registry import controller as resolved
+from contarm_sim.control.tip import Tip
 from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import DivergenceError, InputError
 from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import pneumatics, routing
 from contarm_sim.mechanics.statics import cocontraction, servo_control
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.simulate import CONTROL_RATE
 from contarm_sim.motion.stepping import stable_substeps
+from contarm_sim.paths.reference import Reference
 
 PERIOD = 1 / CONTROL_RATE
 """Simulated time of a control tick [s]."""
 
-LARGEST = np.radians(170.0)
 """Largest bend angle asked for [rad]."""
 
 _LAG = 0.2  # s, of each of two stages: a hand's jump becomes a motion that muscles can follow
@@ -73,7 +75,7 @@ class Session:
         reading: of the last tick.
     """
 
-    def __init__(self, arm: Arm, controller: Controller = "servo") -> None:
+    def __init__(self, arm: Arm, controller: str = "servo") -> None:
         self.goal, self.problem = np.zeros(2), ""
         self._ahead, self._speed = np.zeros((3, 2)), np.zeros(2)
         self._feedback: Feedback | None = None
@@ -91,11 +93,11 @@ class Session:
         self.reading = self._read()
 
     def aim(self, bend: Array) -> None:
-        """Go to a bend [rad], shape (2,), cut to `LARGEST`."""
+        """Go to a bend [rad], shape (2,), cut to `LARGEST_BEND`."""
         bend = arc.as_bend(bend)
-        self.goal = bend * min(1.0, LARGEST / max(float(np.hypot(*bend)), 1e-12))
+        self.goal = bend * min(1.0, LARGEST_BEND / max(float(np.hypot(*bend)), 1e-12))
 
-    def change(self, arm: Arm | None = None, controller: Controller | None = None) -> None:
+    def change(self, arm: Arm | None = None, controller: str | None = None) -> None:
         """Take other parameters or another controller from here on; the pose and its speed stay.
 
         Raises:
@@ -118,13 +120,12 @@ class Session:
         mujoco.mj_forward(self.plant.model, self.plant.data)
         self.reading = self._read()
 
-    def _start(self, arm: Arm, controller: Controller) -> None:
-        if controller not in CONTROLLERS:
-            raise InputError("controller", repr(controller), ", ".join(CONTROLLERS))
-        plant = Plant(arm, pulls_only(controller), actuation=actuation_of(controller))
+    def _start(self, arm: Arm, controller: str) -> None:
+        driver = _unplanned(controller)
+        plant = Plant(arm, driver.pulls_only, actuation=driver.actuation)
         self._substeps = stable_substeps(plant, CONTROL_RATE, np.empty((0, 2)))
         plant.model.opt.timestep = PERIOD / self._substeps
-        self.plant, self.arm, self.controller = plant, arm, controller
+        self.plant, self.arm, self.controller, self._driver = plant, arm, controller, driver
 
     def _takes_over(self, before: Plant) -> Array:
         """Return set-points with which the arm is bent as by the plant before, whose controls were of another kind."""
@@ -146,21 +147,22 @@ class Session:
         """
         self._move_on()
         try:
-            orders = self._orders()
+            reference = self._reference()
+            plan = self._driver.plan(self.arm, reference)
             if abs(self._way - self._stuck) > _ON_ITS_WAY:
                 self.problem = ""
         except InputError as error:  # wait where the muscles still hold
             self._ahead[:], self._speed[:] = self._ahead[0], 0.0
             self.problem, self._stuck = str(error), self._way
-            orders = None
-        end = self._sent if orders is None else self._with_feedback(orders)
+            plan = None
+        end = self._sent if plan is None else self._with_feedback(plan, reference)
         model, data, control = self.plant.model, self.plant.data, self.plant.control
         for i in range(self._substeps):
             control[:] = self._sent + i / self._substeps * (end - self._sent)
             mujoco.mj_step(model, data)
             if i == 0:
                 self.reading = self._read()
-                if orders is not None:
+                if plan is not None:
                     self._correct()
         self._sent = end
         try:
@@ -181,36 +183,25 @@ class Session:
         """What is left to the goal [rad]."""
         return float(np.hypot(*(self.goal - self._ahead[2])))
 
-    def _orders(self) -> Command:
-        orders = command(self.arm, self._ahead, self.controller, PERIOD)
-        if self.controller != "tip":
-            return orders
-        inverse = np.linalg.pinv(arc.jacobian(self._ahead, self.arm.length))
-        return replace(orders, tip_to_bend=np.asarray(inverse, dtype=float))
+    def _reference(self) -> Reference:
+        return Reference.from_bends(self._ahead, self.arm, PERIOD * np.arange(3))
 
-    def _with_feedback(self, orders: Command) -> Array:
+    def _with_feedback(self, plan: Plan, reference: Reference) -> Array:
         """Return the set-points of the end of this tick, corrected by what was seen up to now."""
         before = self._feedback
-        target = arc.position(self._ahead, self.arm.length)
-        self._feedback = feedback_for(self.arm, orders, self._ahead, target)
+        self._feedback = self._driver.feedback(self.arm, reference, plan)
         if self._feedback is None:
-            return orders.setpoint[1]
+            return plan.setpoint[1]
         if before is not None:
             self._feedback.memory = before.memory
-        end = orders.setpoint[1] + self._feedback.value
-        limits = orders.limits(self.arm)
+        end = plan.setpoint[1] + self._feedback.value
+        limits = self._driver.limits(self.arm)
         return end if limits is None else end.clip(*limits)
 
     def _correct(self) -> None:
         """Let the feedback see the beginning of this tick."""
         if self._feedback is not None:
-            plant, data = self.plant, self.plant.data
-            seen = Seen(
-                plant.muscle_lengths,
-                plant.muscle_forces,
-                -data.actuator_force[:3],
-                data.xpos[plant.model.body("tip").id],
-            )
+            seen = Seen.of(self.plant)
             self._feedback.update(0, seen, PERIOD / self._feedback.time)
 
     def _read(self) -> Reading:
@@ -224,3 +215,8 @@ class Session:
             float(plant.data.time), self.goal.copy(), bend.copy(), arc.position(bend, self.arm.length), plant.tip,
             tensions, pressures,
         )  # fmt: skip
+
+
+def _unplanned(name: str) -> Controller:
+    """Return the controller of a name; motions are not known in advance here, so `tip` must do without planning."""
+    return Tip(planned=False) if name == "tip" else resolved(name)

@@ -19,7 +19,7 @@ from contarm_sim.view.rendering.muscles import Muscles
 from contarm_sim.view.rendering.overlays import MAX_SEGMENTS, Colour, add_ball, add_line, add_triad, add_tube, thin
 
 if TYPE_CHECKING:
-    from contarm_sim.results.samples import Samples
+    from contarm_sim.results.trajectory import Trajectory
 
 Pixels = NDArray[np.uint8]
 Quality = Literal["draft", "final"]
@@ -79,6 +79,7 @@ class ArmRenderer:
         choose_backend()
         import mujoco
 
+        from contarm_sim.engine.index import ArmIndex
         from contarm_sim.mjcf import scene_spec
 
         self.arm = arm
@@ -86,7 +87,7 @@ class ArmRenderer:
         self._camera = check_camera(camera)
         _set_quality(self._model, quality)
         _fit(self._model, width, height)
-        self._muscles = Muscles(self._model, arm)
+        self._muscles, self._index = Muscles(self._model, arm), ArmIndex.of(self._model, arm)
         self._data = mujoco.MjData(self._model)
         try:
             self._renderer = mujoco.Renderer(self._model, height, width)
@@ -99,7 +100,7 @@ class ArmRenderer:
     def __exit__(self, *_: object) -> None:
         self._renderer.close()
 
-    def frame(self, samples: Samples, index: int, overlays: Overlays = ALL, largest: float | None = None) -> Pixels:
+    def frame(self, samples: Trajectory, index: int, overlays: Overlays = ALL, largest: float | None = None) -> Pixels:
         """Draw sample `index`, muscles coloured by tension; return the picture, shape (height, width, 3).
 
         Args:
@@ -128,7 +129,7 @@ class ArmRenderer:
     def pose(self, qpos: Array, target: Array | None = None) -> Pixels:
         """Draw the arm with joint angles [rad], shape (dofs,), and a ball at a target [m], if there is one."""
         self._pose(qpos)
-        self._muscles.show(np.ones(3))
+        self._muscles.show(np.ones(self._index.zero.size))
         self._look(0.0)
         if target is not None:
             add_ball(self._renderer.scene, self.to_world(target), 0.02 * self.arm.length, TARGET)
@@ -136,10 +137,8 @@ class ArmRenderer:
 
     def bent(self, bend: Array) -> Array:
         """Return the joint angles [rad], shape (dofs,), of the arm with every joint bent alike."""
-        qpos, share = np.zeros(self._model.nq), np.asarray(bend, dtype=float) / self.arm.links
-        for i in range(1, self.arm.links + 1):
-            qpos[self._model.joint(f"joint_{i:02d}_x").qposadr[0]] = -share[1]
-            qpos[self._model.joint(f"joint_{i:02d}_y").qposadr[0]] = share[0]
+        qpos, share = np.zeros(self._model.nq), np.asarray(bend, dtype=float) / self.arm.section.links
+        qpos[self._index.bending["x"]], qpos[self._index.bending["y"]] = -share[1], share[0]
         return qpos
 
     def to_world(self, points: Array) -> Array:
@@ -178,7 +177,7 @@ class ArmRenderer:
         add_tube(self._renderer.scene, points, frames, radius, GHOST)
 
 
-def tip_error(arm: Arm, samples: Samples) -> Array:
+def tip_error(arm: Arm, samples: Trajectory) -> Array:
     """Return the distance from simulated to analytic tips [m], shape (T,)."""
     return np.linalg.norm(samples.stations[:, -1] - arc.position(samples.bend, arm.length), axis=1)
 

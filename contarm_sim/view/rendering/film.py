@@ -13,12 +13,13 @@ from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.colours import muscle_hex
 from contarm_sim.view.rendering.caption import Caption
 from contarm_sim.view.rendering.draw import PATH, TARGET, ArmRenderer, Pixels, Quality, tip_error, trace_colours
 from contarm_sim.view.rendering.panel import Curve, Panel
 
 if TYPE_CHECKING:
-    from contarm_sim.results.samples import Samples
+    from contarm_sim.results.trajectory import Trajectory
 
 Progress = Callable[[int, int], object]
 """Called with the number of frames done and their total."""
@@ -47,7 +48,7 @@ class Scale:
     pressure: float
 
     @classmethod
-    def of(cls, *runs: tuple[Arm, Samples]) -> Scale:
+    def of(cls, *runs: tuple[Arm, Trajectory]) -> Scale:
         """Return the scale that shows all of some runs."""
         finite = [samples.pressure[np.isfinite(samples.pressure)] for _, samples in runs]
         return cls(
@@ -55,7 +56,7 @@ class Scale:
         )
 
 
-def frame_indices(samples: Samples, fps: float, speed: float = 1.0) -> list[int]:
+def frame_indices(samples: Trajectory, fps: float, speed: float = 1.0) -> list[int]:
     """Return the sample nearest to each frame's time, the first at the first sample, none beyond the last.
 
     A frame lasts speed/fps of simulated time. Poses at rest have no time: each is one frame, at any `fps`.
@@ -78,7 +79,7 @@ def frame_indices(samples: Samples, fps: float, speed: float = 1.0) -> list[int]
 
 def film(
     arm: Arm,
-    samples: Samples,
+    samples: Trajectory,
     indices: list[int],
     look: Look,
     on_frame: Progress | None = None,
@@ -121,8 +122,8 @@ def film(
 
 
 def film_beside(
-    one: tuple[Arm, Samples, list[int]],
-    other: tuple[Arm, Samples, list[int]],
+    one: tuple[Arm, Trajectory, list[int]],
+    other: tuple[Arm, Trajectory, list[int]],
     look: Look,
     on_frame: Progress | None = None,
     names: tuple[str, str] = ("", ""),
@@ -145,18 +146,13 @@ def film_beside(
             on_frame(done, count)
 
 
-def _panels(arm: Arm, samples: Samples, error: Array, look: Look, scale: Scale) -> dict[str, Panel]:
+def _panels(arm: Arm, samples: Trajectory, error: Array, look: Look, scale: Scale) -> dict[str, Panel]:
     """Return the plots of the lower corners: tip error, and muscle pressures (those needed, under length servos)."""
-    from contarm_sim.mjcf.routing import COLOURS
-
     size = (round(0.27 * look.width), round(0.25 * look.height))
     if size[0] < 160 or size[1] < 90:
         return {}
     red = Curve(1e3 * error, "#C0392B")
-    pressures = [
-        Curve(1e-3 * samples.pressure[:, i], "#" + "".join(f"{round(255 * c):02x}" for c in COLOURS[i][:3]))
-        for i in range(3)
-    ]
+    pressures = [Curve(1e-3 * samples.pressure[:, i], muscle_hex(i)) for i in range(samples.pressure.shape[1])]
     highest = 1e-3 * arm.muscle.max_pressure
     limit = highest if scale.pressure > 600 * highest else None
     return {

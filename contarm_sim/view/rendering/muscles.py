@@ -8,6 +8,7 @@ import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.colours import muscle_colour
 
 SLACK = np.array([0.55, 0.55, 0.57])
 """Colour of a muscle without tension."""
@@ -27,24 +28,24 @@ class Muscles:
     """The muscles of a model that is drawn: capsules on the links where they run parallel, else spatial tendons."""
 
     def __init__(self, model: Any, arm: Arm) -> None:
-        from contarm_sim.mjcf.routing import COLOURS, MUSCLES
+        from contarm_sim.engine.index import drawn_muscles
+        from contarm_sim.mjcf import names
 
-        self._model, self._colours = model, np.array(COLOURS)[:, :3]
-        self._parallel = arm.muscle.path == "parallel"
-        if self._parallel:
-            names = [model.geom(i).name for i in range(model.ngeom)]
-            self._geoms = [np.flatnonzero([name.endswith(muscle) for name in names]) for muscle in MUSCLES]
-            self._materials = [model.material(muscle).id for muscle in MUSCLES]
-            self._widths = np.array([model.geom_size[geoms[0], 0] for geoms in self._geoms])
-        else:
-            self._widths = model.tendon_width.copy()
+        muscles = names.muscles(arm)
+        self._model, self._colours = model, np.array([muscle_colour(i)[:3] for i in range(len(muscles))])
+        self._geoms = drawn_muscles(model, arm)
+        self._tendons = [model.tendon(name).id for name in muscles]
+        self._widths = np.array([
+            model.geom_size[geoms[0], 0] if geoms.size else model.tendon_width[tendon]
+            for geoms, tendon in zip(self._geoms, self._tendons, strict=True)
+        ])  # fmt: skip
 
     def show(self, share: Array) -> None:
-        """Let the muscles look as their shares of the largest tension, shape (3,), say."""
+        """Let the muscles look as their shares of the largest tension, one a muscle, say."""
         widths, colours = self._widths * thickness(share), tint(share, self._colours)
-        if not self._parallel:
-            self._model.tendon_width[:], self._model.tendon_rgba[:, :3] = widths, colours
-            return
-        for geoms, material, width, colour in zip(self._geoms, self._materials, widths, colours, strict=True):
-            self._model.geom_size[geoms, 0] = width
-            self._model.mat_rgba[material, :3] = colour
+        for geoms, tendon, width, colour in zip(self._geoms, self._tendons, widths, colours, strict=True):
+            if geoms.size:
+                self._model.geom_size[geoms, 0] = width
+                self._model.mat_rgba[self._model.geom_matid[geoms], :3] = colour
+            else:
+                self._model.tendon_width[tendon], self._model.tendon_rgba[tendon, :3] = width, colour

@@ -19,7 +19,7 @@ from contarm_sim.view.rendering.encode import encoder, encoding
 from contarm_sim.view.rendering.film import Look, Progress, film, film_beside, frame_indices
 
 if TYPE_CHECKING:
-    from contarm_sim.results.samples import Samples
+    from contarm_sim.results.trajectory import Trajectory
 
 _PALETTE_FRAMES = 8
 
@@ -38,11 +38,11 @@ class Shot:
     """
 
     arm: Arm
-    samples: Samples
+    samples: Trajectory
     look: Look
     fps: float = 30
     speed: float = 1.0
-    beside: tuple[Arm, Samples] | None = None
+    beside: tuple[Arm, Trajectory] | None = None
     names: tuple[str, str] = ("", "")
 
     def frames(self, on_frame: Progress | None = None, some: int | None = None) -> Generator[Pixels, None, None]:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -12,10 +11,13 @@ from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.pneumatics import force
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.colours import muscle_hex
 from contarm_sim.results.compare import Comparison
-from contarm_sim.results.samples import Samples
-from contarm_sim.studies.scenarios import Failure, Outcome
-from contarm_sim.view.report.style import BLACK, BLUE, GREEN, MUSCLE_COLOURS, ORANGE, PURPLE, RED, Files, figure
+from contarm_sim.results.trajectory import Trajectory
+from contarm_sim.studies.at_rest import Failure, Outcome
+from contarm_sim.studies.convergence import Convergence
+from contarm_sim.studies.tip_stiffness import Stiffness
+from contarm_sim.view.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, Files, figure
 
 _BUDGET = (("discretisation", BLUE, "--"), ("servo", GREEN, ":"), ("shape", ORANGE, "-."))
 
@@ -23,7 +25,7 @@ ROUNDING = 1e-6
 """Distance that is put down to rounding [mm]."""
 
 
-def draw_path(path: Path, arm: Arm, samples: Samples, comparison: Comparison) -> None:
+def draw_path(path: Path, arm: Arm, samples: Trajectory, comparison: Comparison) -> None:
     """Draw target and simulated tips in three dimensions, with the dome behind and the backbone at the end."""
     mm = 1e3
     with figure(path, figsize=(6.0, 5.2)) as fig:
@@ -46,7 +48,7 @@ def draw_path(path: Path, arm: Arm, samples: Samples, comparison: Comparison) ->
 
 
 def draw_budget(
-    path: Path, arm: Arm, samples: Samples, comparison: Comparison, motion: tuple[Array, Array] | None = None
+    path: Path, arm: Arm, samples: Trajectory, comparison: Comparison, motion: tuple[Array, Array] | None = None
 ) -> None:
     """Draw tip error and its parts, and orientation error, over time; `motion` is what `motion_part` returned."""
     t = samples.time
@@ -70,7 +72,7 @@ def draw_budget(
         bottom.set_xlabel("time [s]")
 
 
-def draw_muscles(path: Path, arm: Arm, samples: Samples, comparison: Comparison) -> None:
+def draw_muscles(path: Path, arm: Arm, samples: Trajectory, comparison: Comparison) -> None:
     """Draw muscle length changes, analytic and simulated, tensions and pressures over time."""
     from contarm_sim.kinematics.muscles import deltas_from_bend
 
@@ -78,7 +80,7 @@ def draw_muscles(path: Path, arm: Arm, samples: Samples, comparison: Comparison)
     pressure = 1e-3 * np.where(np.isfinite(samples.pressure), samples.pressure, np.nan)
     with figure(path, figsize=(6.4, 5.8)) as fig:
         top, middle, bottom = fig.subplots(3, 1, sharex=True)
-        for i, colour in enumerate(MUSCLE_COLOURS):
+        for i, colour in enumerate(map(muscle_hex, range(samples.pressure.shape[1]))):
             top.plot(t, 1e3 * (samples.muscle_lengths[:, i] - arm.length), color=colour, label=f"muscle {i + 1}")
             top.plot(t, 1e3 * analytic[:, i], color=BLACK, linewidth=0.8, linestyle=":")
             middle.plot(t, samples.muscle_tensions[:, i], color=colour)
@@ -108,7 +110,7 @@ def draw_error_maps(path: Files, arm: Arm, outcomes: Sequence[Outcome | Failure]
             if isinstance(outcome, Failure):
                 ax = fig.add_subplot(rows, columns, index + 1)
                 ax.set_axis_off()
-                ax.text(0.5, 0.5, outcome.summary["verdict"], ha="center", va="center")
+                ax.text(0.5, 0.5, outcome.verdict, ha="center", va="center")
                 ax.set_title(title, fontsize=7.5)
                 continue
             ax = fig.add_subplot(rows, columns, index + 1, projection="polar")
@@ -141,21 +143,21 @@ def draw_error_maps(path: Files, arm: Arm, outcomes: Sequence[Outcome | Failure]
             bar.ax.tick_params(labelsize=6.5)
 
 
-def draw_convergence(path: Files, arm: Arm, study: dict[str, Any]) -> None:
+def draw_convergence(path: Files, arm: Arm, study: Convergence) -> None:
     """Draw the largest tip error over the dome against the number of links, with the slope of second order."""
-    links = np.array(study["links"])
+    links = np.array(study.links)
     with figure(path, figsize=(4.2, 3.4)) as fig:
         ax = fig.subplots()
-        for key, colour, marker, label in (
-            ("max_error_vs_arc_m", BLACK, "o", "simulated vs arc"),
-            ("max_error_vs_chain_m", BLUE, "s", "simulated vs chain form"),
+        for errors, colour, marker, label in (
+            (study.max_error_vs_arc_m, BLACK, "o", "simulated vs arc"),
+            (study.max_error_vs_chain_m, BLUE, "s", "simulated vs chain form"),
         ):
-            error = 1e3 * np.array(study[key])
+            error = 1e3 * np.array(errors)
             if error.max() < ROUNDING:  # it would squeeze the others
                 ax.plot([], [], color=colour, label=f"{label}: below {ROUNDING:g} mm")
                 continue
             ax.loglog(links, error, color=colour, marker=marker, label=label)
-        first = 1e3 * study["max_error_vs_arc_m"][0]
+        first = 1e3 * study.max_error_vs_arc_m[0]
         ax.loglog(links, 1.5 * first * (links[0] / links) ** 2.0, color="#888888", linestyle="--", label="slope -2")
         ax.set_xticks(links, [str(n) for n in links])
         ax.minorticks_off()
@@ -164,11 +166,11 @@ def draw_convergence(path: Files, arm: Arm, study: dict[str, Any]) -> None:
         ax.legend()
 
 
-def draw_muscle_law(path: Path, arm: Arm, pressures: tuple[float, ...], kind: str) -> None:
+def draw_muscle_law(path: Path, arm: Arm, pressures: Iterable[float], kind: str) -> None:
     """Draw a muscle's force against contraction at pressures [Pa], beside the lengths that the dome asks for."""
     contraction = np.linspace(-arm.muscle.max_stretch, arm.muscle.max_contraction, 200)
     lengths = arm.muscle_rest_length * (1 - contraction)
-    reach = arm.muscle_radius * np.radians(170)
+    reach = arm.muscle_radius * arc.LARGEST_BEND
     with figure(path, kind, figsize=(5.2, 3.6)) as fig:
         ax = fig.subplots()
         used = 100 * (1 - (arm.length + np.array([reach, -reach])) / arm.muscle_rest_length)
@@ -188,20 +190,21 @@ def draw_muscle_law(path: Path, arm: Arm, pressures: tuple[float, ...], kind: st
         ax.legend()
 
 
-def draw_stiffness(path: Files, rows: list[dict[str, Any]], directions: tuple[str, ...]) -> None:
+def draw_stiffness(path: Files, found: Stiffness) -> None:
     """Draw tip stiffness against mean pressure, a panel a direction: simulated as marks, closed form as lines."""
-    pressure = [row["mean_pressure_pa"] / 1e3 for row in rows]
-    with figure(path, figsize=(2.6 * len(directions), 2.9)) as fig:
-        panels = fig.subplots(1, len(directions))
-        for i, (ax, name, colour) in enumerate(zip(panels, directions, (BLUE, ORANGE, GREEN), strict=True)):
+    pressure = [row.mean_pressure_pa / 1e3 for row in found.rows]
+    closed = np.array([row.closed_form_n_per_m for row in found.rows])
+    pushed = np.array([row.simulated_n_per_m for row in found.rows])
+    with figure(path, figsize=(2.6 * len(found.directions), 2.9)) as fig:
+        panels = fig.subplots(1, len(found.directions))
+        for i, (ax, name, colour) in enumerate(zip(panels, found.directions, (BLUE, ORANGE, GREEN), strict=True)):
             ax.set_title(name)
             ax.set_xlabel("mean pressure [kPa]")
-            simulated = [row["simulated_n_per_m"][i] for row in rows]
-            if None in simulated:
+            if not np.isfinite(pushed[:, i]).all():
                 ax.annotate("rigid", (0.5, 0.5), xycoords="axes fraction", ha="center")
                 continue
-            ax.plot(pressure, [row["closed_form_n_per_m"][i] for row in rows], color=colour, label="closed form")
-            ax.plot(pressure, simulated, "o", color=BLACK, markersize=4, label="simulated, pushed")
-            ax.set_ylim(0, 1.15 * max(simulated))
+            ax.plot(pressure, closed[:, i], color=colour, label="closed form")
+            ax.plot(pressure, pushed[:, i], "o", color=BLACK, markersize=4, label="simulated, pushed")
+            ax.set_ylim(0, 1.15 * pushed[:, i].max())
             ax.legend(loc="lower right")
         panels[0].set_ylabel("tip stiffness [N/m]")

@@ -15,6 +15,7 @@ from typing import Any
 from contarm_sim.errors import InputError
 from contarm_sim.files import appearing, scratch_name
 from contarm_sim.stopping import unbroken
+from contarm_sim.versions import versions as versions
 
 
 def default_folder(command: str) -> Path:
@@ -131,17 +132,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Path):
         return str(value)
     raise TypeError(f"{type(value).__name__} is not JSON")
-
-
-def versions() -> dict[str, str]:
-    """Return the versions that a number depends on."""
-    import platform
-    from importlib.metadata import PackageNotFoundError, version
-
-    found = {"python": platform.python_version(), "platform": platform.platform()}
-    for package in ("contarm-sim", "mujoco", "numpy", "scipy", "matplotlib", "dm-control", "mediapy"):
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            found[package] = "not installed"
-    return found

@@ -14,7 +14,7 @@ from contarm_sim.kinematics import arc
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import arm_to_toml
 from contarm_sim.results.compare import Comparison
-from contarm_sim.results.samples import Samples
+from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.report.words import budget, explanation, muscle_words, remarks, verdict_lines
 
 LARGEST_VIDEO = 1_000_000
@@ -33,7 +33,7 @@ FIGURES = {
 }
 
 
-def write_page(folder: Path, arm: Arm, samples: Samples, comparison: Comparison, summary: dict[str, Any]) -> None:
+def write_page(folder: Path, arm: Arm, samples: Trajectory, comparison: Comparison, summary: dict[str, Any]) -> None:
     """Write report.html beside the figures and the film that a run's folder holds already."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -83,7 +83,7 @@ def embedded(film: Path, seconds: float) -> dict[str, Any]:
     return {"data": _encoded(content), "width": width, "height": height}
 
 
-def _traces(arm: Arm, samples: Samples, comparison: Comparison) -> dict[str, Any]:
+def _traces(arm: Arm, samples: Trajectory, comparison: Comparison) -> dict[str, Any]:
     """Return data and layout of the interactive view; millimetres."""
     step = max(1, len(samples) // POINTS)
     angles, planes = np.linspace(0, np.pi - 1e-9, 25), np.linspace(0, 2 * np.pi, 49)

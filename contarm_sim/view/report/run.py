@@ -7,21 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from contarm_sim.control.command import Controller
-from contarm_sim.errors import ConvergenceError, EncodingError
+from contarm_sim.control.base import Controller
+from contarm_sim.errors import EncodingError
 from contarm_sim.files import appearing
 from contarm_sim.mjcf import arm_spec, exact_xml
-from contarm_sim.model.arm import Arm
-from contarm_sim.model.arm_file import arm_to_dict, arm_to_toml
-from contarm_sim.motion.lag import motion_part
-from contarm_sim.motion.simulate import Run
-from contarm_sim.results.compare import compare, known_spread, summarise
-from contarm_sim.studies.checks import run_checks
-from contarm_sim.studies.explained import explain
-from contarm_sim.studies.timestep import step_summary
-from contarm_sim.studies.verdict import constant_curvature, verdict
+from contarm_sim.model.arm_file import arm_to_toml
+from contarm_sim.results.document import document
+from contarm_sim.results.trajectory import Trajectory
+from contarm_sim.studies.judged_run import judge_run
 from contarm_sim.view.report.figures import draw_budget, draw_muscles, draw_path
 from contarm_sim.view.report.output import versions
 from contarm_sim.view.report.samples_csv import write_samples
@@ -38,24 +31,11 @@ class RunReport:
             no ideal rod is found.
     """
 
-    def __init__(self, arm: Arm, run: Run, controller: Controller, poses: int = 100) -> None:
-        self._arm, self._samples, self._pressures = arm, run.samples, controller == "pressure"
-        self._comparison = compare(arm, run.samples, run.extrapolated)
-        try:
-            self._motion = motion_part(arm, run.samples, controller, poses, run.extrapolated)
-        except ConvergenceError:  # a pose that the loaded arm cannot rest in
-            self._motion = run.samples.time[[0, -1]], np.full(2, np.nan)
-        summary = summarise(arm, run.samples, self._comparison)
-        summary["motion"] = known_spread(self._motion[1], arm.length)
-        summary |= explain(arm, run.samples, self._comparison, poses).summary(arm)
-        summary["time_step"] = step_summary(arm, run)
-        summary["constant_curvature"] = constant_curvature(summary)
-        summary |= verdict(run_checks(arm, summary, controller))
-        if run.interrupted:
-            summary["verdict"] = "interrupted"
-        summary |= {"controller": controller, "real_time_factor": run.real_time_factor, "interrupted": run.interrupted}
-        summary["extrapolated"] = run.extrapolated
-        self.summary: dict[str, Any] = summary | {"arm": arm_to_dict(arm), "versions": versions()}
+    def __init__(self, run: Trajectory, poses: int = 100, controller: Controller | None = None) -> None:
+        self._arm, self._samples, self._pressures = run.arm, run, run.actuation == "pressures"
+        judged = judge_run(run, poses, controller)
+        self._comparison, self._motion = judged.comparison, judged.swing
+        self.summary: dict[str, Any] = document(judged) | {"versions": versions()}
 
     def write(self, folder: Path) -> None:
         """Write trajectory.npz, samples.csv, arm.xml and arm.toml."""

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from contarm_sim.results.compare import Comparison
-from contarm_sim.results.samples import Samples
+from contarm_sim.results.trajectory import Trajectory
 
 _VECTORS = ("target", "analytic_tip", "chain_tip", "followed_tip", "simulated_tip")
 
 
-def write_samples(path: Path, groups: dict[str, tuple[Samples, Comparison]], setpoint: str = "setpoint_m") -> None:
+def write_samples(path: Path, groups: dict[str, tuple[Trajectory, Comparison]], setpoint: str = "setpoint_m") -> None:
     """Write all samples of one or more named groups (scenarios) to a CSV file; `setpoint` names that column."""
     header = ["scenario", "time_s", "bend_x_rad", "bend_y_rad"]
     header += [f"{name}_{axis}_m" for name in _VECTORS for axis in "xyz"]

@@ -11,7 +11,6 @@ from typing import Any
 BLUE, ORANGE, GREEN, RED, PURPLE, SKY, BLACK = (
     "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#000000",
 )  # fmt: skip
-MUSCLE_COLOURS = ("#D62628", "#2B80B8", "#C98A0A")
 
 _STYLE = {
     "font.size": 9,

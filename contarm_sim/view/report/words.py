@@ -6,8 +6,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-from contarm_sim.control.command import pulls_only
-
 _PARTS = {
     "target_error": "target against simulated tip",
     "tip_error": "analytic against simulated tip",
@@ -30,7 +28,7 @@ def budget(summary: dict[str, Any]) -> list[tuple[str, list[float]]]:
     Rows that are not known are left out. `tip` shifts lengths on purpose.
     """
     names = dict(_PARTS)
-    if summary["controller"] == "tip":
+    if not summary["holds_lengths"]:
         names["servo"] = "  lengths: the path's vs those shifted for the tip"
     step = summary["time_step"]
     if step["max_m"] is not None:
@@ -121,7 +119,7 @@ def explanation(summary: dict[str, Any]) -> str:
     if summary["motion"] is not None:
         shape += f"; {1e3 * summary['motion']['max_m']:.3f} mm of it are motion, for at rest they are gone"
     lengths = f"Muscle lengths that are not as commanded account for {part['servo']:.3f} mm."
-    if summary["controller"] == "tip":
+    if not summary["holds_lengths"]:
         lengths = (
             f"Muscle lengths shifted on purpose, to bring the tip to its target, account for {part['servo']:.3f} mm."
         )
@@ -161,7 +159,7 @@ def available(summary: dict[str, Any]) -> str:
 
 def remarks(summary: dict[str, Any]) -> list[str]:
     """Return what a reader must know beside the verdict, a line each."""
-    found, muscle, pulling = [], summary["muscle"], pulls_only(summary["controller"])
+    found, muscle, pulling = [], summary["muscle"], summary["pulls_only"]
     if summary["motion"] is None:
         found.append("motion share unavailable: the arm cannot rest in one of the commanded poses")
     if muscle["pushes"]:

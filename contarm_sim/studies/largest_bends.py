@@ -14,7 +14,7 @@ from contarm_sim.mechanics.statics import pressure_needed
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles
 from contarm_sim.statics.equilibrium import equilibrium
-from contarm_sim.studies.held import Resting
+from contarm_sim.studies.resting import Resting
 
 COARSE, FINE = np.radians(1.0), np.radians(0.25)
 """Steps in which bend angles are tried [rad]: all of them coarsely, those after the largest that is held finely."""

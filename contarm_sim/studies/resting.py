@@ -30,7 +30,7 @@ class Resting:
         self._plant = Plant(arm, pull_only=False)
         self._settle = Solver(self._plant)
         self._tensions: Array | None = None
-        self._moved_by_level = arm.muscle.path == "spans" or arm.torsional_stiffness is not None
+        self._moved_by_level = arm.path == "spans" or arm.torsional_stiffness is not None
 
     def balance(self, bend: Array) -> Balance:
         """Return the tensions that hold a bend [rad], shape (2,).

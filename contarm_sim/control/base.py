@@ -1,0 +1,165 @@
+"""What a controller is: it turns bends into controls beforehand, and may correct them by what it sees."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+import numpy as np
+
+from contarm_sim.errors import ConvergenceError
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
+from contarm_sim.paths.reference import Reference
+
+if TYPE_CHECKING:
+    from contarm_sim.engine.plant import Plant
+
+Numbers = Array | list[float]
+
+SETTLED = 1e-9
+"""Largest change of a correction, over the largest control, that counts as none."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a controller works from, computed for all samples at once.
+
+    Attributes:
+        lengths: muscle lengths asked for [m], shape (T, n).
+        setpoint: controls before feedback, shape (T, n): length changes [m], pressures [Pa] or tensions [N].
+        start: controls that hold the first sample at rest, shape (n,).
+    """
+
+    lengths: Array
+    setpoint: Array
+    start: Array
+
+
+@dataclass(slots=True)
+class Seen:
+    """What a feedback sees, of shape (n,) each: muscle lengths [m], tensions [N], what servos pull with [N].
+
+    And the tip [m], shape (3,). Tensions are those of servos and of damping along the muscles; pulling > 0.
+    """
+
+    lengths: Numbers
+    tensions: Numbers
+    pulls: Numbers
+    tip: Array
+
+    @classmethod
+    def of(cls, plant: Plant) -> Seen:
+        """Return what there is to see of a plant now."""
+        return cls(plant.muscle_lengths, plant.muscle_forces, plant.servo_pulls, plant.centres[-1])
+
+
+Memory = tuple[Array, ...]
+"""What a feedback has summed up so far; assigned to another of its kind, that goes on from there."""
+
+
+class Feedback(ABC):
+    """Slow corrections of controls.
+
+    `value` is added to the plan's controls. `update` is called once a control tick, with the gain tick / `time`.
+
+    Attributes:
+        time: time constant [s].
+        value: the present correction, shape (n,), in the controls' unit; changed in place.
+    """
+
+    time: float
+    value: Array
+
+    @abstractmethod
+    def update(self, index: int, seen: Seen, gain: float) -> None:
+        """Integrate one interval of sample `index`: change `value` in place."""
+
+    @property
+    def memory(self) -> Memory:
+        """What has been summed up; override both if that is more than `value`."""
+        return (self.value.copy(),)
+
+    @memory.setter
+    def memory(self, memory: Memory) -> None:
+        self.value[:] = memory[0]
+
+
+class Controller(ABC):
+    """Drives an arm along a reference. Subclass it, give `plan`, and pass an object of it to `simulate`.
+
+    The simulation asks once for the `plan` and once for the `feedback`. It then sends, every control tick,
+    plan.setpoint[i] + feedback.value to the muscles, and lets the feedback see the arm. Between two ticks controls
+    move in a straight line.
+
+    Class attributes:
+        name: what it is called in results.
+        actuation: what its controls are: `lengths` (length changes of servos from the straight arm [m]), `pressures`
+            (gauge [Pa]) or `tensions` [N].
+        pulls_only: whether muscles are limited to pulling; False lets servos push.
+        holds_lengths: whether it means muscle lengths to be those of the bend; False where it shifts them on purpose.
+    """
+
+    name: ClassVar[str] = "own"
+    actuation: ClassVar[Literal["lengths", "pressures", "tensions"]] = "lengths"
+    pulls_only: ClassVar[bool] = True
+    holds_lengths: ClassVar[bool] = True
+
+    @abstractmethod
+    def plan(self, arm: Arm, reference: Reference) -> Plan:
+        """Return lengths and controls of all samples; `reference.moving` tells a motion from poses at rest.
+
+        Raises:
+            InputError: a bend that these muscles cannot hold.
+        """
+
+    def feedback(self, arm: Arm, reference: Reference, plan: Plan) -> Feedback | None:
+        """Return what corrects the plan's controls, or None."""
+        return None
+
+    def about(self) -> dict[str, Any]:
+        """Return what a trajectory keeps of its controller."""
+        return {
+            "controller": self.name, "actuation": self.actuation, "pulls_only": self.pulls_only,
+            "holds_lengths": self.holds_lengths,
+        }  # fmt: skip
+
+    def limits(self, arm: Arm) -> tuple[float, float] | None:
+        """Return the lowest and the highest control there may be, or None."""
+        return None
+
+    def resting(self, plant: Plant, reference: Reference) -> Callable[[int], Array]:
+        """Return a function that brings a plant to rest in a sample, and returns the controls that hold it.
+
+        It starts from the plant's pose. Here, the plan is sent and the feedback called until it changes nothing.
+
+        Raises:
+            NoRestError: from the function: the arm has no pose at rest there; says why.
+        """
+        from contarm_sim.statics.solver import Solver
+
+        arm, settle = plant.arm, Solver(plant)
+        plan = self.plan(arm, reference)
+
+        def rest(index: int) -> Array:
+            setpoint = plan.setpoint[index]
+            settle(setpoint)
+            feedback = self.feedback(arm, reference, plan)
+            return setpoint if feedback is None else self._corrected(plant, settle, setpoint, feedback, index)
+
+        return rest
+
+    def _corrected(
+        self, plant: Plant, settle: Callable[[Array], float], setpoint: Array, feedback: Feedback, index: int
+    ) -> Array:
+        low, high = self.limits(plant.arm) or (-np.inf, np.inf)
+        sent, most = setpoint, 2000
+        for _ in range(most):
+            feedback.update(index, Seen.of(plant), 1.0)
+            before, sent = sent, np.clip(setpoint + feedback.value, low, high)
+            settle(sent)
+            if np.abs(sent - before).max() <= SETTLED * max(1e-3, float(np.abs(sent).max())):
+                return sent
+        raise ConvergenceError("feedback at rest", float(np.abs(sent - before).max()), SETTLED, most, "of its controls")

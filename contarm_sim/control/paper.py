@@ -1,0 +1,22 @@
+"""The arc's lengths into plain position servos, which push as well as pull: the paper's, read literally."""
+
+from __future__ import annotations
+
+from contarm_sim.control.base import Controller, Plan
+from contarm_sim.kinematics import muscles
+from contarm_sim.model.arm import Arm
+from contarm_sim.paths.reference import Reference
+
+
+class Paper(Controller):
+    """The arc's lengths (design equation l_i = -r b . u_i), no feed-forward, no feedback."""
+
+    name = "paper"
+    pulls_only = False
+
+    def plan(self, arm: Arm, reference: Reference) -> Plan:
+        """Return the arc's lengths, and these as controls."""
+        deltas = muscles.deltas_from_bend(reference.bend, arm.muscle_radius)
+        lengths = arm.length + deltas
+        setpoint = lengths - arm.length
+        return Plan(lengths, setpoint, setpoint[0])

@@ -1,0 +1,107 @@
+"""The servo's work done by McKibben muscles behind valves: tensions become pressures, the valves' lag is led."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from contarm_sim.control.base import Controller, Feedback, Memory, Plan, Seen
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics import pneumatics, routing
+from contarm_sim.mechanics.routing import length_jacobian
+from contarm_sim.mechanics.statics import balance, holding_pressures
+from contarm_sim.model.arm import Arm
+from contarm_sim.paths.reference import Reference
+
+if TYPE_CHECKING:
+    from contarm_sim.engine.plant import Plant
+
+
+class Pressure(Controller):
+    """Pressures that hold the bend, and an integral on the measured bend."""
+
+    name = "pressure"
+    actuation = "pressures"
+
+    def limits(self, arm: Arm) -> tuple[float, float]:
+        """Return the lowest and the highest pressure [Pa]."""
+        return arm.muscle.min_pressure, arm.muscle.max_pressure
+
+    def plan(self, arm: Arm, reference: Reference) -> Plan:
+        """Return lengths and pressures; in motion these lead the valves, and carry the backbone's damping."""
+        bend = reference.bend
+        lengths = routing.lengths_from_bend(bend, arm)
+        if not reference.moving:
+            held = holding_pressures(bend, arm)
+            return Plan(lengths, held, held[0])
+        period = 1 / reference.rate
+        setpoint = holding_pressures(bend, arm, rate=np.gradient(bend, period, axis=0))
+        setpoint = setpoint + arm.muscle.valve_time * np.gradient(setpoint, period, axis=0)
+        return Plan(lengths, setpoint, holding_pressures(bend[:1], arm)[0])
+
+    def feedback(self, arm: Arm, reference: Reference, plan: Plan) -> Feedback:
+        """Return the integral of the bend's error."""
+        return PressureFeedback(arm, plan, reference.bend)
+
+    def resting(self, plant: Plant, reference: Reference) -> Callable[[int], Array]:
+        """Return what holds the bend at rest: the pose that the integral ends in, found at once."""
+        from contarm_sim.statics.holding import Holder
+        from contarm_sim.statics.solver import Solver
+
+        arm, holder, plan = plant.arm, Holder(Solver(plant)), self.plan(plant.arm, reference)
+
+        def rest(index: int) -> Array:
+            lengths = plan.lengths[index]
+            per_pascal = pneumatics.force(1.0, lengths, arm)
+            holder.least_pressures = np.maximum(arm.muscle.min_pressure, arm.muscle.min_tension / per_pascal)
+            holder.tensions = plan.setpoint[index] * per_pascal
+            holder(lengths, np.linalg.qr(length_jacobian(reference.bend[index], arm))[0].T)
+            plant.pressure[:] = plant.control[:] = setpoint = holder.pressures()
+            holder.check()
+            return setpoint
+
+        return rest
+
+
+class PressureFeedback(Feedback):
+    """Integrates the error of the measured bend into pressures [Pa], keeping them within the limits.
+
+    The moment that a bend is short of takes tensions, and these pressures, all through the closed forms of the
+    commanded bend. Co-contraction stays the least that keeps every muscle at its lowest pressure and tension.
+    """
+
+    def __init__(self, arm: Arm, plan: Plan, bend: Array) -> None:
+        self.time = max(0.4, 3 / arm.bend_frequency)  # half of it lets a hanging arm with 100 g swing up by itself
+        held = balance(bend, arm)
+        J = length_jacobian(bend, arm)
+        gram = J.swapaxes(-1, -2) @ J
+        inverse = np.linalg.solve(gram, J.swapaxes(-1, -2))  # lengths to bend, and moments to tensions
+        slopes = pneumatics.force_slope(plan.setpoint, plan.lengths, arm)
+        springs = np.einsum("...im,...i,...in->...mn", J, slopes, J)
+        stiffness = arm.bending_stiffness / arm.length * np.eye(2) + springs
+        self._wanted, self._base = plan.lengths, plan.setpoint
+        self._to_bend = inverse
+        self._by_bend = -(inverse.swapaxes(-1, -2) @ stiffness) / held.per_pascal[..., None]
+        self._by_level = held.cocontraction / held.per_pascal
+        self._least = np.maximum(arm.muscle.min_pressure, arm.muscle.min_tension / held.per_pascal)
+        self._highest = arm.muscle.max_pressure
+        self._offset, self.value = np.zeros(2), np.zeros(J.shape[-2])
+
+    @property
+    def memory(self) -> Memory:
+        """What has been summed up."""
+        return self._offset.copy(), self.value.copy()
+
+    @memory.setter
+    def memory(self, memory: Memory) -> None:
+        self._offset[:], self.value[:] = memory
+
+    def update(self, index: int, seen: Seen, gain: float) -> None:
+        """Integrate one interval of sample `index`."""
+        self._offset += gain * (self._to_bend[index] @ (self._wanted[index] - seen.lengths))
+        base, by_level = self._base[index], self._by_level[index]
+        asked = base + self._by_bend[index] @ self._offset
+        level = max(((self._least[index] - asked) / by_level).tolist())
+        self.value[:] = np.minimum(asked + level * by_level, self._highest) - base

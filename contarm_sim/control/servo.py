@@ -1,0 +1,105 @@
+"""Feed-forward, and an integral: on what lengths differ by, and on the slackest muscle's tension."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from contarm_sim.control.base import Feedback, Memory, Plan, Seen
+from contarm_sim.control.feedforward import Feedforward
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics.routing import length_jacobian
+from contarm_sim.mechanics.statics import SERVO_SHARE, cocontraction, servo_tensions
+from contarm_sim.model.arm import Arm
+from contarm_sim.paths.reference import Reference
+
+if TYPE_CHECKING:
+    from contarm_sim.engine.plant import Plant
+
+
+class Servo(Feedforward):
+    """Holds muscle lengths to rounding: `Feedforward` with `LengthFeedback`."""
+
+    name = "servo"
+
+    def feedback(self, arm: Arm, reference: Reference, plan: Plan) -> Feedback:
+        """Return the integral of length errors."""
+        return LengthFeedback(arm, plan.lengths)
+
+    def resting(self, plant: Plant, reference: Reference) -> Callable[[int], Array]:
+        """Return what holds the lengths at rest: the pose that the integral ends in, found at once."""
+        from contarm_sim.statics.holding import Holder
+        from contarm_sim.statics.solver import Solver
+
+        holder, plan = Holder(Solver(plant)), self.plan(plant.arm, reference)
+
+        def rest(index: int) -> Array:
+            lengths = plan.lengths[index]
+            holder.tensions = servo_tensions(plan.setpoint[index], lengths, plant.arm)
+            holder(lengths)
+            plant.control[:] = setpoint = holder.setpoints()
+            holder.check()
+            return setpoint
+
+        return rest
+
+
+class LengthFeedback(Feedback):
+    """Integrates errors of length [m].
+
+    Only what a bend changes of the lengths is integrated: the rest does not move an inextensible backbone, it only
+    makes the muscles fight. Co-contraction instead keeps the slackest muscle at its least tension, and every servo
+    pulling. While a servo is at a limit, where more of it does nothing, errors are not integrated.
+
+    Attributes:
+        shift: what is added to the lengths wanted [m], shape (n,); another feedback may change it.
+    """
+
+    def __init__(self, arm: Arm, wanted: Array) -> None:
+        # Slow beside the servo: ten times what its integral would swing up at; fast beside a path.
+        self.time = max(0.1, 10 / (max(arm.servo_time, 1e-3) * arm.servo_frequency**2))
+        self._wanted = wanted.tolist()
+        self._least, self._blocked = arm.muscle.min_tension, arm.muscle.blocked_force
+        self._per_newton = 1 / arm.servo_stiffness
+        straight = np.zeros(2)
+        J = length_jacobian(straight, arm)
+        # Orthonormal directions of lengths that no bend changes: for three muscles, what they have in common.
+        self._fights: list[list[float]] = np.linalg.svd(J)[0][:, 2:].T.tolist()
+        self._common: list[float] = cocontraction(straight, arm).tolist()
+        self._each = range(len(J))
+        self.shift, self.value = np.zeros(len(J)), np.zeros(len(J))
+        shift: Any = memoryview(self.shift)  # type: ignore[arg-type]
+        value: Any = memoryview(self.value)  # type: ignore[arg-type]
+        self._shift, self._value = shift, value
+
+    @property
+    def memory(self) -> Memory:
+        """What has been summed up."""
+        return self.shift.copy(), self.value.copy()
+
+    @memory.setter
+    def memory(self, memory: Memory) -> None:
+        self.shift[:], self.value[:] = memory
+
+    def update(self, index: int, seen: Seen, gain: float) -> None:
+        """Integrate one interval of sample `index`."""
+        # Plain floats and plain loops: this runs every tick, where an array operation on three numbers, or a list
+        # comprehension, costs as much as ten operations on floats.
+        each, wanted, shift, lengths, value = self._each, self._wanted[index], self._shift, seen.lengths, self._value
+        error = []
+        for i in each:
+            error.append(wanted[i] + shift[i] - lengths[i])
+        for fight in self._fights:
+            along = 0.0
+            for i in each:
+                along += fight[i] * error[i]
+            for i in each:
+                error[i] -= along * fight[i]
+        weakest = min(seen.pulls)
+        slack = max(self._least - min(seen.tensions), SERVO_SHARE * self._least - weakest)
+        common = gain * slack * self._per_newton
+        free = gain if weakest > 0 and max(seen.pulls) < self._blocked else 0.0
+        for i in each:
+            value[i] += free * error[i] - common * self._common[i]

@@ -1,0 +1,182 @@
+"""Where the parts of the arm are in a compiled model, found once by what they mean.
+
+Names are those of `mjcf.names`. Whoever reads the engine's arrays asks here; nobody else compares or builds names.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mjcf import names
+from contarm_sim.mjcf.routing import coefficient, counted_from
+from contarm_sim.model.arm import Arm
+
+Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class ArmIndex:
+    """Indices of the parts of an arm of S sections, K stations, D joints and M muscles.
+
+    Attributes:
+        base, tip, payload: bodies.
+        stations: rows of the bodies of base, links and tip in the engine's arrays.
+        bodies: the same, and the payload.
+        station_of_dof: station of the body that a hinge turns, shape (D,).
+        section_of_joint: section of each hinge, from 0, shape (D,).
+        bending: hinges about x and about y, by axis, base first.
+        twisting: hinges about z, shape (J,).
+        twisted: all hinges of the joints that have one about z, shape (J, 3).
+        tendons: the muscles' tendons, shape (M,); empty for a bare backbone.
+        actuators: of each muscle, one column a muscle, shape (R, M); R is 0 for a bare backbone.
+        groups: which of the muscles those of each group of `Arm.groups` are.
+        sites: where muscles in straight spans cross stations, shape (K, M); -1 where a muscle has no guide.
+        lengths, velocities, forces: columns of the muscles' sensors, shape (M,).
+        angles: columns of the joints' sensors, shape (D,).
+        tip_position, tip_orientation: columns of the sensors of the tip's pose, shape (3,) and (4,).
+        zero: muscle length at which the engine's is zero [m], shape (M,).
+        by_angle: what parallel muscles gain in length by joint angles [m/rad], shape (M, D).
+        straight: whether a muscle runs in straight spans, shape (M,).
+    """
+
+    base: int
+    tip: int
+    payload: int
+    stations: slice
+    bodies: slice
+    station_of_dof: Indices
+    section_of_joint: Indices
+    bending: dict[str, Indices]
+    twisting: Indices
+    twisted: Indices
+    tendons: Indices
+    actuators: Indices
+    groups: tuple[slice, ...]
+    sites: Indices
+    lengths: Indices
+    velocities: Indices
+    forces: Indices
+    angles: Indices
+    tip_position: Indices
+    tip_orientation: Indices
+    zero: Array
+    by_angle: Array
+    straight: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel, arm: Arm) -> ArmIndex:
+        """Find the parts of an arm in a model that has it under its plain names.
+
+        Raises:
+            KeyError: the model has no such arm.
+        """
+        hinges, muscles = names.joints(arm), names.muscles(arm)
+        bodies = np.array([model.body(name).id for name in [*names.stations(arm), names.PAYLOAD]])
+        order = np.array([model.joint(hinge.name).dofadr[0] for hinge in hinges])
+        by_dof = [hinges[i] for i in np.argsort(order)]
+        of_axis = {axis: np.flatnonzero([hinge.axis == axis for hinge in by_dof]) for axis in "xyz"}
+        stations = np.array([hinge.station for hinge in by_dof])
+        columns = _Columns(model)
+        driven = muscles if model.ntendon else []
+        return cls(
+            base=int(bodies[0]),
+            tip=int(bodies[-2]),
+            payload=int(bodies[-1]),
+            stations=rows(bodies[:-1]),
+            bodies=rows(bodies),
+            station_of_dof=stations,
+            section_of_joint=np.array([hinge.section for hinge in by_dof]),
+            bending={axis: of_axis[axis] for axis in "xy"},
+            twisting=of_axis["z"],
+            twisted=np.array([np.flatnonzero(stations == stations[z]) for z in of_axis["z"]], dtype=int).reshape(-1, 3),
+            tendons=np.array([model.tendon(name).id for name in driven], dtype=int),
+            actuators=_actuators(model, muscles),
+            groups=_groups(arm),
+            sites=_sites(model, arm, len(driven)),
+            lengths=columns([names.sensor(name, names.LENGTH) for name in driven]),
+            velocities=columns([names.sensor(name, names.VELOCITY) for name in driven]),
+            forces=columns([names.sensor(name, names.FORCE) for name in driven]),
+            angles=columns([names.angle_sensor(hinge.name) for hinge in by_dof]),
+            tip_position=columns([names.TIP_POSITION]),
+            tip_orientation=columns([names.TIP_ORIENTATION]),
+            zero=_frozen([counted_from(group) for group in arm.groups for _ in range(group.routing.count)]),
+            by_angle=_frozen([
+                [coefficient(group, muscle, hinge) for hinge in by_dof]
+                for group in arm.groups for muscle in range(group.routing.count)
+            ]).reshape(len(muscles), len(hinges)),
+            straight=np.array(
+                [group.routing.path == "spans" for group in arm.groups for _ in range(group.routing.count)], dtype=bool
+            ),
+        )  # fmt: skip
+
+
+def drawn_muscles(model: mujoco.MjModel, arm: Arm) -> list[Indices]:
+    """Return the geoms that each muscle is drawn by, one array a muscle; empty for straight spans, drawn as tendons."""
+    stations, starts = names.stations(arm), names.section_stations(arm)
+    geoms = []
+    for group in arm.groups:
+        passed = stations[starts[group.first] : starts[group.section + 1] + 1]
+        passed = passed if group.routing.path == "parallel" else []
+        for muscle in names.group_muscles(arm, group):
+            geoms.append(np.array([model.geom(names.guide(station, muscle)).id for station in passed], dtype=int))
+    return geoms
+
+
+class _Columns:
+    """Finds the columns of sensors in the engine's sensor data."""
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self._model = model
+
+    def __call__(self, sensors: list[str]) -> Indices:
+        found = [self._model.sensor(name) for name in sensors]
+        every = [np.arange(one.adr[0], one.adr[0] + one.dim[0]) for one in found]
+        return np.concatenate([np.zeros(0, dtype=int), *every])
+
+
+def rows(indices: Indices) -> slice:
+    """Return indices that follow one another as a slice, whose selections are views that stay current.
+
+    Raises:
+        ValueError: they do not.
+    """
+    first = int(indices[0])
+    if not np.array_equal(indices, np.arange(first, first + len(indices))):
+        raise ValueError(f"parts of the arm do not follow one another in the model: {indices.tolist()}")
+    return slice(first, first + len(indices))
+
+
+def _actuators(model: mujoco.MjModel, muscles: list[str]) -> Indices:
+    """Return the actuators of the muscles, shape (R, M), the first of each muscle in the first row."""
+    if not model.nu:
+        return np.zeros((0, len(muscles)), dtype=int)
+    pulled = [model.tendon(int(tendon)).name for tendon in model.actuator_trnid[:, 0]]
+    return np.stack([np.flatnonzero([name == muscle for name in pulled]) for muscle in muscles], axis=1)
+
+
+def _groups(arm: Arm) -> tuple[slice, ...]:
+    ends = np.cumsum([0, *(group.routing.count for group in arm.groups)]).tolist()
+    return tuple(slice(start, end) for start, end in pairwise(ends))
+
+
+def _sites(model: mujoco.MjModel, arm: Arm, muscles: int) -> Indices:
+    stations, starts = names.stations(arm), names.section_stations(arm)
+    sites = np.full((len(stations), muscles), -1)
+    for group, columns in zip(arm.groups if muscles else (), _groups(arm), strict=False):
+        if group.routing.path == "spans":
+            for station in range(starts[group.first], starts[group.section + 1] + 1):
+                guides = [names.guide(stations[station], name) for name in names.group_muscles(arm, group)]
+                sites[station, columns] = [model.site(guide).id for guide in guides]
+    return sites
+
+
+def _frozen(values: list[float] | list[list[float]]) -> Array:
+    array = np.array(values, dtype=float)
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,15 @@
+"""Colours of the muscles, the same in models, films, figures and the live page."""
+
+from __future__ import annotations
+
+_COLOURS = ((0.84, 0.15, 0.16, 1.0), (0.17, 0.50, 0.72, 1.0), (0.95, 0.63, 0.10, 1.0))
+
+
+def muscle_colour(index: int) -> tuple[float, float, float, float]:
+    """Return red, green, blue and opacity of a muscle, numbered from 0; from the fourth on colours come again."""
+    return _COLOURS[index % len(_COLOURS)]
+
+
+def muscle_hex(index: int) -> str:
+    """Return the same colour as #rrggbb."""
+    return "#" + "".join(f"{round(255 * part):02x}" for part in muscle_colour(index)[:3])

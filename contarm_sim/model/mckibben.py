@@ -1,0 +1,145 @@
+"""The McKibben law of a pneumatic muscle (Chou and Hannaford 1996), from the paper's dimensions; its silicone.
+
+Every law has `force`, `slope` and `pressure_for`, which take pressures and lengths as arrays and broadcast. NumPy loads
+with the first of them: parameters alone are made without it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from contarm_sim.errors import InputError
+from contarm_sim.model.parameters import check_numbers, number
+
+if TYPE_CHECKING:
+    from numpy import float64
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class McKibben:
+    """One pneumatic muscle (PMA) and the length servo that stands for its valve and controller.
+
+    Raises:
+        InputError: a parameter is not a finite number in its stated interval.
+    """
+
+    inner_diameter: float = number(0.009, "m", "bladder bore (paper: 9 mm)", above=0)
+    wall: float = number(0.002, "m", "bladder wall thickness (paper: 2 mm)", above=0)
+    braid_min_diameter: float = number(0.010, "m", "smallest diameter of the braid (paper: 10 mm)", above=0)
+    max_contraction: float = number(
+        0.25, "-", "contraction at which the force vanishes (paper: 25 %)", above=0, below=0.42
+    )
+    min_pressure: float = number(90e3, "Pa", "lowest gauge pressure but none (paper: 90 kPa)", above=0)
+    max_pressure: float = number(700e3, "Pa", "highest gauge pressure (paper: 700 kPa)", above=0)
+    mount_contraction: float = number(
+        0.05, "-", "contraction in the straight arm, so that a muscle can also lengthen", least=0, below=0.42
+    )
+    min_tension: float = number(5.0, "N", "tension that the slackest muscle is held at", above=0)
+    passive_stiffness: float | None = number(
+        None, "N/m", "of the silicone stretched beyond its rest length; omitted: bending_stiffness has it", above=0
+    )
+    braid_friction: float | None = number(None, "N", "dry friction of braid and guides; omitted: none", above=0)
+    valve_time: float = number(0.05, "s", "time constant of valve and filling", above=0)
+    servo_stiffness: float | None = number(
+        None, "N/m", "gain of the muscle's length servo; omitted: 180 times what the bent arm resists with", above=0
+    )
+    servo_time: float | None = number(
+        None, "s", "damping along the muscle over the servo's gain; omitted: 5 ms, more for slow arms", least=0
+    )
+
+    def __post_init__(self) -> None:
+        check_numbers(self, "muscle.")
+        if self.min_pressure >= self.max_pressure:
+            raise InputError("muscle.min_pressure", self.min_pressure, f"below max_pressure ({self.max_pressure:g} Pa)")
+        if self.mount_contraction >= self.max_contraction:
+            raise InputError(
+                "muscle.mount_contraction", self.mount_contraction, f"below max_contraction ({self.max_contraction:g})"
+            )
+        if self.braid_min_diameter >= self.diameter:
+            raise InputError(
+                "muscle.braid_min_diameter", self.braid_min_diameter, f"below the bladder's {self.diameter:g} m"
+            )
+        if self.min_tension >= self.blocked_force:
+            raise InputError(
+                "muscle.min_tension", self.min_tension, f"below the blocked force, {self.blocked_force:.4g} N"
+            )
+
+    @property
+    def diameter(self) -> float:
+        """Outer diameter of the bladder, hence of the braid at rest, D0 [m]."""
+        return self.inner_diameter + 2 * self.wall
+
+    @property
+    def braid_angle(self) -> float:
+        """Angle alpha0 between braid and axis at rest [rad], from eps_max = 1 - 1/(sqrt(3) cos alpha0)."""
+        return math.acos(1 / (math.sqrt(3) * (1 - self.max_contraction)))
+
+    @property
+    def max_stretch(self) -> float:
+        """Strain at which the braid closes on its smallest diameter [-].
+
+        The fibres keep their length: sin(alpha) = (D/D0) sin(alpha0), L/L_rest = cos(alpha)/cos(alpha0).
+        """
+        sine = self.braid_min_diameter / self.diameter * math.sin(self.braid_angle)
+        return math.sqrt(1 - sine**2) / math.cos(self.braid_angle) - 1
+
+    @property
+    def blocked_force(self) -> float:
+        """Force at rest length and highest pressure [N] (Chou and Hannaford 1996)."""
+        area = math.pi * self.diameter**2 / 4
+        return self.max_pressure * area * (3 / math.tan(self.braid_angle) ** 2 - 1 / math.sin(self.braid_angle) ** 2)
+
+    @property
+    def pull_per_pascal(self) -> float:
+        """Share of the braid in the force at rest length, by pressure [m^2]."""
+        return math.pi * self.diameter**2 / 4 * 3 / math.tan(self.braid_angle) ** 2
+
+    def force(self, pressure: Any, length: Any, rest_length: float) -> NDArray[float64]:
+        """Return the pulling force [N] of a muscle at a gauge pressure [Pa] and a length [m].
+
+        F = P (pi D0^2/4) (3 (1 - eps)^2/tan^2(alpha0) - 1/sin^2(alpha0)), eps the contraction from the rest length; a
+        muscle contracted beyond `max_contraction` goes slack, it cannot push.
+        """
+        import numpy as np
+
+        stretch = np.asarray(length, dtype=float) / rest_length
+        area = np.pi * self.diameter**2 / 4
+        shape = 3 * stretch**2 / np.tan(self.braid_angle) ** 2 - 1 / np.sin(self.braid_angle) ** 2
+        return np.asarray(pressure, dtype=float) * area * np.maximum(shape, 0.0)
+
+    def slope(self, pressure: Any, length: Any, rest_length: float) -> NDArray[float64]:
+        """Return dF/dL [N/m] of `force` at constant pressure: the stiffness of a muscle at constant pressure."""
+        import numpy as np
+
+        stretch = np.asarray(length, dtype=float) / rest_length
+        area = np.pi * self.diameter**2 / 4
+        slope = np.asarray(pressure, dtype=float) * area * 6 * stretch / (np.tan(self.braid_angle) ** 2 * rest_length)
+        return np.where(self.force(1.0, length, rest_length) > 0, slope, 0.0)
+
+    def passive_tension(self, length: Any, rest_length: float) -> NDArray[float64]:
+        """Return the tension [N] of the silicone alone: a spring beyond the rest length, slack below."""
+        import numpy as np
+
+        stretch = np.maximum(np.asarray(length, dtype=float) - rest_length, 0.0)
+        return np.asarray((self.passive_stiffness or 0.0) * stretch)
+
+    def passive_slope(self, length: Any, rest_length: float) -> NDArray[float64]:
+        """Return dF/dL [N/m] of `passive_tension`."""
+        import numpy as np
+
+        return np.where(np.asarray(length) > rest_length, self.passive_stiffness or 0.0, 0.0)
+
+    def pressure_for(self, tension: Any, length: Any, rest_length: float) -> NDArray[float64]:
+        """Return the gauge pressure [Pa] at which a muscle of a length [m] has a tension [N], its silicone's included.
+
+        0 where that alone pulls more; inf where no pressure does it.
+        """
+        import numpy as np
+
+        per_pascal = self.force(1.0, length, rest_length)
+        wanted = np.maximum(np.asarray(tension, dtype=float) - self.passive_tension(length, rest_length), 0.0)
+        out = np.full(np.broadcast(wanted, per_pascal).shape, np.inf)
+        return np.divide(wanted, per_pascal, out=out, where=per_pascal > 0)

@@ -1,0 +1,46 @@
+"""What an arm stands in: gravity, which way its base is turned, and what its tip carries."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from contarm_sim.errors import InputError
+from contarm_sim.model.parameters import Quaternion, Vector, check_numbers, check_vector, number
+
+
+@dataclass(frozen=True, kw_only=True)
+class World:
+    """Gravity, base and payload. SI units, vectors in the base frame, checked at construction.
+
+    Raises:
+        InputError: not finite numbers, or a quaternion of zeros.
+    """
+
+    gravity: Vector = field(
+        default=(0.0, 0.0, 0.0),
+        metadata={"unit": "m/s^2", "help": "gravity in the base frame; 0 0 9.81 hangs the arm, 0 0 -9.81 stands it up"},
+    )
+    base_orientation: Quaternion | None = field(
+        default=None,
+        metadata={
+            "unit": "-",
+            "help": "quaternion w x y z of the drawn base; omitted: gravity points down the picture",
+        },
+    )
+    payload: float = number(0.0, "kg", "point mass at the tip", least=0)
+
+    def __post_init__(self) -> None:
+        check_numbers(self)
+        check_vector(self, "gravity", 3)
+        if self.base_orientation is not None:
+            check_vector(self, "base_orientation", 4)
+            norm = math.hypot(*self.base_orientation)
+            if norm == 0:
+                raise InputError("base_orientation", self.base_orientation, "a quaternion w x y z, not zero")
+            object.__setattr__(self, "base_orientation", tuple(x / norm for x in self.base_orientation))
+
+    @property
+    def gravity_strength(self) -> float:
+        """Size of gravity [m/s^2]."""
+        return math.hypot(*self.gravity)

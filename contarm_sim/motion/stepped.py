@@ -1,0 +1,167 @@
+"""One motion in steps of one length or another, and the step that is short enough.
+
+Unless a step is given, it is found: the longest that cannot blow up, halved until the recorded tips would hardly move
+if it were halved once more. On slow paths that is checked where the tip accelerates most, for some percent of the
+time; where the step matters, or something rubs, the whole motion is simulated again.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from contarm_sim.control.base import Controller
+from contarm_sim.engine.plant import Plant
+from contarm_sim.engine.recorder import Recorder
+from contarm_sim.errors import DivergenceError
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
+from contarm_sim.motion.loop import EVERY, Pass, Snapshot
+from contarm_sim.motion.stepping import Stepping, stable_substeps
+from contarm_sim.paths.reference import Reference
+from contarm_sim.results.trajectory import Trajectory
+from contarm_sim.statics.solver import Solver
+from contarm_sim.versions import versions
+
+STEP_LIMIT = 1e-3
+"""Largest error [lengths] of the tip that the time step may make."""
+
+_WANTED, _QUIET = 0.4 * STEP_LIMIT, 0.2 * STEP_LIMIT
+"""Error of the step [lengths] that is aimed at; seen in one window, that is taken to be small everywhere."""
+
+_MOST_STEPS = 400_000
+"""Engine steps that one motion is given at most to reach the limit."""
+
+
+class Motion:
+    """One motion, simulated in steps of one length or another."""
+
+    def __init__(
+        self,
+        arm: Arm,
+        reference: Reference,
+        controller: Controller,
+        stepping: Stepping,
+        on_tick: Callable[[int], object] | None,
+    ) -> None:
+        self._reference, self._controller, self._on_tick = reference, controller, on_tick
+        self.arm, self._bend, self._rate = arm, reference.bend, reference.rate
+        self._plan = controller.plan(arm, reference)
+        self._plant = Plant(arm, controller.pulls_only, None, stepping.integrator, controller.actuation)
+        self._plant.reset(reference.bend[0])
+        Solver(self._plant)(self._plan.start)
+        self._start = self._plant.data.qpos.copy()
+        self._snapshots: list[Snapshot] = []
+
+    def _pass(self, substeps: int) -> Pass:
+        """Return the motion at its beginning."""
+        plant, plan = self._plant, self._plan
+        plant.restart(self._start, plan.start)
+        plant.model.opt.timestep = 1 / (self._rate * substeps)
+        feedback = self._controller.feedback(self.arm, self._reference, plan)
+        return Pass(plant, plan, self._controller.limits(self.arm), feedback, self._rate, substeps)
+
+    def run(self, substeps: int) -> Trajectory:
+        """Simulate all of it in so many steps per control tick; less of it where Ctrl-C comes."""
+        reference, count = self._reference, len(self._bend)
+        one, recorder = self._pass(substeps), Recorder(self._plant, count)
+        start = time.perf_counter()
+        done = one.run(recorder, 0, count, self._on_tick)
+        elapsed = time.perf_counter() - start
+        self._snapshots = one.snapshots
+        driven = self._controller
+        return Trajectory(
+            arm=self.arm, **driven.about(),
+            status="finished" if done == count else "interrupted", time=reference.time[:done],
+            target=reference.target[:done], bend=reference.bend[:done], setpoint=one.setpoint,
+            **recorder.arrays(done), timestep=1 / (self._rate * substeps),
+            real_time_factor=max(done - 1, 0) / self._rate / elapsed, versions=versions(),
+        )  # fmt: skip
+
+    def found(self) -> Trajectory:
+        """Simulate in steps that are short enough.
+
+        Raises:
+            InputError: no step suits this arm.
+            DivergenceError: the arm blows up however short the step is.
+        """
+        farthest = self._bend[np.hypot(*self._bend.T).argmax()]
+        substeps = stable_substeps(self._plant, self._rate, farthest[None])
+        while True:
+            try:
+                return self.checked(substeps, refine=True)
+            except DivergenceError:
+                substeps *= 4
+                if substeps * len(self._bend) > _MOST_STEPS:
+                    raise
+
+    def checked(self, substeps: int, refine: bool = False) -> Trajectory:
+        """Simulate in so many steps per control tick, or in more if `refine`, and estimate the step's error.
+
+        The engine's error is of first order in the step, so that of the finer of two runs is their difference over the
+        ratio of their steps less one. With dry friction it is of no order: there it is taken to be twice the
+        difference, and where that no longer falls, shorter steps are not tried.
+        """
+        run = self.run(substeps)
+        limit = self.arm.length * _WANTED * (2 if self._rubs else 1)
+        if run.status == "interrupted":
+            return run
+        error, whole = self._in_a_window(run, substeps)
+        if not whole:
+            return replace(run, status="interrupted", step_error=error)
+        quiet = np.nanmax(error, initial=0.0) <= self.arm.length * _QUIET
+        if quiet and not self._rubs:
+            return replace(run, step_error=error)
+        before = np.full(len(run), np.inf)
+        while True:
+            ratio = int(np.clip(math.ceil(np.nanmax(error) / limit), 2, 8)) if refine else 2
+            if substeps * ratio * len(self._bend) > _MOST_STEPS:
+                return replace(run, step_error=error)
+            finer = self.run(substeps * ratio)
+            if finer.status == "interrupted":
+                return replace(run, status="interrupted", step_error=error)
+            off = np.linalg.norm(run.tip - finer.tip, axis=-1)
+            if not refine:
+                return replace(run, step_error=2 * off if self._rubs else off * ratio / (ratio - 1))
+            run, error, substeps = finer, 2 * off if self._rubs else off / (ratio - 1), substeps * ratio
+            if error.max() <= limit:
+                return replace(run, step_error=error)
+            if self._rubs and error.max() > 0.7 * before.max():
+                return replace(run, step_error=np.maximum(error, before))
+            before = error
+
+    @property
+    def _rubs(self) -> bool:
+        """Whether dry friction, which sticks and slips, makes a window tell little of the whole."""
+        return self.arm.joint_friction is not None or self.arm.muscle.braid_friction is not None
+
+    def _in_a_window(self, run: Trajectory, substeps: int) -> tuple[Array, bool]:
+        """Estimate the step's error [m] where the tip accelerates most, by simulating that again in half the step.
+
+        The second value tells whether that was done; Ctrl-C may end it.
+
+        What the step did before the window has died out by its end if the arm forgets fast enough; for others the
+        estimate is made larger by as much as they remember longer.
+        """
+        tips, count = run.tip, len(run)
+        error = np.full(count, np.nan)
+        if count < 3:
+            return error, True
+        jolt = np.zeros(count)
+        jolt[1:-1] = np.linalg.norm(np.diff(tips, 2, axis=0), axis=-1)
+        hardest = max(range(len(self._snapshots)), key=lambda i: jolt[i * EVERY : (i + 1) * EVERY].max())
+        before = self._snapshots[max(hardest - 1, 0)]  # what the step did before has time to show
+        window = slice(before.tick, min(int(jolt.argmax()) + EVERY, count))
+        again, recorder = self._pass(2 * substeps), Recorder(self._plant, window.stop - window.start)
+        again.go_back(before)
+        done = again.run(recorder, window.start, window.stop)
+        off = np.linalg.norm(recorder.stations[:done, -1] - tips[window][:done], axis=-1)
+        rate = 0.5 * self.arm.damping_time * self.arm.bend_frequency**2  # at which the slowest mode dies out
+        remembered = min(1 / max(rate, 1e-9), count / self._rate)
+        longer = max(1.0, remembered * self._rate / max(done, 1))
+        error[window.start : window.start + done] = 2 * off * longer
+        return error, done == window.stop - window.start

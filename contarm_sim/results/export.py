@@ -1,0 +1,71 @@
+"""Trajectories for pandas and xarray, where these are installed."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from contarm_sim.errors import MissingError
+
+if TYPE_CHECKING:
+    from contarm_sim.results.trajectory import Trajectory
+
+_SETPOINT_UNITS = {"lengths": "m", "pressures": "Pa", "tensions": "N"}
+
+
+def units(trajectory: Trajectory) -> dict[str, str]:
+    """Return the unit of each array by its name."""
+    return {
+        "target": "m", "bend": "rad", "setpoint": _SETPOINT_UNITS[trajectory.actuation], "muscle_lengths": "m",
+        "muscle_tensions": "N", "pressure": "Pa", "stations": "m", "tip_rotation": "1", "qpos": "rad",
+    }  # fmt: skip
+
+
+def _library(name: str) -> Any:
+    try:
+        return import_module(name)
+    except ImportError:
+        raise MissingError(name, "tables") from None
+
+
+def dataframe(trajectory: Trajectory) -> Any:
+    """Return a pandas DataFrame with one row a sample: tip, target, bend, and per muscle what drove and what it did."""
+    pandas, unit = _library("pandas"), units(trajectory)
+    columns: dict[str, Any] = {"time [s]": trajectory.time}
+    for name, array in (("target", trajectory.target), ("tip", trajectory.tip)):
+        columns |= {f"{name}_{axis} [m]": array[:, i] for i, axis in enumerate("xyz")}
+    columns |= {f"bend_{axis} [rad]": trajectory.bend[:, i] for i, axis in enumerate("xy")}
+    columns["tip_error [m]"] = trajectory.tip_error
+    for name in ("setpoint", "muscle_lengths", "muscle_tensions", "pressure"):
+        array = getattr(trajectory, name)
+        columns |= {f"{name}_{i + 1} [{unit[name]}]": array[:, i] for i in range(array.shape[1])}
+    frame = pandas.DataFrame({name: np.array(values) for name, values in columns.items()})
+    frame.attrs = {"controller": trajectory.controller, "status": trajectory.status, "length_m": trajectory.arm.length}
+    return frame
+
+
+_DIMENSIONS = {
+    "target": ("axis",), "bend": ("bending_axis",), "setpoint": ("muscle",), "muscle_lengths": ("muscle",),
+    "muscle_tensions": ("muscle",), "pressure": ("muscle",), "stations": ("station", "axis"),
+    "tip_rotation": ("row", "column"), "qpos": ("joint",),
+}  # fmt: skip
+
+
+def dataset(trajectory: Trajectory) -> Any:
+    """Return an xarray Dataset over time (the sample's number for poses at rest), with units as attributes."""
+    xarray, unit = _library("xarray"), units(trajectory)
+    over = "time" if trajectory.moving else "pose"
+    coordinates = {
+        over: trajectory.time if trajectory.moving else np.arange(len(trajectory)),
+        "axis": list("xyz"), "bending_axis": list("xy"),
+        "station": np.linspace(0, 1, trajectory.stations.shape[1]),
+        "muscle": np.arange(1, trajectory.setpoint.shape[1] + 1),
+    }  # fmt: skip
+    variables = {
+        name: ((over, *dimensions), np.array(getattr(trajectory, name)), {"units": unit[name]})
+        for name, dimensions in _DIMENSIONS.items()
+    }
+    about = {"controller": trajectory.controller, "status": trajectory.status, "length_m": trajectory.arm.length}
+    return xarray.Dataset(variables, coordinates, about)

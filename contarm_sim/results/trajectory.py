@@ -1,0 +1,192 @@
+"""What a simulation found, and what it is a result of: arm, world, controller, status, versions, arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, get_args
+
+import numpy as np
+
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
+from contarm_sim.paths.reference import Reference
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Status = Literal["finished", "interrupted", "at rest"]
+STATUSES: tuple[Status, ...] = get_args(Status)
+
+ARRAYS = (
+    "time", "target", "bend", "setpoint", "muscle_lengths", "muscle_tensions", "pressure", "stations", "tip_rotation",
+    "qpos",
+)  # fmt: skip
+"""The arrays of a trajectory with one row a sample."""
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Trajectory:
+    """T sampled states of an arm with N links and n muscles, in the base frame. Arrays are read-only.
+
+    Attributes:
+        arm: the arm, and the world that it stands in.
+        controller: the name of what drove it.
+        actuation: what its controls are: `lengths`, `pressures` or `tensions`.
+        pulls_only: whether its muscles were limited to pulling.
+        holds_lengths: whether its controller means muscle lengths to be those of the bend.
+        status: `finished`, `interrupted` (Ctrl-C ended it early), or `at rest` (poses, not a motion).
+        time: simulated time [s], shape (T,); zeros for poses at rest.
+        target: tip positions asked for [m], shape (T, 3).
+        bend: commanded bends [rad], shape (T, 2).
+        setpoint: the controls: length changes [m], pressures asked for [Pa] or tensions [N], shape (T, n).
+        muscle_lengths: measured [m], shape (T, n).
+        muscle_tensions: measured [N], pulling > 0, shape (T, n): by actuators, silicone, and damping along the muscle,
+            which resists a slack muscle's shortening and so may push.
+        pressure: gauge pressures of the muscles [Pa], shape (T, n); under length servos, those that McKibben muscles of
+            these lengths would need for these tensions, inf where none does it.
+        stations: centres of base plate, disks and tip plate [m], shape (T, N + 1, 3).
+        tip_rotation: orientation of the tip, shape (T, 3, 3).
+        qpos: joint angles [rad], shape (T, dofs).
+        timestep: engine step [s]; None at rest.
+        step_error: how far the step puts the tip off [m], estimated from another step; shape (T,), NaN where it was not
+            compared. None: nowhere.
+        extrapolated: whether the samples are those of infinitely many links, as two chains tell.
+        real_time_factor: simulated over wall-clock time of the stepping loop; None at rest.
+        versions: of what the numbers depend on, by name.
+    """
+
+    arm: Arm
+    controller: str
+    actuation: str = "lengths"
+    pulls_only: bool = True
+    holds_lengths: bool = True
+    status: Status
+    time: Array
+    target: Array
+    bend: Array
+    setpoint: Array
+    muscle_lengths: Array
+    muscle_tensions: Array
+    pressure: Array
+    stations: Array
+    tip_rotation: Array
+    qpos: Array
+    timestep: float | None = None
+    step_error: Array | None = None
+    extrapolated: bool = False
+    real_time_factor: float | None = None
+    versions: dict[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in (*ARRAYS, "step_error"):
+            given = getattr(self, name)
+            if given is not None:
+                own = np.array(given, dtype=float)
+                own.setflags(write=False)
+                object.__setattr__(self, name, own)
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def __eq__(self, other: object) -> bool:
+        """Tell whether another trajectory is of the same arm and holds the same numbers, wall-clock times apart."""
+        if not isinstance(other, Trajectory):
+            return NotImplemented
+        apart = {"real_time_factor", "versions"}
+        return all(
+            np.array_equal(a, b, equal_nan=True) if isinstance(a, np.ndarray) and isinstance(b, np.ndarray) else a == b
+            for a, b in ((getattr(self, f.name), getattr(other, f.name)) for f in fields(self) if f.name not in apart)
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        arm = self.arm
+        span = "poses at rest" if self.status == "at rest" else f"{self.time[-1] if len(self) else 0:g} s"
+        error = self.tip_error
+        worst = f"{1e3 * error.max():.3g} mm ({100 * error.max() / arm.length:.3g} % of length)" if len(self) else "-"
+        return (
+            f"Trajectory({self.status}: {len(self)} samples, {span}, controller {self.controller}\n"
+            f"  arm of {arm.length:g} m, {arm.links} links; largest distance from the arc's tip {worst})"
+        )
+
+    @property
+    def tip(self) -> Array:
+        """Tip positions [m], shape (T, 3)."""
+        return self.stations[:, -1]
+
+    @property
+    def tip_error(self) -> Array:
+        """Distances from the simulated tip to that of the constant-curvature arc at the commanded bend [m], (T,)."""
+        from contarm_sim.kinematics import arc
+
+        return np.linalg.norm(self.tip - arc.position(self.bend, self.arm.length), axis=1)
+
+    @property
+    def reference(self) -> Reference:
+        """What the arm was asked to do."""
+        return Reference(self.time, self.target, self.bend, self.arm.length)
+
+    @property
+    def moving(self) -> bool:
+        """Whether it is a motion, not poses at rest."""
+        return self.status != "at rest"
+
+    def first(self, count: int) -> Trajectory:
+        """Return the first `count` samples."""
+        error = None if self.step_error is None else self.step_error[:count]
+        return replace(self, **{name: getattr(self, name)[:count] for name in ARRAYS}, step_error=error)
+
+    def save(self, path: str | Path) -> None:
+        """Write everything to a compressed .npz: arrays under their own names, the rest as JSON under `about`."""
+        from contarm_sim.results.reading import write
+
+        write(self, Path(path))
+
+    @classmethod
+    def load(cls, path: str | Path) -> Trajectory:
+        """Read what `save` wrote.
+
+        Raises:
+            InputError: not such a file, or arrays that do not fit together or hold what is not a number.
+        """
+        from contarm_sim.results.reading import read
+
+        return read(Path(path))
+
+    def to_dataframe(self) -> Any:
+        """Return a pandas DataFrame with one row a sample; units are in the columns' names. Needs pandas.
+
+        Raises:
+            MissingError: pandas is not installed.
+        """
+        from contarm_sim.results.export import dataframe
+
+        return dataframe(self)
+
+    def to_xarray(self) -> Any:
+        """Return an xarray Dataset with dimensions time, station, muscle, axis; units are attributes. Needs xarray.
+
+        Raises:
+            MissingError: xarray is not installed.
+        """
+        from contarm_sim.results.export import dataset
+
+        return dataset(self)
+
+    def plot(self) -> Figure:
+        """Return a matplotlib figure of tip error, muscle lengths and tensions over time."""
+        from contarm_sim.results.plot import plot
+
+        return plot(self)
+
+    def check_arm(self, arm: Arm) -> None:
+        """Refuse another arm than the one that this is a result of.
+
+        Raises:
+            InputError: it is another.
+        """
+        if arm != self.arm:
+            raise InputError("trajectory", "of another arm", "one of this arm: its result knows it as trajectory.arm")

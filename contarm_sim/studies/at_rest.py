@@ -1,0 +1,188 @@
+"""One scenario: the arm at rest over many bends, what it is off by, and whether that is explained."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+
+import mujoco
+import numpy as np
+
+from contarm_sim.engine.plant import Plant, engine_room
+from contarm_sim.errors import ConvergenceError, DivergenceError
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import MAX_LINKS, Arm
+from contarm_sim.motion.rest import poses_at_rest
+from contarm_sim.paths.reference import Reference
+from contarm_sim.results.compare import Comparison, compare
+from contarm_sim.results.document import HIDDEN, INLINE, shown_if
+from contarm_sim.results.numbers import ErrorSummary, Spread, spread, summarise
+from contarm_sim.results.trajectory import Trajectory
+from contarm_sim.studies.explained import RodParts, explain
+from contarm_sim.studies.progress import Track, quietly
+from contarm_sim.studies.scenarios import Scenario
+from contarm_sim.studies.verdict import Check, ConstantCurvature, Verdict, constant_curvature, verdict
+
+NO_REST = "no rest pose"
+"""The verdict on a scenario that the arm does not rest in everywhere."""
+NOT_JUDGED = "not judged"
+"""The verdict on a scenario whose numbers are what it is for."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What a scenario is.
+
+    Attributes:
+        meaning: what it shows, in a few words.
+        controller: how lengths and set-points are found.
+        arm: with the scenario's gravity and payload.
+        weight_over_stiffness: (m + payload) g L^2/EI [-].
+    """
+
+    meaning: str
+    controller: str
+    arm: Arm
+    weight_over_stiffness: float
+
+
+@dataclass(frozen=True)
+class LinkError:
+    """How far the tip of the worst pose is from that of infinitely many links, and its bend [rad], shape (2,)."""
+
+    spread: Spread = field(metadata=INLINE)
+    bend: Array
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A scenario at rest.
+
+    Attributes:
+        scenario: what was examined.
+        samples, comparison: the T poses, and beside the closed forms.
+        errors: the comparison in numbers.
+        chain_error: simulated tip to the closed form of the chain.
+        setting: the scenario in words and numbers.
+        real_time_factor: simulated over wall-clock time of bare stepping; None where that blows up.
+        link_error: what the number of links leaves; None without gravity, and where other links have no rest.
+        rod: what an ideal rod explains of the shape.
+        constant_curvature: whether it holds.
+        judged: whether the simulation is explained.
+    """
+
+    scenario: Scenario = field(metadata=HIDDEN)
+    samples: Trajectory = field(metadata=HIDDEN)
+    comparison: Comparison = field(metadata=HIDDEN)
+    errors: ErrorSummary = field(metadata=INLINE)
+    chain_error: Spread
+    setting: Setting = field(metadata=INLINE)
+    real_time_factor: float | None
+    link_error: LinkError | None = field(metadata=shown_if(lambda outcome: any(outcome.setting.arm.gravity)))
+    rod: RodParts = field(metadata=INLINE)
+    constant_curvature: ConstantCurvature
+    judged: Verdict = field(metadata=INLINE)
+
+    @property
+    def verdict(self) -> str:
+        """Pass, fail, or not judged."""
+        return self.judged.verdict
+
+
+@dataclass(frozen=True, kw_only=True)
+class Failure:
+    """A scenario in which some pose has no rest; `reason` says which, and why."""
+
+    scenario: Scenario = field(metadata=HIDDEN)
+    setting: Setting = field(metadata=INLINE)
+    verdict: str = NO_REST
+    explained: bool = False
+    reason: str
+    checks: tuple[Check, ...] = ()
+
+
+def examine(scenario: Scenario, bends: Array, track: Track = quietly) -> Outcome:
+    """Simulate a scenario at rest over bends [rad], shape (T, 2), and judge it.
+
+    Raises:
+        ConvergenceError, DivergenceError: the arm has no such rest pose.
+    """
+    arm = scenario.arm
+    try:
+        samples = _at_rest(arm, bends, scenario.controller, track(range(len(bends)), scenario.name))
+    except ConvergenceError as failure:
+        raise failure.located(f"scenario {scenario.name}") from None
+    comparison = compare(samples)
+    errors, rod = summarise(samples, comparison), explain(samples, comparison).summary(arm)
+    chain_error = spread(np.linalg.norm(comparison.simulated_tip - comparison.chain_tip, axis=-1), arm.length)
+    judged = verdict([] if scenario.checks is None else scenario.checks(arm, errors, rod, chain_error))
+    return Outcome(
+        scenario=scenario,
+        samples=samples,
+        comparison=comparison,
+        errors=errors,
+        chain_error=chain_error,
+        setting=_setting(scenario),
+        real_time_factor=stepping_speed(arm, samples),
+        link_error=_link_error(scenario, bends, comparison) if any(arm.gravity) else None,
+        rod=rod,
+        constant_curvature=constant_curvature(errors, rod),
+        judged=replace(judged, verdict=NOT_JUDGED) if scenario.checks is None else judged,
+    )
+
+
+def attempt(scenario: Scenario, bends: Array, track: Track = quietly) -> Outcome | Failure:
+    """Do as `examine`, and return the failure where the arm has no rest pose: the other scenarios still count."""
+    try:
+        return examine(scenario, bends, track)
+    except (ConvergenceError, DivergenceError) as error:
+        reason = str(error).removeprefix(f"scenario {scenario.name}: ")
+        return Failure(scenario=scenario, setting=_setting(scenario), reason=reason)
+
+
+def _at_rest(arm: Arm, bends: Array, controller: str, ticks: Iterable[int] | None = None) -> Trajectory:
+    return poses_at_rest(arm, Reference.from_bends(bends, arm), controller, ticks)
+
+
+def _setting(scenario: Scenario) -> Setting:
+    arm = scenario.arm
+    weight = (arm.mass + arm.payload) * math.hypot(*arm.gravity)
+    return Setting(scenario.meaning, scenario.controller, arm, weight * arm.length**2 / arm.bending_stiffness)
+
+
+def stepping_speed(arm: Arm, samples: Trajectory, steps: int = 300) -> float | None:
+    """Return simulated over wall-clock time of bare stepping in the last pose, with the default step.
+
+    None where that blows up.
+    """
+    plant = Plant(arm)
+    plant.data.qpos[:], plant.data.ctrl[:] = samples.qpos[-1], samples.setpoint[-1]
+    with engine_room():
+        start = time.perf_counter()
+        mujoco.mj_step(plant.model, plant.data, steps)
+        elapsed = time.perf_counter() - start
+    try:
+        plant.check({"timestep": plant.model.opt.timestep})
+    except DivergenceError:
+        return None
+    return steps * plant.model.opt.timestep / elapsed
+
+
+def _link_error(scenario: Scenario, bends: Array, comparison: Comparison) -> LinkError | None:
+    """Return how far the tip of the worst pose is from that of infinitely many links.
+
+    None where the arm of other links has no rest. Estimated from twice (or, past the limit, half) the links, the error
+    being of second order. Under load this is more than the closed-form discretisation, which knows of no sag: coarse
+    spans make the arm a little softer.
+    """
+    worst, links = int(comparison.tip_error.argmax()), scenario.arm.links
+    bend, tip, double = bends[worst], comparison.simulated_tip[worst], 2 * links <= MAX_LINKS
+    other = replace(scenario.arm, links=2 * links if double else links // 2)
+    try:
+        samples = _at_rest(other, bend[None], scenario.controller)
+    except (ConvergenceError, DivergenceError):
+        return None
+    error = np.linalg.norm(samples.tip - tip, axis=-1) * (4 / 3 if double else 1 / 3)
+    return LinkError(spread(error, scenario.arm.length), bend)

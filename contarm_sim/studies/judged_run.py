@@ -1,0 +1,84 @@
+"""A recorded motion beside the closed forms: its errors, what explains them, and whether that is enough."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from contarm_sim.control.base import Controller
+from contarm_sim.errors import ConvergenceError
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
+from contarm_sim.motion.lag import motion_part
+from contarm_sim.results.compare import Comparison, compare
+from contarm_sim.results.document import HIDDEN, INLINE
+from contarm_sim.results.numbers import ErrorSummary, Spread, known_spread, summarise
+from contarm_sim.results.trajectory import Trajectory
+from contarm_sim.studies.checks import run_checks
+from contarm_sim.studies.explained import RodParts, explain
+from contarm_sim.studies.timestep import TimeStep, step_summary
+from contarm_sim.studies.verdict import ConstantCurvature, Verdict, constant_curvature, verdict
+
+
+@dataclass(frozen=True)
+class JudgedRun:
+    """A motion in numbers.
+
+    Attributes:
+        comparison: sample by sample.
+        swing: times [s] and distances from the pose at rest [m], shape (K,) each; NaN where a pose has no rest.
+        errors: the comparison in numbers.
+        motion: how far the arm is from its pose at rest; None where some commanded pose has no rest.
+        rod: what an ideal rod explains of the shape.
+        time_step: the engine's step, and its own error.
+        constant_curvature: whether it holds.
+        judged: whether the simulation is explained and converged, and targets are met; `interrupted` if it was.
+        controller, real_time_factor, interrupted, extrapolated, arm: of the run.
+    """
+
+    comparison: Comparison = field(metadata=HIDDEN)
+    swing: tuple[Array, Array] = field(metadata=HIDDEN)
+    errors: ErrorSummary = field(metadata=INLINE)
+    motion: Spread | None
+    rod: RodParts = field(metadata=INLINE)
+    time_step: TimeStep
+    constant_curvature: ConstantCurvature
+    judged: Verdict = field(metadata=INLINE)
+    controller: str
+    real_time_factor: float | None
+    interrupted: bool
+    extrapolated: bool
+    arm: Arm
+
+
+def judge_run(run: Trajectory, poses: int = 100, controller: Controller | None = None) -> JudgedRun:
+    """Hold a recorded motion against the closed forms and an ideal rod.
+
+    Args:
+        poses: at about as many samples, evenly picked, the rod and the poses at rest are found.
+        controller: what drove the arm; default the one of the trajectory's name.
+    """
+    arm, comparison, interrupted = run.arm, compare(run), run.status == "interrupted"
+    try:
+        swing = motion_part(run, poses, controller)
+    except ConvergenceError:  # a pose that the loaded arm cannot rest in
+        swing = run.time[[0, -1]], np.full(2, np.nan)
+    errors, motion = summarise(run, comparison), known_spread(swing[1], arm.length)
+    rod, step = explain(run, comparison, poses).summary(arm), step_summary(run)
+    judged = verdict(run_checks(arm, errors, rod, motion, step))
+    return JudgedRun(
+        comparison=comparison,
+        swing=swing,
+        errors=errors,
+        motion=motion,
+        rod=rod,
+        time_step=step,
+        constant_curvature=constant_curvature(errors, rod, motion),
+        judged=replace(judged, verdict="interrupted") if interrupted else judged,
+        controller=run.controller,
+        real_time_factor=run.real_time_factor,
+        interrupted=interrupted,
+        extrapolated=run.extrapolated,
+        arm=arm,
+    )

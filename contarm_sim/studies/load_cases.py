@@ -1,0 +1,190 @@
+"""Static poses of an arm under one load after another, in numbers; a case without a pose says why."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from contarm_sim.errors import ConvergenceError, InputError
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.load import Load, load_from_dict
+from contarm_sim.results.document import INLINE
+from contarm_sim.statics.equilibrium import Equilibrium, equilibrium
+from contarm_sim.statics.extrapolation import Extrapolated, extrapolated, interpolate
+
+
+@dataclass(frozen=True)
+class LoadCase:
+    """An arm, with the gravity and payload of the case, a load, and where it was read, if in a file."""
+
+    arm: Arm
+    load: Load
+    where: str | None = None
+
+
+@dataclass(frozen=True)
+class Backbone:
+    """Stations of the backbone, base frame: `centres` [m], shape (N + 1, 3), `frames`, shape (N + 1, 4, 4)."""
+
+    centres: Array
+    frames: Array
+
+
+@dataclass(frozen=True)
+class Trust:
+    """Whether a pose is extrapolated, and how far the tip may be off [m]; NaN where nothing tells."""
+
+    trusted: bool
+    error_estimate: float
+
+
+@dataclass(frozen=True)
+class PosesAt:
+    """Poses at places `xi` along the backbone, 0 base to 1 tip, shape (K,): 4x4 frames, shape (K, 4, 4)."""
+
+    xi: Array
+    poses: Array
+
+
+@dataclass(frozen=True)
+class CaseAtRest:
+    """A static pose in numbers, as in `Equilibrium`; base frame.
+
+    Attributes:
+        tip: position [m], shape (3,).
+        transform: frame of the tip, shape (4, 4).
+        backbone: its stations.
+        muscle_lengths, muscle_tensions: [m] and [N], shape (3,).
+        muscle_pressures: gauge pressures that these tensions need [Pa], shape (3,); inf where none does it.
+        tip_compliance: [m/N, rad/N, m/(N m), rad/(N m)], shape (6, 6).
+        residual, stable, smallest_eigenvalue, growth, held, iterations, seconds: how it was found and whether it lasts.
+        beyond: what real muscles have not got, of force or pressure, in words; empty if they have.
+        trust: of an extrapolated pose, else None.
+        places: where poses were asked for, else None.
+    """
+
+    tip: Array
+    transform: Array
+    backbone: Backbone
+    muscle_lengths: Array
+    muscle_tensions: Array
+    muscle_pressures: Array
+    tip_compliance: Array
+    residual: float
+    stable: bool
+    smallest_eigenvalue: float
+    growth: float
+    held: bool | None
+    beyond: str
+    iterations: int
+    seconds: float
+    trust: Trust | None = field(metadata=INLINE)
+    places: PosesAt | None = field(metadata=INLINE)
+
+
+@dataclass(frozen=True)
+class CaseWithoutRest:
+    """A case without an equilibrium that the load leads to; `error` says how far it got."""
+
+    error: str
+    stable: bool = False
+
+
+def equilibria(
+    cases: Iterable[LoadCase], method: str = "auto", extrapolate: bool = False, xi: Sequence[float] = ()
+) -> tuple[CaseAtRest | CaseWithoutRest, ...]:
+    """Return the static pose of every case.
+
+    Args:
+        method: as of `equilibrium`.
+        extrapolate: improve poses by Richardson's extrapolation from half the links; with the method auto.
+        xi: places along the backbone whose poses are interpolated, 0 base to 1 tip.
+
+    Raises:
+        InputError: a load that cannot be, a place off the arm, or another method beside `extrapolate`.
+    """
+    if extrapolate and method != "auto":
+        raise InputError("method", f"{method} beside extrapolate", "extrapolate with the method auto")
+    if any(not 0 <= x <= 1 for x in xi):
+        raise InputError("xi", list(xi), "0 (base) to 1 (tip)")
+    return tuple(_solved(case, method, extrapolate, xi) for case in cases)
+
+
+def _solved(case: LoadCase, method: str, extrapolate: bool, xi: Sequence[float]) -> CaseAtRest | CaseWithoutRest:
+    arm, trust = case.arm, None
+    found: Equilibrium
+    try:
+        if extrapolate:
+            better: Extrapolated = extrapolated(arm, case.load)[0]
+            found, trust = better, Trust(better.trusted, better.error)
+        else:
+            found = equilibrium(arm, case.load, method)
+    except ConvergenceError as error:
+        return CaseWithoutRest(str(error))
+    except InputError as error:
+        raise error.located(case.where) from None
+    pressures = found.pressures_needed(arm)
+    return CaseAtRest(
+        tip=found.tip,
+        transform=found.frames[-1],
+        backbone=Backbone(found.frames[:, :3, 3], found.frames),
+        muscle_lengths=found.muscle_lengths,
+        muscle_tensions=found.muscle_tensions,
+        muscle_pressures=pressures,
+        tip_compliance=found.tip_compliance,
+        residual=found.residual,
+        stable=found.stable,
+        smallest_eigenvalue=found.smallest_eigenvalue,
+        growth=found.growth,
+        held=found.held,
+        beyond=_beyond(arm, float(found.muscle_tensions.max()), float(pressures.max())),
+        iterations=found.iterations,
+        seconds=found.seconds,
+        trust=trust,
+        places=PosesAt(np.array(xi), interpolate(found.frames, arm.length, np.array(xi))) if len(xi) else None,
+    )
+
+
+def _beyond(arm: Arm, tension: float, pressure: float) -> str:
+    """Say what real muscles have not got, of force [N] or pressure [Pa]; empty if they have."""
+    most, force = arm.muscle.max_pressure, arm.muscle.blocked_force
+    if tension > force:
+        return f"a muscle pulls with {tension:.4g} N, more than its blocked force, {force:.0f} N"
+    if pressure > most * (1 + 1e-9):
+        needs = f"{pressure / 1e3:.0f} kPa" if math.isfinite(pressure) else "more than any pressure"
+        return f"a muscle needs {needs}, more than the {most / 1e3:.0f} kPa there are"
+    return ""
+
+
+def read_cases(file: str | Path, arm: Arm) -> tuple[LoadCase, ...]:
+    """Read load cases from a JSON list; a case may give the arm another gravity and payload.
+
+    Raises:
+        InputError: not such a file; says which case is wrong.
+    """
+    allowed, name = "a JSON list of load cases", str(file)
+    try:
+        cases = json.loads(Path(file).read_bytes().decode())
+    except OSError as error:
+        raise InputError("file", f"unreadable ({error.strerror})", allowed, name) from error
+    except UnicodeDecodeError as error:
+        raise InputError("file", "not text", allowed, name) from error
+    except (ValueError, RecursionError) as error:
+        raise InputError("file", f"not JSON ({error})", allowed, name) from error
+    if not isinstance(cases, list) or not cases:
+        raise InputError("file", "no list, or an empty one", allowed, name)
+    found = []
+    for number, case in enumerate(cases, 1):
+        where = f"{name}, case {number}"
+        load, changes = load_from_dict(case, where)
+        try:
+            found.append(LoadCase(replace(arm, **changes), load, where))
+        except InputError as error:
+            raise error.located(where) from None
+    return tuple(found)

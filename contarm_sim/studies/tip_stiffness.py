@@ -1,0 +1,129 @@
+"""Co-contraction at one pose: how stiff the tip gets, in closed form and as the simulated arm shows it when pushed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics.compliance import tip_compliance
+from contarm_sim.mechanics.pneumatics import force_slope, passive_slope
+from contarm_sim.mechanics.statics import holding_pressures
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.load import Load, Muscles, Wrench
+from contarm_sim.statics.equilibrium import Equilibrium, equilibrium
+from contarm_sim.studies.progress import Track, quietly
+
+DIRECTIONS = ("bending", "sideways", "along")
+"""Towards more bend, out of the bending plane, and normal to both."""
+
+PROBE = 1e-3
+"""Force that probes the tip [N]."""
+
+RIGID = 1e-7
+"""Compliance that is put down to rounding [m/N]."""
+
+
+@dataclass(frozen=True)
+class StiffnessLevel:
+    """The tip at one level of co-contraction.
+
+    Attributes:
+        least_tension_n: of the three muscles [N].
+        pressures_pa: [Pa], shape (3,).
+        mean_pressure_pa: [Pa].
+        tip: its position [m], shape (3,).
+        closed_form_n_per_m: tip stiffness in closed form [N/m], shape (3,), in the order of `DIRECTIONS`; inf where the
+            arm does not give way, as a straight one does not along itself.
+        simulated_n_per_m: the same of the simulated arm under pressure, when pushed.
+        drift_percent: how far the tip is from where it is at the first level [% of length].
+    """
+
+    least_tension_n: float
+    pressures_pa: Array
+    mean_pressure_pa: float
+    tip: Array
+    closed_form_n_per_m: Array
+    simulated_n_per_m: Array
+    drift_percent: float = 0.0
+
+
+@dataclass(frozen=True)
+class Stiffness:
+    """The tip's stiffness at one bend.
+
+    Attributes:
+        rows: levels of co-contraction, from the least to the most that pressures allow.
+        bend: that is held [rad], shape (2,).
+        directions: what the three stiffnesses of a level are along.
+        arm: that holds it, without gravity and payload.
+    """
+
+    rows: tuple[StiffnessLevel, ...]
+    bend: Array
+    directions: tuple[str, ...]
+    arm: Arm
+
+
+def stiffness(arm: Arm, bend: Array, levels: int = 6, track: Track = quietly) -> Stiffness:
+    """Hold a bend [rad], shape (2,), without gravity and payload, and raise co-contraction from the least to the most.
+
+    Args:
+        levels: of co-contraction, at least 2.
+        track: shows progress.
+
+    Raises:
+        InputError: pressures cannot hold the bend; says what it would take.
+    """
+    arm, bend = arm.unloaded, arc.as_bend(bend)
+    holding_pressures(bend, arm)
+    rows = [_level(arm, bend, i / (levels - 1)) for i in track(range(levels), "levels")]
+    drifts = [100 * float(np.linalg.norm(row.tip - rows[0].tip)) / arm.length for row in rows]
+    drifted = tuple(replace(row, drift_percent=drift) for row, drift in zip(rows, drifts, strict=True))
+    return Stiffness(drifted, bend, DIRECTIONS, arm)
+
+
+def _level(arm: Arm, bend: Array, share: float) -> StiffnessLevel:
+    pressures = holding_pressures(bend, arm, share)
+    muscles = Muscles(kind="pressures", values=tuple(pressures))
+    held = equilibrium(arm, Load(muscles=muscles))
+    slopes = force_slope(pressures, held.muscle_lengths, arm) + passive_slope(held.muscle_lengths, arm)
+    closed = tip_compliance(bend, held.muscle_tensions, slopes, arm)
+    directions = _directions(arm, bend)
+    return StiffnessLevel(
+        least_tension_n=float(held.muscle_tensions.min()),
+        pressures_pa=pressures,
+        mean_pressure_pa=float(pressures.mean()),
+        tip=held.tip,
+        closed_form_n_per_m=np.array([_stiffness(float(d @ closed @ d)) for d in directions]),
+        simulated_n_per_m=np.array([_stiffness(_pushed(arm, muscles, held, d)) for d in directions]),
+    )
+
+
+def _directions(arm: Arm, bend: Array) -> Array:
+    """Return unit vectors of `DIRECTIONS`, base frame, shape (3, 3)."""
+    _, plane = arc.to_polar(bend)
+    sideways = np.array([-np.sin(plane), np.cos(plane), 0.0])
+    outwards = arc.jacobian(bend, arm.length) @ [np.cos(plane), np.sin(plane)]
+    outwards /= np.linalg.norm(outwards)
+    return np.stack([outwards, sideways, np.cross(outwards, sideways)])
+
+
+def _pushed(arm: Arm, muscles: Muscles, held: Equilibrium, direction: Array) -> float:
+    """Return how far the tip gives way along a direction when pushed that way and back [m/N]."""
+    tips = [
+        equilibrium(
+            arm,
+            Load(muscles=muscles, wrenches=(Wrench(xi=1, force=tuple(sign * PROBE * direction)),)),
+            guess=held.qpos,
+        ).tip
+        for sign in (1, -1)
+    ]
+    return float((tips[0] - tips[1]) @ direction) / (2 * PROBE)
+
+
+def _stiffness(compliance: float) -> float:
+    """Return its inverse [N/m]; inf where the arm does not give way."""
+    return 1 / compliance if compliance > RIGID else np.inf

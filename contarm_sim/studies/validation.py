@@ -1,0 +1,50 @@
+"""How far to trust the constant-curvature model: the arm at rest over the whole dome, in every scenario."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
+from contarm_sim.results.document import HIDDEN, INLINE
+from contarm_sim.studies.at_rest import NOT_JUDGED, Failure, Outcome, attempt
+from contarm_sim.studies.convergence import Convergence, NoConvergence, attempt_convergence
+from contarm_sim.studies.progress import Track, quietly
+from contarm_sim.studies.scenarios import dome_grid, scenarios
+
+
+@dataclass(frozen=True)
+class Validation:
+    """An arm held against the closed forms.
+
+    Attributes:
+        bends: that it was held in [rad], shape (T, 2).
+        outcomes: of the scenarios, by name.
+        convergence: of the error with the number of links.
+        arm: that was validated.
+        verdict: pass if every scenario that is judged passes, and convergence does; else fail.
+    """
+
+    bends: Array = field(metadata=HIDDEN)
+    outcomes: Mapping[str, Outcome | Failure] = field(metadata=INLINE)
+    convergence: Convergence | NoConvergence
+    arm: Arm
+    verdict: str
+
+
+def validate(arm: Arm, grid: int = 8, track: Track = quietly) -> Validation:
+    """Hold the simulated arm against the constant-curvature model, at rest, over the whole dome.
+
+    A scenario in which the arm has no rest pose is a `Failure`, and the others still count.
+
+    Args:
+        arm: its own gravity and payload, if it has them, take the place of hanging with 100 g.
+        grid: bend angles to 170 deg, with 3 `grid` bending planes each.
+        track: shows progress.
+    """
+    bends = dome_grid(grid)
+    outcomes = {scenario.name: attempt(scenario, bends, track) for scenario in scenarios(arm)}
+    converged = attempt_convergence(arm, bends, track)
+    verdicts = {each.verdict for each in (*outcomes.values(), converged)}
+    return Validation(bends, outcomes, converged, arm, "pass" if verdicts <= {"pass", NOT_JUDGED} else "fail")
