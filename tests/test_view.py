@@ -189,7 +189,7 @@ def test_two_browsers_steer_the_arm_and_may_leave(tmp_path):
             first.click("Reset")
             wait_for(lambda: "bend 0.0" in first.text())
             assert _time(first) == 0
-            first.click("Go on")
+            first.click("Resume")
             wait_for(lambda: _time(first) > 0.5)
             for typed in ("0", "-1", "1e9"):  # into the box of the speed
                 first.run("Array.from(document.querySelectorAll('input')).pop().select()")

@@ -93,5 +93,5 @@ def _said(session: Session, paused: bool) -> tuple[str, str]:
     left = "tip error\nbend\ntension\n\narrows\nSpace\nBackspace"
     tensions = " ".join(f"{x:.0f}" for x in reading.tensions)
     right = f"{1e3 * reading.error:.2f} mm\n{angle:.0f} deg towards {plane:.0f} deg\n{tensions} N\n\nbend the arm"
-    right += f"\n{'go on' if paused else 'pause'}\nstart again"
+    right += f"\n{'resume' if paused else 'pause'}\nstart again"
     return left, right + (f"\n{session.problem}" if session.problem else "")
