@@ -76,40 +76,51 @@ class DivergenceError(ContarmError):
         )
 
 
-class ConvergenceError(ContarmError):
-    """An iteration ended without an answer; says how far it got."""
-
-    def __init__(self, what: str, residual: float, tolerance: float, iterations: int, unit: str) -> None:
-        self.what, self.residual, self.tolerance = what, residual, tolerance
-        self.iterations, self.unit = iterations, unit
-        super().__init__(
-            f"{what} did not converge: residual {residual:.3g} {unit} after {iterations} iterations "
-            f"(allowed: {tolerance:.3g} {unit})"
-        )
-
-    def located(self, where: str) -> ConvergenceError:
-        """Return the same error, said of a pose or scenario."""
-        return ConvergenceError(f"{where}: {self.what}", self.residual, self.tolerance, self.iterations, self.unit)
-
-
-class NoRestError(ConvergenceError):
-    """An arm has no pose at rest, or none that it would stay in.
+class EquilibriumError(ContarmError):
+    """No pose at rest that an arm would stay in; one of the three kinds below says which sort.
 
     Attributes:
         reason: why, and what would help.
-        value, limit: the number that decided, and the most that it may be; NaN if there is none.
         where: the pose or scenario that it is said of, or nothing.
+        pose: joint angles of the last pose tried [rad], shape (dofs,), or None.
+        load_fraction: the share of the load at which the last pose was sought, 1 for the whole.
+        residual: largest generalised force left there [N m]; NaN where the arm is at rest, but cannot be held.
+        value, limit: the number that decided, and the most that it may be; NaN if there is none.
     """
 
-    def __init__(self, reason: str, value: float = math.nan, limit: float = math.nan, where: str = "") -> None:
+    def __init__(
+        self,
+        reason: str,
+        value: float = math.nan,
+        limit: float = math.nan,
+        *,
+        where: str = "",
+        pose: Any = None,
+        load_fraction: float = 1.0,
+        residual: float = math.nan,
+    ) -> None:
         self.reason, self.value, self.limit, self.where = reason, value, limit, where
-        self.what, self.residual, self.tolerance = f"{where}no pose at rest: {reason}", value, limit
-        self.iterations, self.unit = 0, ""
-        ContarmError.__init__(self, self.what)
+        self.pose, self.load_fraction, self.residual = pose, load_fraction, residual
+        super().__init__(f"{where}no pose at rest: {reason}")
 
-    def located(self, where: str) -> NoRestError:
+    def located(self, where: str) -> EquilibriumError:
         """Return the same error, said of a pose or scenario."""
-        return NoRestError(self.reason, self.value, self.limit, f"{where}: {self.where}")
+        return type(self)(
+            self.reason, self.value, self.limit, where=f"{where}: {self.where}", pose=self.pose,
+            load_fraction=self.load_fraction, residual=self.residual,
+        )  # fmt: skip
+
+
+class NotConvergedError(EquilibriumError):
+    """The search ended without an answer: there may be a pose at rest, or none."""
+
+
+class UnstableError(EquilibriumError):
+    """There is a pose at rest, and the arm would not stay in it."""
+
+
+class NoEquilibriumError(EquilibriumError):
+    """Muscles as they are cannot hold the pose: it takes more force, pressure or stroke than they have."""
 
 
 class Interrupted(KeyboardInterrupt):

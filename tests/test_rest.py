@@ -12,7 +12,7 @@ from contarm_sim.control.base import Seen
 from contarm_sim.control.servo import LengthFeedback, Servo
 from contarm_sim.control.tip import plan_motion, plan_rest
 from contarm_sim.engine.plant import Plant
-from contarm_sim.errors import ConvergenceError, NoRestError
+from contarm_sim.errors import EquilibriumError
 from contarm_sim.kinematics import arc
 from contarm_sim.mechanics import pneumatics, routing
 from contarm_sim.mechanics.statics import servo_tensions
@@ -124,11 +124,11 @@ def test_pressures_at_rest_hold_the_bend_and_are_the_least():
     ],
 )
 def test_where_there_is_no_rest_it_says_why(arm, bend, said):
-    with pytest.raises(NoRestError) as caught:
+    with pytest.raises(EquilibriumError) as caught:
         _at_rest(arm, arc.from_polar(bend, 0.0))
     assert said in str(caught.value)
     assert "at a bend of" in str(caught.value)
-    assert isinstance(caught.value, ConvergenceError)
+    assert isinstance(caught.value, EquilibriumError)
 
 
 SHORT = Arm(length=0.25, muscle_radius=0.012, bending_stiffness=0.02, mass=0.12, gravity=(0.0, 0.0, 9.81), payload=0.05)
@@ -152,7 +152,7 @@ def test_the_tip_is_planned_wherever_the_servo_rests():
         arm, bend = random_arm(rng), _random_bend(rng)
         try:
             plain = _at_rest(arm, bend)
-        except NoRestError:
+        except EquilibriumError:
             continue
         planned += 1
         target = arc.position(bend, arm.length)

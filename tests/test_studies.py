@@ -10,7 +10,7 @@ import pytest
 from test_cli import contarm  # noqa: F401
 
 from contarm_sim import studies
-from contarm_sim.errors import InputError, NoRestError
+from contarm_sim.errors import EquilibriumError, InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles, Wrench
@@ -94,7 +94,7 @@ def test_cases_that_rest_and_one_that_does_not():
 
 
 def test_an_arm_that_does_not_rest_is_not_let_go():
-    with pytest.raises(NoRestError, match="no stable pose under this load"):
+    with pytest.raises(EquilibriumError, match="no stable pose under this load"):
         studies.release(SMALL, Load(follower_moment=(0.0, 0.0, 0.9)))
     for wrong in ({"duration": 0.0}, {"sample_period": 0.0}, {"timestep": float("nan")}):
         with pytest.raises(InputError):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from references import resting
 
-from contarm_sim.errors import ConvergenceError
+from contarm_sim.errors import EquilibriumError
 from contarm_sim.kinematics import arc, chain
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.mckibben import McKibben
@@ -131,7 +131,7 @@ def test_a_link_error_that_cannot_be_found_costs_nothing_else(monkeypatch):
 
     def none_for_more_links(arm, *given):
         if arm.links == 48:
-            raise ConvergenceError("settling", 1.0, 1e-9, 3, "N m")
+            raise EquilibriumError("settling")
         return poses_at_rest(arm, *given)
 
     monkeypatch.setattr(module, "poses_at_rest", none_for_more_links)

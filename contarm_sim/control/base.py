@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
-from contarm_sim.errors import ConvergenceError
+from contarm_sim.errors import NotConvergedError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.paths.reference import Reference
@@ -136,7 +136,7 @@ class Controller(ABC):
         It starts from the plant's pose. Here, the plan is sent and the feedback called until it changes nothing.
 
         Raises:
-            NoRestError: from the function: the arm has no pose at rest there; says why.
+            EquilibriumError: from the function: the arm has no pose at rest there; says why.
         """
         from contarm_sim.statics.solver import Solver
 
@@ -162,4 +162,6 @@ class Controller(ABC):
             settle(sent)
             if np.abs(sent - before).max() <= SETTLED * max(1e-3, float(np.abs(sent).max())):
                 return sent
-        raise ConvergenceError("feedback at rest", float(np.abs(sent - before).max()), SETTLED, most, "of its controls")
+        left = float(np.abs(sent - before).max())
+        reason = f"the feedback of controller {self.name!r} still changes its controls by {left:.3g} after {most} steps"
+        raise NotConvergedError(reason, left, SETTLED, pose=plant.data.qpos.copy(), residual=0.0)

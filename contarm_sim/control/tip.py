@@ -10,7 +10,7 @@ import numpy as np
 
 from contarm_sim.control.base import Feedback, Memory, Plan, Seen
 from contarm_sim.control.servo import LengthFeedback, Servo
-from contarm_sim.errors import ConvergenceError
+from contarm_sim.errors import EquilibriumError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.routing import length_jacobian
@@ -60,14 +60,14 @@ class Tip(Servo):
         and only the tip's feedback is left.
 
         Raises:
-            NoRestError: poses at rest, and one has none; names it.
+            EquilibriumError: poses at rest, and one has none; names it.
         """
         if self.planned and not reference.moving:
             return plan_rest(arm, reference.bend, reference.target)
         if self.planned:
             try:
                 return plan_motion(arm, reference)
-            except ConvergenceError:
+            except EquilibriumError:
                 pass
         plan = super().plan(arm, reference)
         inverse = np.asarray(np.linalg.pinv(arc.jacobian(reference.bend, arm.length)), dtype=float)
@@ -144,7 +144,7 @@ def plan_rest(arm: Arm, bend: Array, target: Array) -> TipCommands:
     """Return the commands that rest the tip as near to targets [m], shape (T, 3), as it gets; see `TipPlan`.
 
     Raises:
-        NoRestError: names the pose that there is no such rest for.
+        EquilibriumError: names the pose that there is no such rest for.
     """
     return _solved(arm, bend, target, _guess(arm, bend)).commands()
 
@@ -153,7 +153,7 @@ def plan_motion(arm: Arm, reference: Reference) -> TipCommands:
     """Return the commands that move the tip along a reference's targets.
 
     Raises:
-        NoRestError: names the pose that there is no rest for.
+        EquilibriumError: names the pose that there is no rest for.
     """
     from scipy.interpolate import CubicSpline
 
@@ -175,7 +175,7 @@ def plan_motion(arm: Arm, reference: Reference) -> TipCommands:
         least = least_tensions(speeds, arm.muscle.min_tension, arm)
         try:
             found = _solved(arm, bend[knots], target[knots], found, forces, least, moving=True)
-        except ConvergenceError:
+        except EquilibriumError:
             break
     parts = (found.setpoint, found.lengths, found.slopes, found.q)
     fine = _Planned(*(CubicSpline(at, part)(time) for part in parts)).commands()
@@ -245,6 +245,6 @@ def _solved(
         for i in range(len(bend)):
             try:
                 found.append(solve(i))
-            except ConvergenceError as error:
+            except EquilibriumError as error:
                 raise error.located(f"at {arc.described(bend[i])}") from None
     return _Planned(*(np.array(part) for part in zip(*found, strict=True)))

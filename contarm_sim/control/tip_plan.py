@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from contarm_sim.engine.plant import Plant
-from contarm_sim.errors import NoRestError
+from contarm_sim.errors import EquilibriumError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.routing import length_jacobian, lengths_from_bend
 from contarm_sim.model.arm import Arm
@@ -58,7 +58,7 @@ class TipPlan:
             the set-points [m], shape (3,), and the derivative of the tip by the bend asked for [m/rad], shape (3, 2).
 
         Raises:
-            NoRestError: there is no pose at rest at this bend; says why.
+            EquilibriumError: there is no pose at rest at this bend; says why.
         """
         holder, data = self._holder, self.plant.data
         holder.extra = forces
@@ -94,7 +94,7 @@ class TipPlan:
             return False
         try:
             self._holder(lengths_from_bend(bend, self.plant.arm))
-        except NoRestError:
+        except EquilibriumError:
             return False
         off = target - self.plant.tip
         near = off @ off <= square + (1e-9 * self.plant.arm.length) ** 2

@@ -13,7 +13,7 @@ import numpy as np
 from contarm_sim.control.tip_plan import TipPlan
 from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.envs.actions import Actions, shortened
-from contarm_sim.errors import ConvergenceError, InputError
+from contarm_sim.errors import EquilibriumError, InputError
 from contarm_sim.kinematics import arc, dome
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.muscles import bend_of_lengths
@@ -53,7 +53,7 @@ class Resting:
         A bend without a pose at rest is shortened until it has one.
 
         Raises:
-            ConvergenceError: not even the straight pose is one.
+            EquilibriumError: not even the straight pose is one.
         """
         if not self.loaded:
             return arc.position(bends, self._arm.length)
@@ -78,7 +78,7 @@ class Resting:
                 plant.reset(bend)
                 settle(self._actions.setpoints(bend[None])[0])
                 return plant.tip
-            except ConvergenceError as error:
+            except EquilibriumError as error:
                 bend, failed = SHORTEN * bend, error
         raise failed
 
@@ -86,7 +86,7 @@ class Resting:
         try:
             self._plan.plant.reset(bend)
             setpoint, _ = self._plan.solve(bend, target)
-        except (ConvergenceError, InputError):
+        except (EquilibriumError, InputError):
             return bend
         for _ in range(CORRECTIONS):  # the bend whose own set-points have the same differences
             off = setpoint - self._actions.setpoints(bend[None])[0]

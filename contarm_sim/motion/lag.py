@@ -23,7 +23,7 @@ def motion_part(trajectory: Trajectory, poses: int = 100, controller: Controller
         controller: what drove the arm; default the one of the trajectory's name.
 
     Raises:
-        NoRestError: a commanded pose has no rest.
+        EquilibriumError: a commanded pose has no rest.
     """
     arm, chosen = trajectory.arm, slice(None, None, max(1, len(trajectory) // poses))
     bend, target = trajectory.bend[chosen], trajectory.target[chosen]

@@ -25,7 +25,7 @@ def natural_frequencies(arm: Arm, load: Load, count: int) -> Array:
     """Return the lowest natural frequencies [Hz], shape (count,), undamped, about the rest left when a load is let go.
 
     Raises:
-        ConvergenceError: there is no such rest.
+        EquilibriumError: there is no such rest.
     """
     left = remaining(load)
     plant = driven_plant(arm, left)

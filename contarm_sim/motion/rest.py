@@ -11,7 +11,7 @@ from contarm_sim.control.base import Controller
 from contarm_sim.control.registry import controller as resolved
 from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.engine.recorder import Recorder
-from contarm_sim.errors import ConvergenceError
+from contarm_sim.errors import EquilibriumError
 from contarm_sim.kinematics import arc
 from contarm_sim.model.arm import Arm
 from contarm_sim.paths.reference import Reference
@@ -28,7 +28,7 @@ def poses_at_rest(
         ticks: an iterable over range(T), for progress.
 
     Raises:
-        NoRestError: no equilibrium that the arm or its muscles can hold; says why.
+        EquilibriumError: no equilibrium that the arm or its muscles can hold; says why.
         InputError: a reference of another arm's length, or a bend that pulling muscles, or pressures, cannot hold.
     """
     reference.check_arm(arm)
@@ -42,7 +42,7 @@ def poses_at_rest(
             plant.reset(bend[i])
             try:
                 setpoint[i] = rest(i)
-            except ConvergenceError as error:
+            except EquilibriumError as error:
                 raise error.located(f"at {arc.described(bend[i])} with {arm.links} links") from None
             mujoco.mj_forward(plant.model, plant.data)  # the sensors
             recorder.take(i)

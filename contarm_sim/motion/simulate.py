@@ -49,7 +49,7 @@ def simulate(
     Raises:
         Interrupted: Ctrl-C; carries the trajectory until then. It is a KeyboardInterrupt.
         DivergenceError: the engine met a bad state; nothing is returned.
-        NoRestError: no rest pose to start from.
+        EquilibriumError: no rest pose to start from.
         InputError: a reference of another arm's length or without times, a bend that pulling muscles cannot hold, a
             time step that does not divide the tick, or an arm that no step suits.
     """

@@ -54,7 +54,7 @@ def judged_release(
         track: is handed the numbers of the four runs and yields them, to show progress.
 
     Raises:
-        ConvergenceError: no pose to let go from.
+        EquilibriumError: no pose to let go from.
         InputError: as `release`, or fewer than 4 links.
         DivergenceError: the engine met a bad state.
     """

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from contarm_sim.engine.plant import Plant
-from contarm_sim.errors import ConvergenceError, InputError
+from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.statics.descent import descend
 from contarm_sim.statics.reasons import unsettled, unstable
@@ -54,7 +54,7 @@ def solve(solver: Solver, method: str = "auto") -> Solution:
             where that fails or ends in an unstable pose.
 
     Raises:
-        ConvergenceError: says how far it got.
+        EquilibriumError: says how far it got.
         InputError: an unknown method.
     """
     if method not in METHODS:
@@ -67,7 +67,7 @@ def solve(solver: Solver, method: str = "auto") -> Solution:
         if found.stable or method != "auto":
             return found
     elif method != "auto":
-        raise ConvergenceError(f"the {method} solver", residual, solver.tolerance, solver.iterations, "N m")
+        raise unsettled(solver.plant, residual, solver.tolerance, solver.iterations)
     solver.plant.data.qpos[:] = start
     return solver.solution(_down(solver) if solver.stiffness.symmetric else _raised(solver))
 
@@ -83,9 +83,9 @@ def _down(solver: Solver) -> float:
         data.qpos += _side(solver)
         residual, stable = descend(solver, steps)
     if residual > solver.tolerance:
-        raise unsettled(solver.plant.arm, residual, solver.tolerance, solver.iterations)
+        raise unsettled(solver.plant, residual, solver.tolerance, solver.iterations)
     if not stable:
-        raise unstable(solver.plant.arm, solver.softest())
+        raise unstable(solver.plant, solver.softest())
     return residual
 
 
@@ -151,11 +151,9 @@ def _raised(solver: Solver) -> float:
             continue
         increment *= 0.5
         if increment < SMALLEST_INCREMENT or solver.iterations > _most(solver):
+            error = unsettled(solver.plant, residual, solver.tolerance, solver.iterations, fraction)
             whole.apply(solver, 1.0)
-            raise ConvergenceError(
-                f"no stable equilibrium near the path beyond {100 * reached:.1f} % of the load: the solver",
-                residual, solver.tolerance, solver.iterations, "N m",
-            )  # fmt: skip
+            raise error
     return residual
 
 

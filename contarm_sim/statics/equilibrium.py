@@ -78,7 +78,8 @@ def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess:
             the muscles ask for.
 
     Raises:
-        ConvergenceError: no stable equilibrium was reached; says how far it got.
+        EquilibriumError: no equilibrium was reached, or only one with a negative stiffness; says how far it got. A
+            pose that flutters under loads without energy is returned, and says so: `stable` is False.
         InputError: a bend that pulling muscles cannot hold, or pressures out of range.
     """
     load = load or Load()

@@ -39,7 +39,7 @@ def extrapolated(arm: Arm, load: Load | None = None) -> tuple[Extrapolated, Equi
     to it than the error that it removes; near a fold, and with few straight spans, it is not.
 
     Raises:
-        ConvergenceError: as `equilibrium`.
+        EquilibriumError: as `equilibrium`.
         InputError: as `equilibrium`, or fewer than 4 links.
     """
     if arm.links < 4:

@@ -70,15 +70,15 @@ class Holder:
                 arc makes: all but what three lengths have in common.
 
         Raises:
-            NoRestError: no pose at rest was found.
+            EquilibriumError: no pose at rest was found.
         """
         self.wanted, self.iterations = lengths, 0
         self._meant = self._differences if meant is None else meant
         residual, minimum = descend(self, self._solver.steps)
         if residual > self.tolerance:
-            raise unsettled(self.plant.arm, residual, self.tolerance, self.iterations)
+            raise unsettled(self.plant, residual, self.tolerance, self.iterations)
         if not minimum:
-            raise unstable(self.plant.arm, float(np.linalg.eigvalsh(self._matrix)[0]))
+            raise unstable(self.plant, float(np.linalg.eigvalsh(self._matrix)[0]))
 
     def by_lengths(self) -> Array:
         """Return the derivative of joint angles by wanted muscle lengths [rad/m], shape (dofs, n)."""
@@ -91,7 +91,7 @@ class Holder:
             checked: refuse what servos cannot follow.
 
         Raises:
-            NoRestError: they are out of the servos' range, or take more than the muscles' blocked force.
+            EquilibriumError: they are out of the servos' range, or take more than the muscles' blocked force.
         """
         arm = self.plant.arm
         control = servo_control(self.plant.muscle_lengths, self.tensions, arm)
@@ -116,7 +116,7 @@ class Holder:
         """Return the pressures that hold the pose [Pa], shape (n,).
 
         Raises:
-            NoRestError: one is higher than there is.
+            EquilibriumError: one is higher than there is.
         """
         arm = self.plant.arm
         per_pascal = force(1.0, self.plant.muscle_lengths, arm)
@@ -129,13 +129,13 @@ class Holder:
         """Settle under the plant's own controls, which must be set: they hold the pose that was found, and it stays.
 
         Raises:
-            NoRestError: they do not, or it would not stay.
+            EquilibriumError: they do not, or it would not stay.
         """
         residual = self._solver.evaluate()
         if residual > 100 * self.tolerance:
-            raise unsettled(self.plant.arm, residual, self.tolerance, self.iterations)
+            raise unsettled(self.plant, residual, self.tolerance, self.iterations)
         if not self._solver.positive():
-            raise unstable(self.plant.arm, self._solver.softest())
+            raise unstable(self.plant, self._solver.softest())
 
     # What `descend` asks for.
 

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-from contarm_sim.errors import NoRestError
+from contarm_sim.errors import NoEquilibriumError, NotConvergedError, UnstableError
 from contarm_sim.model.arm import Arm
+
+if TYPE_CHECKING:
+    from contarm_sim.engine.plant import Plant
 
 BUCKLING = 7.84
 """Weight times length^2 over EI from which on an upright arm without payload buckles (Greenhill)."""
@@ -24,8 +28,9 @@ def _said(arm: Arm) -> str:
     return f"(m + {AT_TIP} payload) g L^2/EI" if arm.payload else "m g L^2/EI"
 
 
-def unstable(arm: Arm, softest: float) -> NoRestError:
+def unstable(plant: Plant, softest: float) -> UnstableError:
     """Return the error of an arm whose only pose found would not stay: its softest mode is below 0 [N m/rad]."""
+    arm = plant.arm
     weight = heaviness(arm)
     if weight > BUCKLING:
         reason = (
@@ -34,23 +39,31 @@ def unstable(arm: Arm, softest: float) -> NoRestError:
         )
     else:
         reason = f"an unstable one alone (softest mode {softest:.3g} N m/rad); less load or tension would help"
-    return NoRestError(reason, softest, 0.0)
+    return UnstableError(reason, softest, 0.0, pose=plant.data.qpos.copy(), residual=0.0)
 
 
-def unsettled(arm: Arm, residual: float, allowed: float, iterations: int) -> NoRestError:
-    """Return the error of an arm that did not come to rest within the steps allowed."""
-    return NoRestError(
-        f"settling left {residual:.3g} N m after {iterations} iterations (allowed: {allowed:.2g}) with {_said(arm)} "
-        f"{heaviness(arm):.3g} and {arm.links} links; a stiffer arm, or a guess nearer to the pose, would help",
+def unsettled(
+    plant: Plant, residual: float, allowed: float, iterations: int, fraction: float = 1.0
+) -> NotConvergedError:
+    """Return the error of an arm that did not come to rest within the steps allowed, under a share of its load."""
+    arm = plant.arm
+    reached = "" if fraction == 1.0 else f" at {100 * fraction:.3g} % of the load"
+    return NotConvergedError(
+        f"the search ended after {iterations} steps with {residual:.3g} N m left{reached} (allowed: {allowed:.2g}); "
+        f"{_said(arm)} is {heaviness(arm):.3g}, {arm.links} links; less load, a stiffer arm, or a guess nearer to the "
+        "pose would help",
         residual,
         allowed,
+        pose=plant.data.qpos.copy(),
+        load_fraction=fraction,
+        residual=residual,
     )
 
 
-def too_strong(arm: Arm, needed: float) -> NoRestError:
+def too_strong(arm: Arm, needed: float) -> NoEquilibriumError:
     """Return the error of a pose that takes a larger tension [N] than muscles have."""
     limit = arm.muscle.blocked_force
-    return NoRestError(
+    return NoEquilibriumError(
         f"a muscle is at its limit of {limit:.0f} N and would need {needed:.4g} N; bend or carry less, or take a "
         "larger muscle radius, thicker muscles or more pressure",
         needed,
@@ -58,10 +71,10 @@ def too_strong(arm: Arm, needed: float) -> NoRestError:
     )
 
 
-def too_short(arm: Arm, control: float) -> NoRestError:
+def too_short(arm: Arm, control: float) -> NoEquilibriumError:
     """Return the error of a pose whose set-point [m] is out of its range."""
     low, high = arm.setpoint_range
-    return NoRestError(
+    return NoEquilibriumError(
         f"a muscle would need a set-point of {1e3 * control:.4g} mm, out of {1e3 * low:.4g} to {1e3 * high:.4g} mm; "
         "bend less, or take a smaller muscle radius",
         control,
@@ -69,11 +82,11 @@ def too_short(arm: Arm, control: float) -> NoRestError:
     )
 
 
-def too_much_pressure(arm: Arm, needed: float) -> NoRestError:
+def too_much_pressure(arm: Arm, needed: float) -> NoEquilibriumError:
     """Return the error of a pose that takes more pressure [Pa] than there is."""
     limit = arm.muscle.max_pressure
     said = f"would need {1e-3 * needed:.4g} kPa" if math.isfinite(needed) else "is too short to pull at any pressure"
-    return NoRestError(
+    return NoEquilibriumError(
         f"a muscle {said}, the most is {1e-3 * limit:.4g} kPa; bend or carry less, or take a larger muscle radius, "
         "thicker muscles or more pressure",
         needed,

@@ -97,7 +97,7 @@ class Solver:
         """Settle under set-points [m] or pressures [Pa], shape (M,), going down; return the residual [N m].
 
         Raises:
-            NoRestError: no equilibrium near, or only an unstable one; says why.
+            EquilibriumError: no equilibrium near, or only an unstable one; says why.
         """
         self.plant.control[:] = setpoint
         if len(self.plant.pressure):
@@ -105,9 +105,9 @@ class Solver:
         self.iterations = 0
         residual, stable = descend(self, self.steps)
         if residual > self.tolerance:
-            raise unsettled(self.plant.arm, residual, self.tolerance, self.iterations)
+            raise unsettled(self.plant, residual, self.tolerance, self.iterations)
         if not stable:
-            raise unstable(self.plant.arm, self.softest())
+            raise unstable(self.plant, self.softest())
         return residual
 
     @property

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 
 from contarm_sim.engine.plant import Plant, engine_room
-from contarm_sim.errors import ConvergenceError, DivergenceError
+from contarm_sim.errors import DivergenceError, EquilibriumError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import MAX_LINKS, Arm
 from contarm_sim.motion.rest import poses_at_rest
@@ -107,12 +107,12 @@ def examine(scenario: Scenario, bends: Array, track: Track = quietly) -> Outcome
     """Simulate a scenario at rest over bends [rad], shape (T, 2), and judge it.
 
     Raises:
-        ConvergenceError, DivergenceError: the arm has no such rest pose.
+        EquilibriumError, DivergenceError: the arm has no such rest pose.
     """
     arm = scenario.arm
     try:
         samples = _at_rest(arm, bends, scenario.controller, track(range(len(bends)), scenario.name))
-    except ConvergenceError as failure:
+    except EquilibriumError as failure:
         raise failure.located(f"scenario {scenario.name}") from None
     comparison = compare(samples)
     errors, rod = summarise(samples, comparison), explain(samples, comparison).summary(arm)
@@ -137,7 +137,7 @@ def attempt(scenario: Scenario, bends: Array, track: Track = quietly) -> Outcome
     """Do as `examine`, and return the failure where the arm has no rest pose: the other scenarios still count."""
     try:
         return examine(scenario, bends, track)
-    except (ConvergenceError, DivergenceError) as error:
+    except (EquilibriumError, DivergenceError) as error:
         reason = str(error).removeprefix(f"scenario {scenario.name}: ")
         return Failure(scenario=scenario, setting=_setting(scenario), reason=reason)
 
@@ -182,7 +182,7 @@ def _link_error(scenario: Scenario, bends: Array, comparison: Comparison) -> Lin
     other = replace(scenario.arm, links=2 * links if double else links // 2)
     try:
         samples = _at_rest(other, bend[None], scenario.controller)
-    except (ConvergenceError, DivergenceError):
+    except (EquilibriumError, DivergenceError):
         return None
     error = np.linalg.norm(samples.tip - tip, axis=-1) * (4 / 3 if double else 1 / 3)
     return LinkError(spread(error, scenario.arm.length), bend)

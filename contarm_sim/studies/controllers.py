@@ -9,7 +9,7 @@ import numpy as np
 from contarm_sim import paths
 from contarm_sim.control.registry import NAMES
 from contarm_sim.control.tip import plan_rest
-from contarm_sim.errors import ConvergenceError, DivergenceError, InputError
+from contarm_sim.errors import DivergenceError, EquilibriumError, InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
@@ -119,7 +119,7 @@ def _reachable(arm: Arm, duration: float) -> Array:
         inverse = np.asarray(plan_rest(arm, bend[solved], targets[solved]).tip_to_bend, dtype=float)
         if len(solved) < len(bend):
             inverse = CubicSpline(solved, inverse)(np.arange(len(bend)))
-    except ConvergenceError:
+    except EquilibriumError:
         inverse = np.asarray(np.linalg.pinv(arc.jacobian(bend, arm.length)))
     return np.linalg.pinv(inverse) @ inverse
 
@@ -129,7 +129,7 @@ def _row(load: str, arm: Arm, controller: str, duration: float, reach: Array) ->
     time, targets = spiral.time, spiral.target
     try:
         samples = simulate(arm, spiral, controller)
-    except (ConvergenceError, DivergenceError, InputError) as error:
+    except (EquilibriumError, DivergenceError, InputError) as error:
         return NotFollowed(load, controller, str(error))
     tips, after = samples.tip, time >= min(SETTLED, 0.5 * duration)
     offset = tips - targets

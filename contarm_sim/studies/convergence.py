@@ -6,7 +6,7 @@ import itertools
 import math
 from dataclasses import dataclass, field, replace
 
-from contarm_sim.errors import ConvergenceError, DivergenceError
+from contarm_sim.errors import DivergenceError, EquilibriumError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.results.document import INLINE
@@ -61,7 +61,7 @@ def convergence(arm: Arm, bends: Array, track: Track = quietly) -> Convergence:
     """Return the largest tip error against the arc over bends [rad], shape (T, 2), for three link counts.
 
     Raises:
-        ConvergenceError, DivergenceError: one of the arms has no such rest pose.
+        EquilibriumError, DivergenceError: one of the arms has no such rest pose.
     """
     counts, errors, chain_errors = refinements(arm.links), [], []
     for links in counts:
@@ -81,5 +81,5 @@ def attempt_convergence(arm: Arm, bends: Array, track: Track = quietly) -> Conve
     """Do as `convergence`; where an arm has no rest pose, return that."""
     try:
         return convergence(arm, bends, track)
-    except (ConvergenceError, DivergenceError) as error:
+    except (EquilibriumError, DivergenceError) as error:
         return NoConvergence(links=refinements(arm.links), reason=str(error))

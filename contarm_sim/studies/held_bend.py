@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contarm_sim.errors import ConvergenceError, InputError
+from contarm_sim.errors import EquilibriumError, InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing
@@ -81,7 +81,7 @@ def _off(arm: Arm, bend: Array, pressures: Array) -> float | None:
     """Return how far from a bend the simulated arm rests under pressures [Pa] [rad]; None if not near."""
     try:
         found = equilibrium(arm, Load(muscles=Muscles(kind="pressures", values=tuple(pressures))))
-    except ConvergenceError:
+    except EquilibriumError:
         return None
     off = float(np.hypot(*(routing.bend_from_lengths(found.muscle_lengths, arm)[0] - bend)))
     return off if found.stable and off < NEAR else None

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from contarm_sim.control.base import Controller
-from contarm_sim.errors import ConvergenceError
+from contarm_sim.errors import EquilibriumError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.lag import motion_part
@@ -62,7 +62,7 @@ def judge_run(run: Trajectory, poses: int = 100, controller: Controller | None =
     arm, comparison, interrupted = run.arm, compare(run), run.status == "interrupted"
     try:
         swing = motion_part(run, poses, controller)
-    except ConvergenceError:  # a pose that the loaded arm cannot rest in
+    except EquilibriumError:  # a pose that the loaded arm cannot rest in
         swing = run.time[[0, -1]], np.full(2, np.nan)
     errors, motion = summarise(run, comparison), known_spread(swing[1], arm.length)
     rod, step = explain(run, comparison, poses).summary(arm), step_summary(run)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from contarm_sim.errors import ConvergenceError
+from contarm_sim.errors import EquilibriumError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing
@@ -119,7 +119,7 @@ def held_off(arm: Arm, bend_angle: float, plane_angle: float) -> float | None:
     try:
         pressures = Resting(arm).pressures(bend)
         found = equilibrium(arm, Load(muscles=Muscles(kind="pressures", values=tuple(pressures))))
-    except ConvergenceError:
+    except EquilibriumError:
         return None
     measured, _ = routing.bend_from_lengths(found.muscle_lengths, arm)
     return float(np.hypot(*(measured - bend)))

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from contarm_sim.errors import ConvergenceError, InputError
+from contarm_sim.errors import EquilibriumError, InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, load_from_dict
@@ -125,7 +125,7 @@ def _solved(case: LoadCase, method: str, extrapolate: bool, xi: Sequence[float])
             found, trust = better, Trust(better.trusted, better.error)
         else:
             found = equilibrium(arm, case.load, method)
-    except ConvergenceError as error:
+    except EquilibriumError as error:
         return CaseWithoutRest(str(error))
     except InputError as error:
         raise error.located(case.where) from None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from contarm_sim.engine.plant import Plant, engine_room
-from contarm_sim.errors import ConvergenceError
+from contarm_sim.errors import EquilibriumError, NotConvergedError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import pneumatics, routing
 from contarm_sim.mechanics.statics import Balance, balance, balance_pressure, level_range, servo_control
@@ -38,7 +38,7 @@ class Resting:
         Where co-contraction moves the arm, the lowest that pressures give.
 
         Raises:
-            ConvergenceError: the arm does not rest there.
+            EquilibriumError: the arm does not rest there.
         """
         arm, plant = self._arm, self._plant
         uniform = balance(bend, arm)
@@ -58,7 +58,9 @@ class Resting:
                     self._tensions = held.tensions
                     return held
                 setpoint = setpoint + off - level / arm.servo_stiffness
-        raise ConvergenceError("holding a bend", float(np.abs(off).max()), _LENGTH, _CORRECTIONS, "m")
+        left = float(np.abs(off).max())
+        reason = f"muscle lengths are still {1e3 * left:.3g} mm off after {_CORRECTIONS} corrections"
+        raise NotConvergedError(reason, left, _LENGTH, pose=plant.data.qpos.copy())
 
     def _held(self, uniform: Balance) -> Balance:
         arm, lengths, tensions = self._arm, self._plant.muscle_lengths, self._plant.muscle_forces.copy()
@@ -81,7 +83,7 @@ class Resting:
         """
         try:
             held = self.balance(bend)
-        except ConvergenceError:
+        except EquilibriumError:
             return np.inf, np.inf
         if not self._stays(held):
             return np.inf, np.inf

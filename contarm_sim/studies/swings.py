@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from contarm_sim.errors import InputError, NoRestError
+from contarm_sim.errors import InputError, UnstableError
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Wrench
 from contarm_sim.motion.modes import SwingModes, swing_modes
@@ -69,13 +69,13 @@ def release(arm: Arm, load: Load = SIDEWAYS, settings: SwingSettings = DEFAULT, 
     half as many. Without muscles energy must not grow.
 
     Raises:
-        NoRestError, ConvergenceError: no stable pose to let go from.
+        EquilibriumError, EquilibriumError: no stable pose to let go from.
         InputError: settings out of range, a load that cannot be.
         DivergenceError: the engine met a bad state; smaller steps help.
     """
     _check(settings)
     if not equilibrium(arm, load).stable:
-        raise NoRestError("the arm has no stable pose under this load to be let go from")
+        raise UnstableError("the arm has no stable pose under this load to be let go from")
     found = judged_release(arm, load, settings, lambda runs: track(runs, "swinging"))
     energy = found.swing.energy
     passive = load.muscles.kind == "off" and arm.damping_time > 0 and settings.course is None
