@@ -38,7 +38,7 @@ def _by_twist(plant) -> np.ndarray | float:
     if plant.twisted is None:
         return 0.0
     arm = plant.arm
-    engine = plant.muscle_forces + passive_tension(plant.data.ten_length + arm.length, arm)
+    engine = plant.actuator_tensions + passive_tension(plant.data.ten_length + arm.length, arm)
     straight = plant.twisted.__dict__["_by_angle"]
     springs = (plant.model.jnt_stiffness - plant.springs) * plant.data.qpos
     return springs + engine @ straight - plant.muscle_tensions @ plant.muscle_jacobian

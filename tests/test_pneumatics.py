@@ -58,7 +58,7 @@ def test_native_actuators_are_the_mckibben_law_over_all_lengths_and_pressures(mu
             data.actuator_velocity[:] = 0.5  # the law is static
             mujoco.mj_fwdActuation(model, data)
             np.testing.assert_allclose(
-                plant.muscle_forces, force(pressure, length, arm), atol=1e-12 * muscle.blocked_force, rtol=1e-12
+                plant.actuator_tensions, force(pressure, length, arm), atol=1e-12 * muscle.blocked_force, rtol=1e-12
             )
 
 

@@ -46,7 +46,7 @@ def hold(arm: Arm, bend: tuple[float, float], share: float, as_json: bool) -> in
 def _show(found: studies.Hold) -> None:
     from contarm_sim.cli.terminal import table
 
-    each = zip(found.muscle_lengths, found.muscle_forces, found.pressures, strict=True)
+    each = zip(found.muscle_lengths, found.actuator_tensions, found.pressures, strict=True)
     rows = [[f"muscle {i}", f"{1e3 * x:.2f}", f"{f:.2f}", f"{p / 1e3:.1f}"] for i, (x, f, p) in enumerate(each, 1)]
     table("what holds the bend", ["", "length [mm]", "force [N]", "pressure [kPa]"], rows)
     low, high = found.level_range

@@ -53,7 +53,7 @@ class Seen:
     @classmethod
     def of(cls, plant: Plant) -> Seen:
         """Return what there is to see of a plant now."""
-        return cls(plant.muscle_lengths, plant.muscle_forces, plant.servo_pulls, plant.centres[-1])
+        return cls(plant.muscle_lengths, plant.actuator_tensions, plant.servo_pulls, plant.centres[-1])
 
 
 Memory = tuple[Array, ...]

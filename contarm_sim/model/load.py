@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Sequence
+from collections.abc import Sequence, Sized
 from dataclasses import dataclass, field
 from numbers import Real
 from typing import Any, Literal, get_args
@@ -25,9 +25,9 @@ def _vector(value: Any, size: int | None, name: str) -> tuple[float, ...]:
     if isinstance(value, (str, dict)):
         vector = ()
     if size is None:
-        size = len(vector) or 3
+        size = max(1, len(value) if isinstance(value, Sized) and not isinstance(value, (str, dict)) else 0)
     if len(vector) != size or not all(math.isfinite(x) for x in vector):
-        raise InputError(name, value, f"{size} finite numbers")
+        raise InputError(name, value, f"{size} finite numbers" if size > 1 else "finite numbers, one for each muscle")
     return vector
 
 

@@ -27,7 +27,7 @@ class Hold:
     Attributes:
         bend: [rad], shape (2,).
         muscle_lengths: [m], shape (3,).
-        muscle_forces: [N], pulling > 0, shape (3,).
+        actuator_tensions: [N], pulling > 0, shape (3,).
         pressures: gauge [Pa], shape (3,).
         weight_moment: moment of mass and payload on the bend [N m], shape (2,).
         cocontraction: tensions that hold the bend by themselves, of mean 1, shape (3,).
@@ -38,7 +38,7 @@ class Hold:
 
     bend: Array
     muscle_lengths: Array
-    muscle_forces: Array
+    actuator_tensions: Array
     pressures: Array
     weight_moment: Array
     cocontraction: Array
@@ -67,7 +67,7 @@ def hold(arm: Arm, bend: Array, share: float = 0.0) -> Hold:
     return Hold(
         bend=bend,
         muscle_lengths=routing.lengths_from_bend(bend, arm),
-        muscle_forces=pressures * held.per_pascal,
+        actuator_tensions=pressures * held.per_pascal,
         pressures=pressures,
         weight_moment=weight_moment(bend, arm),
         cocontraction=held.cocontraction,

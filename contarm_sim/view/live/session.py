@@ -129,7 +129,7 @@ class Session:
 
     def _takes_over(self, before: Plant) -> Array:
         """Return set-points with which the arm is bent as by the plant before, whose controls were of another kind."""
-        arm, tensions, lengths = self.arm, before.muscle_forces, before.muscle_lengths
+        arm, tensions, lengths = self.arm, before.actuator_tensions, before.muscle_lengths
         if not len(self.plant.pressure):
             return servo_control(lengths, tensions, arm)
         bend, _ = routing.bend_from_lengths(lengths, arm)
