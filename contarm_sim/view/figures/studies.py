@@ -37,9 +37,11 @@ def budget(path: Files, arm: Arm) -> None:
     time, motion = motion_part(samples)
     moving = np.minimum(np.interp(samples.time, time, motion), comparison.shape)
     parts = {
-        "discretisation: arc vs links": comparison.discretisation, "servo: commanded vs measured lengths": comparison.servo,
-        "shape at rest: sag, unequal joints": comparison.shape - moving, "motion: inertia, damping": moving,
-    }  # fmt: skip
+        "discretisation: arc vs links": comparison.discretisation,
+        "servo: commanded vs measured lengths": comparison.servo,
+        "shape at rest: sag, unequal joints": comparison.shape - moving,
+        "motion: inertia, damping": moving,
+    }
     with figure(path, figsize=(5.8, 3.4)) as fig:
         ax = fig.subplots()
         stacked = 1e3 * np.array(list(parts.values()))
@@ -80,7 +82,9 @@ def controllers(path: Files, arm: Arm) -> None:
             ax.set_title(load)
         axes[0].set_ylabel("tip error, rms [% of length]")
         whole = Patch(color=BLUE, label="tip error")
-        removable = Patch(facecolor=ORANGE, hatch="//", edgecolor="white", label="part that muscle lengths could correct")
+        removable = Patch(
+            facecolor=ORANGE, hatch="//", edgecolor="white", label="part that muscle lengths could correct"
+        )
         fig.legend(handles=[whole, removable], loc="outside upper center", ncols=2)
 
 

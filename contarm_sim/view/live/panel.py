@@ -48,7 +48,9 @@ class Panel:
     def _build(self, gui: Any, arm: Arm) -> None:
         with gui.add_folder("Target"):
             largest = round(float(np.degrees(LARGEST_BEND)))
-            self._angle = _slider(gui, "bend angle [deg]", (0, largest), 0.5, 0.0, hint="You can also drag the ball on the dome.")
+            self._angle = _slider(
+                gui, "bend angle [deg]", (0, largest), 0.5, 0.0, hint="You can also drag the ball on the dome."
+            )
             self._plane = _slider(gui, "plane angle [deg]", (-180, 180), 1.0, 0.0, hint="0 is towards muscle 1 (red).")
         with gui.add_folder("Control"):
             self._controller = gui.add_dropdown("controller", NAMES, initial_value=self._session.controller)
@@ -159,7 +161,9 @@ class Panel:
             f"bend {angle:.1f}° towards {plane:.0f}°  \n"
             f"t = {reading.time:.1f} s, {'paused' if self.paused else pace}{over}"
         )
-        self._status.content = text + (f"\n\n**Goal not followed:** {self._session.problem}" if self._session.problem else "")
+        self._status.content = text + (
+            f"\n\n**Goal not followed:** {self._session.problem}" if self._session.problem else ""
+        )
         if self._points:
             self._plots.show(np.array(self._points).T)
 

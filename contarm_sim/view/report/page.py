@@ -27,9 +27,9 @@ POINTS = 600
 """Points of a line in the interactive view, at most."""
 
 FIGURES = {
-    "path.png": "Tip path on the dome of reachable tips: targets dashed, simulated tip solid, backbone at the last sample",
+    "path.png": "Tip path on the dome of reachable tips: targets dashed, simulated tip solid, backbone at the end",
     "budget.png": "Tip error over time and its parts, on a logarithmic scale; orientation error below",
-    "muscles.png": "Length changes, tensions and pressures of the three muscles over time; lengths of the arc dotted",
+    "muscles.png": "Length changes, tensions and pressures of the three muscles over time; the arc dotted",
 }
 
 
