@@ -3,7 +3,44 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from typing import Any
+
+LONGEST = 110
+"""Most characters of a value, a name or a place in a message."""
+
+MESSAGE = 385
+"""Most characters of a message about a value; what was allowed is cut short where it would be longer."""
+
+
+def one_line(text: str, most: int = LONGEST) -> str:
+    """Return text without line breaks and control characters; what is too long loses its middle."""
+    if len(text) > most:
+        head = most * 2 // 3
+        text = f"{text[:head]} ... {text[head + 5 - most :]}"
+    return "".join(c if c.isprintable() else " " if c.isspace() else ascii(c)[1:-1] for c in text)[: 4 * most]
+
+
+class _Short(reprlib.Repr):
+    """Writes values as Python does, the long ones in short."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxother = self.maxstring = LONGEST
+        self.maxlist = self.maxtuple = self.maxdict = 8
+
+    def repr_int(self, x: int, level: int) -> str:
+        """Write a whole number; Python refuses to write those of thousands of digits."""
+        return repr(x) if x.bit_length() < 256 else f"a whole number of {x.bit_length()} bits"
+
+    def repr_ndarray(self, x: Any, level: int) -> str:
+        """Write a NumPy array by what it is; a single number as such."""
+        return str(x) if x.ndim == 0 else f"an array of {x.dtype} of shape {x.shape}"
+
+
+def in_short(value: Any) -> str:
+    """Return a value for a message: one line, at most about `LONGEST` characters."""
+    return one_line(value if isinstance(value, str) else _Short().repr(value))
 
 
 class ContarmError(Exception):
@@ -22,7 +59,9 @@ class InputError(ContarmError, ValueError):
 
     def __init__(self, name: str, given: Any, allowed: str, where: str | None = None) -> None:
         self.name, self.given, self.allowed, self.where = name, given, allowed, where
-        super().__init__(f"{where + ': ' if where else ''}{name} is {given}; allowed: {allowed}")
+        place = f"{one_line(where)}: " if where else ""
+        said = f"{place}{one_line(name, 60)} is {in_short(given)}; allowed: "
+        super().__init__(said + one_line(allowed, max(80, MESSAGE - len(said))))
 
     def located(self, where: str | None) -> InputError:
         """Return the same error, said to come from a file or place."""
@@ -37,24 +76,37 @@ class UnreachableError(InputError):
         miss: distance from it to the nearest point of the dome [m].
         nearest: the nearest point of the dome [m], shape (3,).
         index: its place among the targets, 0 for a single one.
+        question: what may explain it, such as a unit; or nothing.
     """
 
     def __init__(
-        self, target: Any, miss: float, nearest: Any, tolerance: float, index: int, where: str | None = None
+        self,
+        target: Any,
+        miss: float,
+        nearest: Any,
+        tolerance: float,
+        index: int,
+        where: str | None = None,
+        question: str = "",
     ) -> None:
         self.target, self.miss, self.nearest, self.index = target, miss, nearest, index
-        self.tolerance = tolerance
+        self.tolerance, self.question = tolerance, question
+        asked = f" ({question})" if question else ""
         super().__init__(
             "target",
             f"({', '.join(f'{x:.6g}' for x in target)}) m, which is {miss * 1e3:.4g} mm off the dome of reachable tips",
-            f"a miss of at most {tolerance * 1e3:.3g} mm (the nearest reachable point is "
+            f"a miss of at most {tolerance * 1e3:.3g} mm{asked} (the nearest reachable point is "
             f"({', '.join(f'{x:.6g}' for x in nearest)}) m), or a projection: nearest, ray, paper",
             where,
         )
 
     def located(self, where: str | None) -> UnreachableError:
         """Return the same error, said to come from a file or place."""
-        return UnreachableError(self.target, self.miss, self.nearest, self.tolerance, self.index, where)
+        return UnreachableError(self.target, self.miss, self.nearest, self.tolerance, self.index, where, self.question)
+
+    def asking(self, question: str) -> UnreachableError:
+        """Return the same error with a question that explains it, such as one about the unit."""
+        return UnreachableError(self.target, self.miss, self.nearest, self.tolerance, self.index, self.where, question)
 
 
 class DivergenceError(ContarmError):

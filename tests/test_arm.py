@@ -1,13 +1,16 @@
 """Parameters: what is refused, and that TOML says the same thing twice."""
 
 import math
+import re
 
 import pytest
 
 from contarm_sim.errors import InputError
+from contarm_sim.mjcf import arm_spec
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import arm_from_dict, arm_to_dict, arm_to_toml, load_arm
 from contarm_sim.model.mckibben import McKibben
+from contarm_sim.model.units import quantity
 
 
 @pytest.mark.parametrize(
@@ -76,3 +79,25 @@ def test_unreadable_files(tmp_path):
     (tmp_path / "binary.toml").write_bytes(bytes(range(256)))
     with pytest.raises(InputError, match="not text"):
         load_arm(tmp_path / "binary.toml")
+
+
+@pytest.mark.parametrize(
+    "given", [{"mass": 1e-9, "links": 400}, {"section_radius": 1e-7}, {"mass": 1e-6, "section_radius": 1e-4}]
+)
+def test_links_that_the_engine_cannot_turn_are_refused(given):
+    with pytest.raises(InputError, match="links that the engine can turn") as caught:
+        Arm(**given)
+    least = float(re.search(r"more than (\S+) kg", str(caught.value)).group(1))
+    arm_spec(Arm(**given | {"mass": 1.01 * least})).compile()
+
+
+def test_quantities_have_units():
+    """Text with a unit is the same number as in SI; other kinds of unit and bare numbers out of proportion are not."""
+    for text, unit, value in [("250mm", "m", 0.25), ("0.15 m", "m", 0.15), ("50g", "kg", 0.05), ("700 kPa", "Pa", 7e5),
+                              ("7bar", "Pa", 7e5), ("90deg", "rad", math.pi / 2), ("1e5 N mm^2", "N m^2", 0.1),
+                              ("20Nmm", "N m", 0.02), ("2N/mm", "N/m", 2000.0), ("9810 mm/s^2", "m/s^2", 9.81),
+                              ("25%", "-", 0.25), ("5ms", "s", 0.005), ("-5mm", "m", -0.005)]:  # fmt: skip
+        assert quantity(text, unit, "x") == value
+    for text, unit in [("3V", "m"), ("5kg", "m"), ("90", "rad"), ("700", "Pa"), ("370", "m"), ("1e", "m"), ("m", "m")]:
+        with pytest.raises(InputError):
+            quantity(text, unit, "x")

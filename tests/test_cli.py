@@ -13,8 +13,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from contarm_sim.cli.main import main
+from contarm_sim.cli.main import COMMANDS, SHORT, main
 from contarm_sim.kinematics import arc
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.arm_file import load_arm
+from contarm_sim.model.flat import MUSCLE_PARAMETERS, PARAMETERS
 
 
 @pytest.fixture
@@ -225,7 +228,18 @@ WRONG = {
     "fk --bend -1 0": "bend_angle",
     "fk --bend 1 inf": "plane_angle",
     "fk --bend 1": "2 arguments",
-    "fk --bend a b": "'a' is not a valid float",
+    "fk --bend a b": "'a'; allowed: a number [rad], or with its unit, such as 90deg",
+    "fk --bend 1.57 90": "in degrees? write 90deg",
+    "fk --bend 1 0 --length 370": "in millimetres? write 370mm",
+    "fk --bend 1 0 --length 0.37 --length 1": "--length is given 2 times",
+    "ik --tip 5 0 235.5": "in millimetres?",
+    "ik --file mm.csv": "(in millimetres?)",
+    "run --payload 50": "in grams? write 50g",
+    "run --links 3 --max-bend 170deg --muscle.path spans": "a smaller --max-bend",
+    "run --timestep 1e-6 --duration 3600": "at most 100,000,000 steps",
+    "run --duration 3600 --links 400": "GiB of memory",
+    "fk --bend 1 0 --json=1": "write its name alone",
+    "equilibrium --muscles pressures 500 0 0": "in kPa? write 500kPa",
     "fk": "just one of --deltas, --bend",
     "fk --bend 1 0 --deltas 0 0 0": "just one of",
     "fk --deltas 0.001 0.001 0.001": "sum is 0.003 m",
@@ -297,6 +311,7 @@ WRONG = {
 def test_wrong_input_is_one_clear_line_and_exit_2_and_nothing_is_written(contarm, tmp_path, line):
     (tmp_path / "typo.toml").write_text("lenght = 1\n")
     (tmp_path / "cell.csv").write_text("x,y,z\n0,0,0.37\n0,two,0\n")
+    (tmp_path / "mm.csv").write_text("x,y,z\n235.5,0,235.5\n")
     (tmp_path / "off.csv").write_text("x,y,z\n0,0,0.37\n0.1,0.1,0.3\n")
     (tmp_path / "column.csv").write_text("x,y\n0,0\n")
     (tmp_path / "empty.csv").write_text("")
@@ -735,3 +750,60 @@ def test_the_command_line_takes_every_controller_there_is():
     for name in ("run", "view"):
         taken = next(option for option in cli.commands[name].params if option.name == "controller").type.choices
         assert tuple(taken) == NAMES
+
+
+def test_units_on_flags_and_in_files(contarm, tmp_path):
+    """The same numbers with units and in SI give the same answers, to the last bit."""
+    plain = contarm("fk", "--bend", "1.5707963267948966", 0, "--length", 0.25, "--muscle.max-pressure", 600e3, "--json")
+    written = contarm("fk", "--bend", "90deg", "0", "--length", "250mm", "--muscle.max-pressure", "600 kPa", "--json")
+    assert plain == written
+    (tmp_path / "arm.toml").write_text('length = "25 cm"\n[muscle]\nmax_pressure = "6 bar"\n')
+    assert contarm("fk", "--bend", "90deg", "0", "--arm", "arm.toml", "--json") == plain
+    (tmp_path / "mm.csv").write_text("x [mm],y [mm],z [mm],w\n235.5,0,235.5,1\n")
+    code, out, err = contarm("ik", "--file", "mm.csv", "--out", "found.csv")
+    assert code == 0, err
+    assert out.startswith("1 targets solved; the largest miss is")
+    assert err.splitlines()[:2] == ["mm.csv: converted x from mm to m, y from mm to m, z from mm to m",
+                                    "mm.csv: not read: column 'w'"]  # fmt: skip
+
+
+def test_init_writes_an_arm_to_be_edited(contarm, tmp_path):
+    assert contarm("init", "my.toml")[:2] == (0, "")
+    assert load_arm("my.toml") == Arm()
+    text = (tmp_path / "my.toml").read_text()
+    for name, item in {**PARAMETERS, **MUSCLE_PARAMETERS}.items():
+        assert re.search(rf"^(# )?{name} =", text, re.MULTILINE)
+        assert item.metadata["help"] in text
+        assert f"[{item.metadata['unit']}]" in text or item.metadata["unit"] == "-"
+    assert contarm("init", "other.toml", "--length", "250mm", "--torsional-stiffness", "0.1")[0] == 0
+    assert load_arm("other.toml") == Arm(length=0.25, torsional_stiffness=0.1)
+    code, out, err = contarm("init", "my.toml")
+    assert (code, out, "does not exist yet" in err) == (2, "", True)
+
+
+def test_help_says_of_every_command_what_it_does(contarm):
+    _, out, _ = contarm("--help")
+    assert "..." not in out.partition("Commands:")[2]
+    assert all(len(meaning) < 45 and meaning in out for meaning in SHORT.values())
+    assert {command.name for command in COMMANDS} == set(SHORT)
+
+
+@pytest.mark.parametrize("closing", ["2>&-", "2>/dev/full"])
+def test_a_closed_stderr_leaves_stdout_one_document(tmp_path, closing):
+    (tmp_path / "f.csv").write_text("x [mm],y [mm],z [mm]\n235.5,0,235.5\n")
+    words = f"{sys.executable} -m contarm_sim ik --file f.csv --out o.csv --json {closing}"
+    done = subprocess.run(words, shell=True, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0
+    assert len(json.loads(done.stdout)) == 1
+
+
+def test_a_full_disk_and_a_reader_that_left_have_exit_codes_of_their_own(tmp_path):
+    def call(line):
+        line = line.replace("contarm", f"{sys.executable} -m contarm_sim")
+        return subprocess.run(["bash", "-c", line], cwd=tmp_path, capture_output=True, text=True)
+
+    for words in ("--help", "fk --help", "fk --bend 1 0", "muscle"):
+        done = call(f"contarm {words} > /dev/full")
+        assert (done.returncode, done.stderr) == (1, "contarm: cannot write: No space left on device\n"), words
+        done = call(f"contarm {words} | true; exit ${{PIPESTATUS[0]}}")
+        assert (done.returncode in (0, 141), done.stderr) == (True, ""), words

@@ -203,8 +203,8 @@ def test_the_flat_observation_is_what_the_engine_says(task):
     np.testing.assert_allclose(seen["tip_orientation"], data.body("tip").xquat, atol=1e-12)
     np.testing.assert_allclose(seen["muscle_lengths"], 0.37 + data.ten_length, atol=1e-12)
     np.testing.assert_allclose(seen["joint_angles"], data.qpos, atol=1e-12)
-    assert (seen["muscle_tensions"] >= 0).all()
-    assert seen["muscle_tensions"].any()
+    assert (seen["actuator_tensions"] >= 0).all()
+    assert seen["actuator_tensions"].any()
     if task == "hold":
         np.testing.assert_allclose(data.xfrc_applied[-1], [*seen["force"], *seen["couple"]], atol=1e-12)
         assert not env.unwrapped._physics._model.body_ipos[-1].any()  # so the force acts at the tip plate's centre
@@ -442,3 +442,43 @@ def test_definitions_are_sized_without_being_run():
         definition = define(task, Arm(links=6, torsional_stiffness=0.1), mode)
         env = make(task, arm=definition.arm, actions=mode)
         assert env.reset(seed=0)[0].shape == (definition.size,)
+
+
+def _vector(**given):
+    return ArmVectorEnv(2, **given)
+
+
+_WRONG_BY_NAME = {
+    "task": ([], {}, 3, "", None), "reward": ([], 1, "dense", np.zeros(2)), "actions": ([], np.zeros(3), "x", 1),
+    "variations": ("x", [1], {1: 2}, 3), "time_limit": ("x", 10**400, np.nan, [], True), "render_mode": ([], 1, "x"),
+    "arm": ({}, 1),
+}  # fmt: skip
+WRONG = [{name: value} for name, values in _WRONG_BY_NAME.items() for value in values]
+
+
+@pytest.mark.parametrize("make", [ArmEnv, _vector])
+@pytest.mark.parametrize("given", WRONG, ids=str)
+def test_wrong_arguments_are_one_kind_of_error(make, given):
+    with pytest.raises(InputError):
+        make(**given)
+
+
+def test_wrong_seeds_and_options_are_refused_and_a_closed_vector_is_closed():
+    one, many = ArmEnv(), _vector()
+    for env in (one, many):
+        for seed in (2**32, -1, 1.5, "x", True, [1], [1, 2**32], 10**400):
+            with pytest.raises(InputError, match="seed"):
+                env.reset(seed=seed)
+        for options in ("text", [1], 3):
+            with pytest.raises(InputError, match="options"):
+                env.reset(options=options)
+    for steps in ("x", 0, -1, 10**400, 1.5, True, []):
+        with pytest.raises(InputError):
+            _vector(max_episode_steps=steps)
+    with pytest.raises(TypeError, match="cannot be pickled"):
+        pickle.dumps(many)
+    many.reset(seed=[0, 1])
+    many.close()
+    for call in (many.reset, lambda: many.step(np.zeros((2, 2)))):
+        with pytest.raises(InputError, match="after close"):
+            call()

@@ -82,12 +82,29 @@ def test_columns_may_come_in_any_order_and_with_a_byte_order_mark(tmp_path):
     np.testing.assert_array_equal(waypoints.positions, [[1, 2, 3], [4, 5, 6]])
     assert waypoints.times is None
     assert waypoints.places[1].endswith("row 4")
+    assert waypoints.notes[0].endswith("not read: column 'name'")
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["time,x,y,z\n0,0.1,0,0.3\n1.5,0.2,0,0.3\n", "time [s],x [mm],y [mm],z [mm]\n0,100,0,300\n1.5,200,0,300\n",
+     "T;X;Y;Z\n0;0,1;0;0,3\n1,5;0,2;0;0,3\n", "t\tx\ty\tz\n0\t0.1\t0\t0.3\n1.5\t0.2\t0\t0.3\n",
+     "0,0.1,0,0.3\n1.5,0.2,0,0.3\n", "time (ms),x_m,y_m,z_mm\n0,0.1,0,300\n1500,0.2,0,300\n",
+     "qw,time,x,y,z\n1,0,0.1,0,0.3\n1,1.5,0.2,0,0.3\n"],
+)  # fmt: skip
+def test_the_same_path_may_be_written_in_many_ways(tmp_path, text):
+    waypoints = read_csv(_write(tmp_path, text))
+    np.testing.assert_allclose(waypoints.positions, [[0.1, 0, 0.3], [0.2, 0, 0.3]], rtol=1e-15)
+    np.testing.assert_allclose(waypoints.times, [0, 1.5])
+    assert any("from mm to m" in note for note in waypoints.notes) == ("mm" in text)
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [("", "empty"), ("\n\n", "empty"), ("x,y,z\n", "without rows"), ("x,y\n1,2\n", "missing: z"), 
-     ("1,2,3\n4,5,6\n", "missing: x"),
+     ("1,2\n4,5\n", "2 columns without a header"), ("x;y;z\n0,1;0.2;1,2,3\n", "column z is '1,2,3'"),
+     ("x,y,z\n0,1,0,2,0,3\n", "decimal commas"), ("x [s],y,z\n0,0,1\n", "unit of column x is 's'"),
+     ("x y z\n0 0 1\n", "missing: x"), ("0 0 1\n0 0 2\n", "missing: x"), ("t,time,x,y,z\n0,0,0,0,1\n", "once"),
      ("x,y,z\n1,2,3\n1,two,3\n", "row 3, column y is 'two'"), ("x,y,z\n1,2\n", "row 2, column z is ''"),
      ("x,y,z\n1,2,nan\n", "row 2, column z is 'nan'"), ("t,x,y,z\n0,0,0,1\n0,0,0,2\n", "t in row 3"),
      (bytes(range(256)), "not text"), (b"x,y,z\n\0\0\0", "not text")],

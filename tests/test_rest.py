@@ -10,7 +10,7 @@ from rod import parallel_rod
 
 from contarm_sim.control.base import Seen
 from contarm_sim.control.servo import LengthFeedback, Servo
-from contarm_sim.control.tip import plan_motion, plan_rest
+from contarm_sim.control.tip_motion import plan_motion, plan_rest
 from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import EquilibriumError
 from contarm_sim.kinematics import arc

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from references import along, moving, resting
 
-from contarm_sim.control.tip import plan_rest
+from contarm_sim.control.tip_motion import plan_rest
 from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import DivergenceError, InputError, Interrupted
 from contarm_sim.kinematics import arc

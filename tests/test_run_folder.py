@@ -1,5 +1,6 @@
 """A run folder that is damaged: one clear line that names the file, and exit code 2."""
 
+import json
 import re
 import sys
 from pathlib import Path
@@ -12,9 +13,10 @@ from references import along
 from contarm_sim.cli.main import main
 from contarm_sim.errors import InputError
 from contarm_sim.model.arm import Arm
-from contarm_sim.model.arm_file import arm_to_toml
+from contarm_sim.model.arm_file import arm_to_dict, arm_to_toml
 from contarm_sim.motion.simulate import simulate
-from contarm_sim.results.trajectory import Trajectory
+from contarm_sim.results.arrays import require_arms_own
+from contarm_sim.results.trajectory import ARRAYS, Trajectory
 
 
 @pytest.fixture(scope="module")
@@ -84,11 +86,16 @@ def _missing(path, arrays):
     np.savez(path, **arrays)
 
 
-@pytest.mark.parametrize("damage", [_empty, _words, _pickle, _one_array, _cut, _scratched, _missing])
+@pytest.mark.parametrize("damage", [_empty, _words, _one_array, _cut, _scratched, _missing])
 def test_a_file_that_is_no_recording_is_one_line(render, damage):
     code, err = render(damage)
     assert code == 2, err
     assert re.fullmatch(r"contarm: r/trajectory\.npz: file is .*; allowed: a trajectory\.npz of contarm run\n", err)
+
+
+def test_objects_are_not_unpickled(render):
+    said = "bend is an array of object; allowed: an array of real numbers"
+    assert render(_pickle) == (2, f"contarm: r/trajectory.npz: {said}\n")
 
 
 @pytest.mark.parametrize(
@@ -121,5 +128,72 @@ def test_pressures_that_no_muscle_could_have_are_kept(samples, tmp_path):
 
 def test_a_scalar_that_is_not_finite_is_refused(samples, tmp_path):
     np.savez(tmp_path / "t.npz", **_arrays(samples) | {"time": np.array(np.nan)})
-    with pytest.raises(InputError, match="time is nan; allowed: finite numbers"):
+    with pytest.raises(InputError, match=r"time is of shape \(\); allowed: an array of shape \(T,\)"):
         Trajectory.load(tmp_path / "t.npz")
+
+
+SHAPED = [("time", (3,)), ("time", (0,)), ("target", (7, 3)), ("target", (7, 2)), ("stations", (7, 5)), ("qpos", (7,)),
+          ("stations", (7, 4, 3)), ("qpos", (7, 7)), ("tip_rotation", (7, 3, 2)), ("pressure", (7, 3, 1))]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "shape"), SHAPED)
+def test_arrays_of_other_shapes_are_refused_by_name(render, name, shape):
+    code, err = render(lambda path, arrays: np.savez(path, **arrays | {name: np.zeros(shape)}))
+    assert code == 2, err
+    assert re.match(r"contarm: r/trajectory\.npz: \w+ is ", err)
+    assert name in err
+
+
+def _of(arm, arrays):
+    about = json.loads(str(arrays["about"])) | {"arm": arm_to_dict(arm)}
+    return arrays | {"about": np.array(json.dumps(about))}
+
+
+@pytest.mark.parametrize(
+    ("arm", "said"),
+    [(Arm(links=5), "stations is of 4 links"), (Arm(links=4, length=0.371), "links of 0.09275 m"),
+     (Arm(links=4, torsional_stiffness=0.1), "qpos is of 8 joint angles; allowed: 12")],
+)  # fmt: skip
+def test_samples_of_another_arm_are_refused(render, tmp_path, arm, said):
+    (tmp_path / "r/arm.toml").write_text(arm_to_toml(arm))
+    code, err = render(lambda path, arrays: np.savez(path, **_of(arm, arrays)))
+    assert (code, said in err, err.count("\n")) == (2, True, 1), err
+    assert "r/trajectory.npz" in err
+    code, err = render(lambda path, arrays: np.savez(path, **arrays))
+    assert code == 2
+    assert "r: arm.toml is another arm than that of trajectory.npz" in err
+
+
+@pytest.mark.parametrize("about", ["", "{", "[]", '{"arm": {}}', '{"arm": {"length": -1}, "status": "finished"}', "0",
+                                   '{"arm": {}, "status": "ended", "controller": "servo"}'])  # fmt: skip
+def test_a_recording_that_does_not_say_what_it_is_of_is_refused(render, about):
+    code, err = render(lambda path, arrays: np.savez(path, **arrays | {"about": np.array(about)}))
+    assert (code, err.count("\n")) == (2, 1), err
+
+
+def test_a_damaged_recording_is_refused_or_reads_the_same(samples, tmp_path):
+    """Bits are flipped and ends cut off all over the file: nothing else than an InputError comes of it."""
+    file = tmp_path / "t.npz"
+    samples.save(file)
+    whole, random, refused = file.read_bytes(), np.random.default_rng(0), 0
+    for _ in range(300):
+        content = bytearray(whole)
+        if random.random() < 0.2:
+            content = content[: random.integers(len(content))]
+        else:
+            content[random.integers(len(content))] ^= 1 << int(random.integers(8))
+        file.write_bytes(content)
+        try:
+            again = Trajectory.load(file)
+        except InputError:
+            refused += 1
+        else:
+            assert again == samples
+    assert refused > 200
+
+
+def test_recordings_fit_their_arms():
+    for arm in (Arm(links=9, torsional_stiffness=0.05, gravity=(5, 5, 0)), Arm(links=8)):
+        for extrapolate in (False, True):
+            found = simulate(arm, along(arm, "circle", 0.2, max_bend=2), extrapolate=extrapolate)
+            require_arms_own(arm, {name: getattr(found, name) for name in ARRAYS}, "here")

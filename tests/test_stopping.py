@@ -6,14 +6,17 @@ import signal
 import subprocess
 import sys
 import time
+import weakref
 from contextlib import suppress
 
 import numpy as np
 import pytest
 
 from contarm_sim.cli.main import main
-from contarm_sim.files import appearing, write_whole
+from contarm_sim.errors import InputError
+from contarm_sim.files import appearing, remove_leftovers, write_whole
 from contarm_sim.stopping import SIGNALS, break_off, breakable, came, exit_code, listening, unbroken
+from contarm_sim.view.report.output import check_output, output_file
 
 NUMBERS = {"summary.json", "samples.csv", "trajectory.npz", "arm.xml", "arm.toml"}
 FIGURES = {"path.png", "budget.png", "muscles.png"}
@@ -246,3 +249,59 @@ def test_a_link_laid_for_the_scratch_file_is_not_followed(contarm, tmp_path, wor
     assert (tmp_path / "precious").read_text() == "precious"
     assert not (tmp_path / "a.svg").is_symlink()
     assert sorted(os.listdir(tmp_path)) == [".a.svg.part", "a.svg", "precious"]
+
+
+def test_what_killed_processes_left_goes_at_the_next_start(tmp_path):
+    """Scratch folders and files of the dead go, those of the living and everybody's own files stay."""
+    program = (
+        "import sys, time; from pathlib import Path; from contarm_sim.files import appearing\n"
+        "from contarm_sim.view.report.output import OutputFolder\n"
+        "with OutputFolder(Path('run')) as opened, appearing(Path('a.csv')):\n"
+        "    (opened.folder / 'half').write_text('x'); print('ready', flush=True); time.sleep(60)"
+    )
+    processes = [subprocess.Popen([sys.executable, "-c", program], cwd=tmp_path, stdout=subprocess.PIPE) for _ in "12"]
+    for process in processes:
+        process.stdout.readline()
+    (tmp_path / ".mine.contarm-notes").write_text("precious")
+    left = set(os.listdir(tmp_path))
+    assert len(left) == 5
+    processes[0].kill()
+    processes[0].wait()
+    for name in left:
+        os.utime(tmp_path / name, (0, 0))
+    remove_leftovers(tmp_path)
+    stayed = set(os.listdir(tmp_path))
+    assert len(stayed) == 3
+    assert ".mine.contarm-notes" in stayed
+    processes[1].kill()
+    processes[1].wait()
+    check_output(tmp_path / "new")
+    assert os.listdir(tmp_path) == [".mine.contarm-notes"]
+    for process in processes:
+        process.stdout.close()
+
+
+def test_of_two_that_write_one_name_one_is_told(tmp_path):
+    def write(text, inner=None):
+        with output_file(tmp_path / "a.csv") as scratch:
+            scratch.write_text(text)
+            if inner is not None:
+                write(inner)
+
+    with pytest.raises(InputError, match="another process has written"):
+        write("second", "first")
+    assert (tmp_path / "a.csv").read_text() == "first"
+    assert os.listdir(tmp_path) == ["a.csv"]
+
+
+def test_an_interruption_in_a_callback_of_a_weak_reference_comes_again():
+    class Thing:
+        pass
+
+    thing = Thing()
+    held = weakref.ref(thing, lambda _: signal.raise_signal(signal.SIGINT))
+    with listening():
+        del thing
+        with pytest.raises(KeyboardInterrupt):
+            time.sleep(5)
+    assert held() is None

@@ -43,6 +43,7 @@ def test_equality_answers(run):
     assert run != replace(run, setpoint=run.setpoint + 1e-12)
     assert run != replace(run, arm=replace(ARM, payload=0.0))
     assert run != replace(run, status="interrupted")
+    assert replace(run, step_error=np.zeros(len(run))) != replace(run, step_error=None)
     assert run != 3
     assert run.reference == along(ARM, "circle", 0.5, max_bend=0.4)
 

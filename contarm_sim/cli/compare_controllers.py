@@ -5,12 +5,12 @@ from __future__ import annotations
 import click
 
 from contarm_sim import studies
-from contarm_sim.cli.options import Command, arm_options, json_option, out_option
+from contarm_sim.cli.options import TIME, Command, arm_options, json_option, out_option
 from contarm_sim.model.arm import Arm
 
 
 @click.command(cls=Command, name="compare-controllers")
-@click.option("--duration", type=float, default=10.0, show_default=True, metavar="S", help="Time for the spiral [s].")
+@click.option("--duration", type=TIME, default=10.0, show_default=True, metavar="S", help="Time for the spiral [s].")
 @out_option("runs/compare-controllers-<time>")
 @json_option
 @arm_options

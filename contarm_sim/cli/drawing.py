@@ -61,6 +61,7 @@ def _film(job: Any, folder: Path) -> str:
     try:
         with progress("filming") as on_frame:
             name = str(job.film(folder, on_frame))
+        say_backend()
     except RenderingError as error:
         if came() is not None:  # a library made that of the interruption
             raise KeyboardInterrupt from None
@@ -69,3 +70,13 @@ def _film(job: Any, folder: Path) -> str:
     if name.endswith(".gif"):
         say("no video encoder works here: an animated picture instead")
     return name
+
+
+def say_backend() -> None:
+    """Say so where MUJOCO_GL names a library that does not draw here, and another one did."""
+    from contarm_sim.cli.terminal import say
+    from contarm_sim.view.rendering.gl import choose_backend
+
+    note = choose_backend().note
+    if note:
+        say(note)

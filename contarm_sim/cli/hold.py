@@ -7,16 +7,16 @@ import math
 import click
 
 from contarm_sim import studies
-from contarm_sim.cli.options import Command, arm_options, json_option
+from contarm_sim.cli.options import ANGLE, PLAIN, Command, arm_options, json_option
 from contarm_sim.model.arm import Arm
 
 
 @click.command(cls=Command)
 @click.option(
-    "--bend", type=float, nargs=2, required=True, metavar="BEND_ANGLE PLANE_ANGLE", help="Pose to hold [rad]."
+    "--bend", type=ANGLE, nargs=2, required=True, metavar="BEND_ANGLE PLANE_ANGLE", help="Pose to hold [rad]."
 )
 @click.option(
-    "--share", type=float, default=0.0, show_default=True, metavar="X",
+    "--share", type=PLAIN, default=0.0, show_default=True, metavar="X",
     help="Co-contraction, from 0, the least that pressures allow, to 1, the most.",
 )  # fmt: skip
 @json_option

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from contarm_sim.cli.options import Command, arm_options, json_option
+from contarm_sim.cli.options import ANGLE, LENGTH, PLAIN, Command, arm_options, json_option
 from contarm_sim.errors import InputError, UnreachableError
 from contarm_sim.model.arm import Arm
 
@@ -17,11 +17,11 @@ DELTA_TOLERANCE = 1e-6
 
 @click.command(cls=Command)
 @click.option(
-    "--deltas", type=float, nargs=3, metavar="L1 L2 L3", help="Muscle length changes [m], shortening < 0; sum 0."
+    "--deltas", type=LENGTH, nargs=3, metavar="L1 L2 L3", help="Muscle length changes [m], shortening < 0; sum 0."
 )
-@click.option("--bend", type=float, nargs=2, metavar="BEND_ANGLE PLANE_ANGLE", help="Bend in polar form [rad].")
+@click.option("--bend", type=ANGLE, nargs=2, metavar="BEND_ANGLE PLANE_ANGLE", help="Bend in polar form [rad].")
 @click.option(
-    "--xi", type=float, multiple=True, metavar="X ...", help="Normalised arc lengths, 0 base to 1 tip; default the tip."
+    "--xi", type=PLAIN, multiple=True, metavar="X ...", help="Normalised arc lengths, 0 base to 1 tip; default the tip."
 )
 @json_option
 @arm_options
@@ -29,7 +29,7 @@ def fk(arm: Arm, deltas: Any, bend: Any, xi: tuple[float, ...], as_json: bool) -
     """Forward kinematics: muscle length changes or a bend to the pose of the arc.
 
     \b
-    contarm fk --bend 1.5708 0
+    contarm fk --bend 90deg 0
     contarm fk --deltas -0.02827 0.01414 0.01413 --xi 0 0.5 1 --json
     """
     import numpy as np
@@ -45,7 +45,7 @@ def fk(arm: Arm, deltas: Any, bend: Any, xi: tuple[float, ...], as_json: bool) -
     else:
         vector = arc.from_polar(*bend)
     stations = np.array(xi) if xi else np.array(1.0)
-    solution = {**_solution(arm, vector), "transform": arc.transform(vector, arm.length, stations).tolist()}
+    solution = {**_solutions(arm, vector[None])[0], "transform": arc.transform(vector, arm.length, stations).tolist()}
     if xi:
         solution["xi"] = list(xi)
     if as_json:
@@ -63,7 +63,7 @@ def fk(arm: Arm, deltas: Any, bend: Any, xi: tuple[float, ...], as_json: bool) -
 
 
 @click.command(cls=Command)
-@click.option("--tip", type=float, nargs=3, metavar="X Y Z", help="Target of the tip in the base frame [m].")
+@click.option("--tip", type=LENGTH, nargs=3, metavar="X Y Z", help="Target of the tip in the base frame [m].")
 @click.option("--file", metavar="TARGETS.csv", help="Targets: a CSV file with columns x,y,z (t,x,y,z) [m].")
 @click.option("--out", metavar="SOLUTIONS.csv", help="Write the solutions to a CSV file that does not exist yet.")
 @click.option(
@@ -74,7 +74,7 @@ def fk(arm: Arm, deltas: Any, bend: Any, xi: tuple[float, ...], as_json: bool) -
     show_default=True,
 )
 @click.option(
-    "--tolerance", type=float, metavar="X", help="Largest miss that counts as reached [m]; default 3e-4 length."
+    "--tolerance", type=LENGTH, metavar="X", help="Largest miss that counts as reached [m]; default 3e-4 length."
 )
 @json_option
 @arm_options
@@ -92,6 +92,7 @@ def ik(
     """
     import numpy as np
 
+    from contarm_sim.cli.terminal import say
     from contarm_sim.kinematics import arc, dome
     from contarm_sim.view.report.output import check_output, to_json
 
@@ -101,30 +102,34 @@ def ik(
         raise InputError("tolerance", tolerance, "a number of at least 0 [m]")
     if out is not None:
         check_output(Path(out))
-    targets, places = _targets(tip, file)
+    targets, places, notes = _targets(tip, file)
     try:
         reach = dome.bend_from_tip(targets, arm.length, project, tolerance)
     except UnreachableError as error:
-        if places is None:
-            raise
-        raise error.located(places[error.index]) from None
-    reached = arc.transform(reach.bend, arm.length)
+        raise asking(error, arm).located(None if places is None else places[error.index]) from None
+    for note in notes:
+        say(note)
+    reached, solved = arc.transform(reach.bend, arm.length), _solutions(arm, reach.bend)
     solutions = [
         {
             "target": targets[i].tolist(),
             "miss": float(reach.miss[i]),
             "reachable": bool(reach.reachable[i]),
-            **_solution(arm, reach.bend[i]),
+            **solved[i],
             "transform": reached[i].tolist(),
         }
         for i in range(len(targets))
     ]
     if out is not None:
         _write(Path(out), solutions)
+        say(f"written: {out}")
     if as_json:
         click.echo(to_json(solutions))
     elif tip is not None:
         _show(solutions[0], [("tip", np.array(solutions[0]["transform"]))])
+    elif out is not None:
+        worst = max(row["miss"] for row in solutions)
+        click.echo(f"{len(solutions)} targets solved; the largest miss is {1e3 * worst:.4g} mm")
     else:
         from contarm_sim.cli.terminal import table
 
@@ -145,30 +150,44 @@ def ik(
         )
 
 
-def _targets(tip: Any, file: str | None) -> tuple[Any, list[str] | None]:
+def asking(error: UnreachableError, arm: Arm) -> UnreachableError:
+    """Return an error, with a question where a target in millimetres explains it: a thousandth lies near the dome."""
+    import numpy as np
+
+    from contarm_sim.kinematics import dome
+
+    near = dome.bend_from_tip(1e-3 * np.asarray(error.target), arm.length, "nearest").miss <= 0.1 * arm.length
+    return error.asking("in millimetres?") if near and error.miss > arm.length else error
+
+
+def _targets(tip: Any, file: str | None) -> tuple[Any, list[str] | None, tuple[str, ...]]:
+    """Return (targets [m], their places in a file, what to say of the file)."""
     import numpy as np
 
     if file is None:
-        return np.array([tip]), None
+        return np.array([tip]), None, ()
     from contarm_sim.paths.waypoints import read_csv
 
     waypoints = read_csv(file)
-    return waypoints.positions, waypoints.places
+    return waypoints.positions, waypoints.places, waypoints.notes
 
 
-def _solution(arm: Arm, bend: Any) -> dict[str, Any]:
+def _solutions(arm: Arm, bends: Any) -> list[dict[str, Any]]:
+    """Return what is said of each bend [rad], shape (T, 2): computed for all at once."""
     from contarm_sim.kinematics import arc, muscles
 
-    bend_angle, plane_angle = (float(x) for x in arc.to_polar(bend))
-    deltas = muscles.deltas_from_bend(bend, arm.muscle_radius)
-    return {
-        "bend_angle": bend_angle,
-        "plane_angle": plane_angle,
-        "curvature": bend_angle / arm.length,
-        "muscle_deltas": deltas.tolist(),
-        "muscle_lengths": (arm.length + deltas).tolist(),
-        "tip": arc.position(bend, arm.length).tolist(),
+    angle, plane = arc.to_polar(bends)
+    deltas = muscles.deltas_from_bend(bends, arm.muscle_radius)
+    columns = {
+        "bend_angle": angle,
+        "plane_angle": plane,
+        "curvature": angle / arm.length,
+        "muscle_deltas": deltas,
+        "muscle_lengths": arm.length + deltas,
+        "tip": arc.position(bends, arm.length),
     }
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in rows]
 
 
 def _show(solution: dict[str, Any], frames: list[tuple[str, Any]]) -> None:

@@ -7,9 +7,9 @@ Ctrl-C, 143 SIGTERM, 129 SIGHUP (a terminal that was closed).
 from __future__ import annotations
 
 import os
+import re
 import signal
 import sys
-from typing import Any
 
 import click
 
@@ -21,6 +21,7 @@ from contarm_sim.cli import (
     equilibrium,
     figures,
     hold,
+    init,
     kinematics,
     muscle,
     possibility,
@@ -32,29 +33,17 @@ from contarm_sim.cli import (
     view,
 )
 from contarm_sim.cli.terminal import say
-from contarm_sim.errors import ContarmError, InputError
+from contarm_sim.errors import ContarmError, InputError, one_line
 from contarm_sim.stopping import came, exit_code, listening
+
+MESSAGE = 330
+"""Most characters of a message about an argument; its middle is left out where it would be longer."""
 
 _VARIADIC = ("--xi", "--pressure")
 _JOINED = "--muscles"
 
 
-class BrokenOffError(Exception):
-    """Ctrl-C on its way past click, which would write an empty line."""
-
-
-class Group(click.Group):
-    """The subcommands."""
-
-    def invoke(self, ctx: click.Context) -> Any:
-        """Run the subcommand."""
-        try:
-            return super().invoke(ctx)
-        except KeyboardInterrupt:
-            raise BrokenOffError from None
-
-
-@click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
 @click.version_option(package_name="contarm-sim")
 def cli() -> None:
     """A continuum arm derived twice, in closed form and in MuJoCo, and the measured difference.
@@ -86,10 +75,34 @@ COMMANDS = (
     kinematics.fk,
     kinematics.ik,
     build.build,
+    init.init,
     envs.envs,
     doctor.doctor,
 )
+SHORT = {
+    "run": "Follow a path and compare with theory.",
+    "render": "Draw a film or picture of a run.",
+    "view": "Steer the arm live in a browser.",
+    "validate": "Test the constant-curvature model.",
+    "compare-controllers": "Run the spiral with every controller.",
+    "equilibrium": "Find the pose at rest under loads.",
+    "stiffness": "Tip stiffness against co-contraction.",
+    "release": "Let a loaded arm go and record it.",
+    "hold": "Pressures that hold a bend.",
+    "possibility": "Map the bends that pressures can hold.",
+    "muscle": "Force of one muscle.",
+    "figures": "Draw the figures of the paper and more.",
+    "fk": "Pose of a bend or of muscle lengths.",
+    "ik": "Bend and muscle lengths for a position.",
+    "build": "Write the arm as MJCF files.",
+    "init": "Write a TOML file to describe an arm.",
+    "envs": "List the learning tasks and their scores.",
+    "doctor": "Check what this machine can do.",
+}
+"""What each command does, in a line of `contarm --help`."""
+
 for command in COMMANDS:
+    command.short_help = SHORT[str(command.name)]
     cli.add_command(command)
 
 
@@ -114,15 +127,13 @@ def _spell_out(arguments: list[str]) -> list[str]:
 
 
 def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
+    """Tell a negative number, perhaps with a unit, -5mm, from a flag."""
+    return re.match(r"-(\d|\.\d|inf|nan)", word) is not None
 
 
 def main() -> None:
     """Run `contarm` and exit."""
+    _open_standard_files()
     with listening():
         try:
             code = _run()
@@ -131,36 +142,69 @@ def main() -> None:
     sys.exit(code)
 
 
+def _open_standard_files() -> None:
+    """Keep files that are opened later from taking the places of standard files that are closed."""
+    for descriptor in range(3):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)
+
+
+def _call(arguments: list[str]) -> int:
+    """Run the subcommand; return its exit code.
+
+    Not by `cli.main`, which makes an exit code of its own of an output that nobody reads.
+    """
+    for word in arguments:
+        try:
+            word.encode()
+        except UnicodeEncodeError:
+            raise InputError("argument", repr(word), "names in UTF-8") from None
+    if "_CONTARM_COMPLETE" in os.environ:
+        cli.main(args=arguments, prog_name="contarm", standalone_mode=False)
+        return 0
+    try:
+        with cli.make_context("contarm", _spell_out(arguments)) as context:
+            code = cli.invoke(context)
+    except click.exceptions.Exit as ended:  # --help, --version
+        code = ended.exit_code
+    if sys.stdout is not None:
+        sys.stdout.flush()
+    return code if isinstance(code, int) else 0
+
+
 def _run() -> int:
     """Run `contarm`, say what went wrong, and return the exit code."""
     try:
-        code = cli.main(args=_spell_out(sys.argv[1:]), prog_name="contarm", standalone_mode=False)
-        if sys.stdout is not None:
-            sys.stdout.flush()
+        code = _call(sys.argv[1:])
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.ctx.get_help() if error.ctx else error.format_message())
         return 2
     except click.ClickException as error:
         context = getattr(error, "ctx", None)
         hint = f" (see {context.command_path} --help)" if context is not None else ""
-        return _failed(error.format_message().rstrip(".").replace("\n", " ") + hint, 2)
+        message = error.format_message().rstrip(".")
+        if message.endswith("does not take a value"):
+            message += "; it is a switch: write its name alone"
+        return _failed(one_line(message, MESSAGE) + hint, 2)
     except InputError as error:
         return _failed(str(error), 2)
     except BrokenPipeError:  # the reader of our output went away
         _silence_stdout()
         return 141
-    except Exception as error:
-        if came() is not None or isinstance(error, BrokenOffError):  # or what a library made of it
+    except (Exception, KeyboardInterrupt) as error:
+        if came() is not None or isinstance(error, (KeyboardInterrupt, click.Abort)):  # or what a library made of it
             return _interrupted()
         if isinstance(error, ContarmError):
-            return _failed(str(error), 1)
+            return _failed(one_line(str(error), 4 * MESSAGE), 1)
         if isinstance(error, OSError):  # no space left, say
             _silence_stdout()
             return _failed(f"cannot write: {error.strerror}", 1)
         raise
     if not code and came() in (signal.SIGTERM, signal.SIGHUP):  # of `view`, which Ctrl-C ends as it should
         return exit_code()
-    return code if isinstance(code, int) else 0
+    return code
 
 
 def _interrupted() -> int:

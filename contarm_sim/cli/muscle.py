@@ -7,13 +7,13 @@ from pathlib import Path
 import click
 
 from contarm_sim import studies
-from contarm_sim.cli.options import Command, arm_options, json_option
+from contarm_sim.cli.options import PRESSURE, Command, arm_options, json_option
 from contarm_sim.model.arm import Arm
 
 
 @click.command(cls=Command)
 @click.option(
-    "--pressure", type=float, multiple=True, metavar="P ...", help="Gauge pressures [Pa]; default 100 to 700 kPa."
+    "--pressure", type=PRESSURE, multiple=True, metavar="P ...", help="Gauge pressures [Pa]; default 100 to 700 kPa."
 )
 @click.option(
     "--out", metavar="PICTURE.png", help="Draw the curves too, into a .png, .pdf or .svg that does not exist."

@@ -8,15 +8,46 @@ from typing import Any
 
 import click
 
-from contarm_sim.errors import InputError
+from contarm_sim.errors import InputError, in_short
 from contarm_sim.model.flat import MUSCLE_PARAMETERS, PARAMETERS
+from contarm_sim.model.units import quantity
 
 _MUSCLE = "muscle__"
 _SIZES = {"gravity": (3, "GX GY GZ"), "base_orientation": (4, "W X Y Z")}
 
 
+class Quantity(click.ParamType):
+    """A number in an SI unit, or one with its unit: 0.25, 250mm."""
+
+    name = "quantity"
+
+    def __init__(self, unit: str) -> None:
+        self.unit = unit
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the number in the SI unit."""
+        if isinstance(value, (int, float)):
+            return float(value)
+        try:
+            return quantity(value, self.unit, "value")
+        except InputError as error:
+            return self.fail(f"{in_short(error.given)}; allowed: {error.allowed}", param, ctx)
+
+
+LENGTH, ANGLE, TIME, PLAIN = Quantity("m"), Quantity("rad"), Quantity("s"), Quantity("-")
+PRESSURE = Quantity("Pa")
+
+
 class Command(click.Command):
     """A command whose help lists its own options first, then the arm's, then the muscles'."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read the arguments; a flag that takes one value may come once, for the others would be lost unread."""
+        order = self.make_parser(ctx).parse_args(list(args))[2] if not ctx.resilient_parsing else []
+        for param in order:
+            if isinstance(param, click.Option) and not param.multiple and not param.is_flag and order.count(param) > 1:
+                raise click.UsageError(f"{param.opts[-1]} is given {order.count(param)} times; allowed: once", ctx)
+        return super().parse_args(ctx, args)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options in sections."""
@@ -51,7 +82,7 @@ def _type(item: Field[Any]) -> Any:
     """Return what a parameter's flag takes."""
     if "choices" in item.metadata:
         return click.Choice(item.metadata["choices"])
-    return int if item.name == "links" else float
+    return int if item.name == "links" else Quantity(item.metadata["unit"])
 
 
 def _parameter_options() -> list[Callable[[Any], Any]]:
@@ -138,9 +169,7 @@ def muscles_from_words(text: str) -> Any:
     """
     from contarm_sim.model.load import Muscles
 
-    kind, *words = text.split() or ["off"]
-    try:
-        values = tuple(float(word) for word in words)
-    except ValueError:
-        raise InputError("muscles", repr(text), "off, or deltas, tensions, pressures, bend and their numbers") from None
+    kind, *words = text.split() or [text]
+    unit = {"deltas": "m", "tensions": "N", "pressures": "Pa", "bend": "rad"}.get(kind, "-")
+    values = tuple(quantity(word, unit, f"muscles {kind}") for word in words)
     return Muscles(kind=kind, values=values)  # type: ignore[arg-type]

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from contarm_sim import studies
-from contarm_sim.cli.options import Command, arm_options, json_option, muscles_option, out_option
+from contarm_sim.cli.options import TIME, Command, arm_options, json_option, muscles_option, out_option
 from contarm_sim.errors import InputError
 from contarm_sim.model.arm import Arm
 
@@ -22,7 +22,7 @@ from contarm_sim.model.arm import Arm
 )  # fmt: skip
 @muscles_option("How muscles are driven, before and after: off, tensions, pressures, ... as in contarm equilibrium.")
 @click.option(
-    "--ramp-down", type=float, metavar="S", help="Let the load fade evenly over this time [s], not go at once."
+    "--ramp-down", type=TIME, metavar="S", help="Let the load fade evenly over this time [s], not go at once."
 )
 @click.option(
     "--forces", metavar="FILE.csv",
@@ -32,10 +32,10 @@ from contarm_sim.model.arm import Arm
 @click.option(
     "--forces-xi", type=float, default=1.0, show_default=True, metavar="X", help="Where the force of --forces acts."
 )
-@click.option("--duration", type=float, default=2.0, show_default=True, metavar="S", help="Time of the swing [s].")
-@click.option("--timestep", type=float, default=0.001, show_default=True, metavar="S", help="Engine step [s].")
+@click.option("--duration", type=TIME, default=2.0, show_default=True, metavar="S", help="Time of the swing [s].")
+@click.option("--timestep", type=TIME, default=0.001, show_default=True, metavar="S", help="Engine step [s].")
 @click.option(
-    "--sample-period", type=float, default=0.01, show_default=True, metavar="S",
+    "--sample-period", type=TIME, default=0.01, show_default=True, metavar="S",
     help="Time between samples [s], a multiple of the step.",
 )  # fmt: skip
 @click.option(

@@ -9,23 +9,34 @@ from typing import Any
 
 import click
 
-from contarm_sim.cli.options import Command, arm_options, controller_option, json_option, out_option
-from contarm_sim.errors import InputError, Interrupted, UnreachableError
+from contarm_sim.cli.options import (
+    ANGLE,
+    LENGTH,
+    PLAIN,
+    TIME,
+    Command,
+    arm_options,
+    controller_option,
+    json_option,
+    out_option,
+)
+from contarm_sim.errors import InputError, Interrupted
 from contarm_sim.model.arm import Arm
 
 
 @click.command(cls=Command)
 @click.option(
     "--path", "path_name", default="spiral", show_default=True, metavar="NAME|FILE.csv",
-    help="spiral, sphere-spiral (the paper's), circle, line, figure-eight, or a CSV file x,y,z or t,x,y,z [m, s].",
+    help="spiral, sphere-spiral (the paper's), circle, line, figure-eight, or a CSV file x,y,z or t,x,y,z [m, s]; a "
+    "header may give other units: x [mm].",
 )  # fmt: skip
 @click.option(
-    "--duration", type=float, metavar="S", help="Time for the path [s]; default 10, or what the CSV file says."
+    "--duration", type=TIME, metavar="S", help="Time for the path [s]; default 10, or what the CSV file says."
 )
-@click.option("--turns", type=float, metavar="X", help="Turns of the spirals; default 2.")
-@click.option("--max-bend", type=float, metavar="X", help="Largest bend angle [rad]; default 2.094 (120 deg).")
-@click.option("--sphere-radius", type=float, metavar="X", help="Radius of the sphere-spiral [m]; default length.")
-@click.option("--sphere-centre", type=float, nargs=3, metavar="X Y Z", help="Its centre [m]; default the base.")
+@click.option("--turns", type=PLAIN, metavar="X", help="Turns of the spirals; default 2.")
+@click.option("--max-bend", type=ANGLE, metavar="X", help="Largest bend angle [rad]; default 120deg.")
+@click.option("--sphere-radius", type=LENGTH, metavar="X", help="Radius of the sphere-spiral [m]; default length.")
+@click.option("--sphere-centre", type=LENGTH, nargs=3, metavar="X Y Z", help="Its centre [m]; default the base.")
 @click.option(
     "--project", default="refuse", type=click.Choice(["refuse", "nearest", "ray", "paper"]), show_default=True,
     help="What to do with targets off the dome (see contarm ik --help).",
@@ -36,7 +47,7 @@ from contarm_sim.model.arm import Arm
 )
 @click.option("--fast", is_flag=True, help="Steps of 10 ms, whatever error that makes; it is estimated and judged.")
 @click.option(
-    "--timestep", type=float, metavar="S",
+    "--timestep", type=TIME, metavar="S",
     help="Engine step [s], a whole fraction of 0.01; default found: 0.005, or less where its error matters.",
 )  # fmt: skip
 @click.option(
@@ -62,6 +73,7 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
     contarm run --gravity 0 0 9.81 --payload 0.1 --no-video --json
     """
     from contarm_sim.cli.drawing import draw, film_at_first
+    from contarm_sim.cli.path import parameters_of, path_of, reference_of
     from contarm_sim.cli.terminal import command_line, progress, say
     from contarm_sim.motion.simulate import CONTROL_RATE, simulate
     from contarm_sim.stopping import break_off, exit_code, unbroken
@@ -70,9 +82,12 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
     target = Path(out) if out is not None else default_folder("run")
     check_output(target)
     shape = {name: value for name, value in shape.items() if value is not None}
-    path, places = _path(arm, path_name, duration, shape)
-    reference = _reference(arm, path, project, places)
+    path, waypoints = path_of(arm, path_name, duration, shape)
     stepping = _stepping(fast, timestep)
+    _refuse_too_long(path.duration, timestep, arm)
+    reference = reference_of(arm, path, project, None if waypoints is None else waypoints.places)
+    for note in () if waypoints is None else waypoints.notes:
+        say(note)
     with ExitStack() as whole:
 
         def on_tick(count: int) -> None:
@@ -87,12 +102,15 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
                 recorded = simulate(arm, reference, controller, **given)
             except Interrupted as stop:
                 recorded = stop.trajectory
+            except InputError as error:
+                raise _advised(error) from None
         if len(recorded) < 2:
             raise KeyboardInterrupt
         job, recorded = _report(recorded)
         interrupted = recorded.status == "interrupted"
-        summary = job.summary | {"path": path.name if places is None else path_name, "duration": path.duration}
-        summary |= {"path_parameters": shape, "project": project, "timestep": recorded.timestep, "rate": CONTROL_RATE}
+        summary = job.summary | {"path": path.name if waypoints is None else path_name, "duration": path.duration}
+        summary |= {"path_parameters": parameters_of(arm, path_name, shape), "project": project}
+        summary |= {"timestep": recorded.timestep, "rate": CONTROL_RATE}
         summary |= {"command": command_line(), "video": film_at_first(interrupted, not no_video)}
         with OutputFolder(target) as opened:
             job.write(opened.folder)
@@ -142,38 +160,38 @@ def _stepping(fast: bool, timestep: float | None) -> Any:
     return stepping
 
 
-_SHAPE = {
-    "spiral": {"turns", "max_bend"},
-    "sphere-spiral": {"turns", "max_bend", "sphere_radius", "sphere_centre"},
-    "circle": {"max_bend"},
-    "line": {"max_bend"},
-    "figure-eight": {"max_bend"},
-}
+MOST_STEPS = 100_000_000
+"""Most engine steps of one run; they take about half an hour."""
+
+MOST_MEMORY = 8 * 2**30
+"""Most memory that a run may take for what it records and for the controls of its steps [bytes]."""
 
 
-def _path(arm: Arm, name: str, duration: float | None, shape: dict[str, Any]) -> tuple[Any, list[str] | None]:
-    from contarm_sim import paths
-    from contarm_sim.paths.waypoints import from_waypoints, read_csv
+def _refuse_too_long(duration: float, timestep: float | None, arm: Arm) -> None:
+    """Refuse a run of more steps, or more memory, than there is time or room for.
 
-    for flag in shape:
-        if flag not in _SHAPE.get(name, set()):
-            known = ", ".join(sorted(_SHAPE.get(name, set()))) or "no such flag"
-            raise InputError(flag, shape[flag], f"for path {name!r}: {known}")
-    if name in paths.NAMES:
-        return paths.named(name, arm.length, 10.0 if duration is None else duration, **shape), None
-    if not name.endswith(".csv") and not (0 < len(name) < 255 and Path(name).is_file()):
-        raise InputError("path", repr(name), ", ".join(paths.NAMES) + ", or a CSV file")
-    waypoints = read_csv(name)
-    return from_waypoints(waypoints, arm.length, duration), waypoints.places
+    Raises:
+        InputError: says how many steps, or how much memory.
+    """
+    from contarm_sim.motion.simulate import CONTROL_RATE
+
+    samples = duration * CONTROL_RATE
+    steps = duration / timestep if timestep is not None else samples
+    numbers = samples * (40 + 6 * (arm.links + 1)) * 4  # recorded, compared, and copied while both are done
+    memory = 8 * (numbers + 6 * steps)
+    if steps > MOST_STEPS:
+        allowed = f"at most {MOST_STEPS:,} steps: a longer time step, or a shorter path"
+        raise InputError("timestep", f"{timestep:g} s, which makes {steps:,.0f} steps", allowed)
+    if memory > MOST_MEMORY:
+        allowed = f"at most {MOST_MEMORY / 2**30:g} GiB: a longer time step, fewer links, or a shorter path"
+        raise InputError("duration", f"{duration:g} s, which takes about {memory / 2**30:.0f} GiB of memory", allowed)
 
 
-def _reference(arm: Arm, path: Any, project: Any, places: list[str] | None) -> Any:
-    from contarm_sim.paths.reference import Reference
-
-    try:
-        return Reference.from_path(path, arm, project=project)
-    except UnreachableError as error:
-        raise error.located(error.where if places is None else places[0].split(", row")[0]) from None
+def _advised(error: InputError) -> InputError:
+    """Return an error of a bend that too few links cannot make, with the flag that asks for less of it."""
+    if "more links" not in error.allowed:
+        return error
+    return InputError(error.name, error.given, f"{error.allowed}, or a smaller --max-bend", error.where)
 
 
 def _show(summary: dict[str, Any]) -> None:

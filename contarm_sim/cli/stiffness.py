@@ -8,13 +8,13 @@ from pathlib import Path
 import click
 
 from contarm_sim import studies
-from contarm_sim.cli.options import Command, arm_options, json_option, out_option
+from contarm_sim.cli.options import ANGLE, Command, arm_options, json_option, out_option
 from contarm_sim.model.arm import Arm
 
 
 @click.command(cls=Command)
 @click.option(
-    "--bend", type=float, nargs=2, default=(1.0471975512, 0.0), metavar="BEND_ANGLE PLANE_ANGLE",
+    "--bend", type=ANGLE, nargs=2, default=(1.0471975512, 0.0), metavar="BEND_ANGLE PLANE_ANGLE",
     help="Pose to hold [rad]; default 60 deg towards muscle 1.",
 )  # fmt: skip
 @click.option("--levels", type=click.IntRange(2, 50), default=6, show_default=True, help="Levels of co-contraction.")

@@ -9,6 +9,8 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
+import click
+
 
 def command_line() -> str:
     """Return the command as it was typed."""
@@ -17,7 +19,9 @@ def command_line() -> str:
 
 def say(message: str) -> None:
     """Print a message to stderr, if anybody is there: the terminal may have been closed."""
-    with suppress(OSError):
+    if sys.stderr is None:  # or `print` would write to stdout
+        return
+    with suppress(OSError, ValueError):
         print(message, file=sys.stderr, flush=True)
 
 
@@ -94,4 +98,7 @@ def table(title: str, columns: list[str], rows: list[list[Any]], caption: str | 
     for row in rows:
         made.add_row(*(escape(value) if isinstance(value, str) else f"{value:.4g}" for value in row))
     console = Console()
-    Console(width=console.width if console.is_terminal else 120).print(made)
+    console = Console(width=console.width if console.is_terminal else 120)
+    with console.capture() as drawn:
+        console.print(made)
+    click.echo(drawn.get(), nl=False)  # rich would end the process by itself where nobody reads

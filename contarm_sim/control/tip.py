@@ -3,40 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from contarm_sim.control.base import Feedback, Memory, Plan, Seen
 from contarm_sim.control.servo import LengthFeedback, Servo
+from contarm_sim.control.tip_motion import TipCommands, plan_motion, plan_rest, planner
 from contarm_sim.errors import EquilibriumError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.routing import length_jacobian
-from contarm_sim.mechanics.statics import least_tensions
 from contarm_sim.model.arm import Arm
 from contarm_sim.paths.reference import Reference
 
 if TYPE_CHECKING:
     from contarm_sim.engine.plant import Plant
-
-RATE = 25.0
-"""Samples solved per second of motion [Hz]; splines between."""
-
-PASSES = 2
-"""Times that the moving arm's forces are found from the motion planned last."""
-
-
-@dataclass(frozen=True)
-class TipCommands(Plan):
-    """A plan, and how the bend asked for moves the resting tip.
-
-    Attributes:
-        tip_to_bend: change of the bend [rad] by which the resting tip moves as asked for [m], shape (T, 2, 3).
-    """
-
-    tip_to_bend: Array
 
 
 class Tip(Servo):
@@ -83,12 +65,13 @@ class Tip(Servo):
         from contarm_sim.statics.solver import Solver
 
         arm, settle = plant.arm, Solver(plant)
-        solve = _solver(arm, reference.bend, reference.target, _guess(arm, reference.bend))
+        solve = planner(arm, reference.bend, reference.target)
 
         def rest(index: int) -> Array:
-            setpoint, _, _, plant.data.qpos[:] = solve(index)
-            settle(setpoint)
-            return setpoint
+            found = solve(index)
+            plant.data.qpos[:] = found.q
+            settle(found.setpoint)
+            return found.setpoint
 
         return rest
 
@@ -124,127 +107,3 @@ class TipFeedback(Feedback):
         self._offset += gain * (self._to_bend[index] @ (self._target[index] - seen.tip))
         self._lengths.shift[:] = self._spread[index] @ self._offset
         np.add(self._lengths.value, self._lengths.shift, out=self.value)
-
-
-@dataclass(frozen=True)
-class _Planned:
-    """Per sample: set-points and lengths [m], derivatives of the tip by the bend [m/rad], joint angles [rad]."""
-
-    setpoint: Array
-    lengths: Array
-    slopes: Array
-    q: Array
-
-    def commands(self) -> TipCommands:
-        inverse = np.asarray(np.linalg.pinv(self.slopes), dtype=float)
-        return TipCommands(self.lengths, self.setpoint, self.setpoint[0], inverse)
-
-
-def plan_rest(arm: Arm, bend: Array, target: Array) -> TipCommands:
-    """Return the commands that rest the tip as near to targets [m], shape (T, 3), as it gets; see `TipPlan`.
-
-    Raises:
-        EquilibriumError: names the pose that there is no such rest for.
-    """
-    return _solved(arm, bend, target, _guess(arm, bend)).commands()
-
-
-def plan_motion(arm: Arm, reference: Reference) -> TipCommands:
-    """Return the commands that move the tip along a reference's targets.
-
-    Raises:
-        EquilibriumError: names the pose that there is no rest for.
-    """
-    from scipy.interpolate import CubicSpline
-
-    bend, target, period = reference.bend, reference.target, 1 / reference.rate
-    time = period * np.arange(len(bend))
-    every = max(1, round(1 / (RATE * period)))
-    knots = np.unique(np.append(np.arange(0, len(bend), every), len(bend) - 1))
-    if len(knots) < 4:
-        return plan_rest(arm, bend, target)
-    at = time[knots]
-    found = _solved(arm, bend[knots], target[knots], _guess(arm, bend[knots]), moving=True)
-    plant = _plant(arm)
-    for _ in range(PASSES):
-        path = CubicSpline(at, found.q)
-        forces = np.array([-plant.inertial_forces(*q) for q in zip(found.q, path(at, 1), path(at, 2), strict=True)])
-        forces[0] *= 0.0  # the motion starts from rest
-        speeds = CubicSpline(at, found.lengths)(at, 1)
-        speeds[0] = 0.0
-        least = least_tensions(speeds, arm.muscle.min_tension, arm)
-        try:
-            found = _solved(arm, bend[knots], target[knots], found, forces, least, moving=True)
-        except EquilibriumError:
-            break
-    parts = (found.setpoint, found.lengths, found.slopes, found.q)
-    fine = _Planned(*(CubicSpline(at, part)(time) for part in parts)).commands()
-    follow = fine.setpoint + arm.servo_time * np.gradient(fine.lengths, period, axis=0)
-    return TipCommands(fine.lengths, follow, fine.start, fine.tip_to_bend)
-
-
-def _plant(arm: Arm) -> Plant:
-    from contarm_sim.engine.plant import Plant
-
-    return Plant(arm)
-
-
-def _guess(arm: Arm, bend: Array) -> _Planned:
-    """Return what the `servo` controller would do, without regard to where the tip is then."""
-    plant, q = _plant(arm), []
-    for one in bend:
-        plant.reset(one)
-        q.append(plant.data.qpos.copy())
-    plan = Servo().plan(arm, Reference.from_bends(bend, arm))
-    return _Planned(plan.setpoint, plan.lengths, np.empty((len(bend), 3, 2)), np.array(q))
-
-
-Solved = tuple[Array, Array, Array, Array]
-
-
-def _solver(
-    arm: Arm,
-    bend: Array,
-    target: Array,
-    guess: _Planned,
-    forces: Array | float = 0.0,
-    least: Array | float | None = None,
-    moving: bool = False,
-) -> Callable[[int], Solved]:
-    """Return a function that solves a sample from a guess, and returns what `_Planned` holds of it."""
-    from contarm_sim.control.tip_plan import TipPlan
-
-    plan = TipPlan(arm)
-    data = plan.plant.data
-    every = np.broadcast_to(forces, guess.q.shape)
-    tensions = np.broadcast_to(arm.muscle.min_tension if least is None else least, guess.lengths.shape)
-
-    def solve(i: int) -> Solved:
-        data.qpos[:] = guess.q[i]
-        setpoint, slopes = plan.solve(bend[i], target[i], every[i], tensions[i], checked=not moving)
-        return setpoint, plan.plant.muscle_lengths, slopes, data.qpos.copy()
-
-    return solve
-
-
-def _solved(
-    arm: Arm,
-    bend: Array,
-    target: Array,
-    guess: _Planned,
-    forces: Array | float = 0.0,
-    least: Array | float | None = None,
-    moving: bool = False,
-) -> _Planned:
-    """Solve every sample from a guess, under generalised forces [N m], shape (T, dofs), and least tensions, (T, n)."""
-    from contarm_sim.engine.room import engine_room
-
-    solve = _solver(arm, bend, target, guess, forces, least, moving)
-    found = []
-    with engine_room():
-        for i in range(len(bend)):
-            try:
-                found.append(solve(i))
-            except EquilibriumError as error:
-                raise error.located(f"at {arc.described(bend[i])}") from None
-    return _Planned(*(np.array(part) for part in zip(*found, strict=True)))

@@ -20,6 +20,7 @@ from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf import Actuation, arm_spec
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.parameters import as_number
 
 TASKS: dict[str, type[Task]] = {kind.name: kind for kind in (Reach, Track, Hold)}
 
@@ -148,20 +149,24 @@ def define(
     Raises:
         InputError: an unknown name, or a value that cannot be.
     """
-    if name not in TASKS:
-        raise InputError("task", repr(name), ", ".join(TASKS))
+    _check_name("task", name, tuple(TASKS))
     if arm is not None and not isinstance(arm, Arm):
         raise InputError("arm", repr(arm), "an Arm")
-    if reward not in REWARDS:
-        raise InputError("reward", repr(reward), ", ".join(REWARDS))
+    _check_name("reward", reward, REWARDS)
     modes = TASKS[name].modes
-    if actions is not None and actions not in modes:
-        raise InputError("actions", repr(actions), f"{', '.join(modes)} for {name}")
+    if actions is not None:
+        _check_name("actions", actions, modes, f" for {name}")
     task = TASKS[name](arm or Arm(), actions or modes[0])
     limit = task.time_limit if time_limit is None else time_limit
-    ticks = round(limit / CONTROL_PERIOD) if isinstance(limit, (int, float)) and 0 < limit < 1e6 else 0
+    limit, given = as_number(limit), limit
+    ticks = round(limit / CONTROL_PERIOD) if 0 < limit < 1e6 else 0
     longest = task.time_limit if task.over_time else np.inf
     if ticks < 1 or abs(ticks * CONTROL_PERIOD - limit) > 1e-9 or limit > longest:
         at_most = f", at most {longest:g} s" if np.isfinite(longest) else ""
-        raise InputError("time_limit", limit, f"a multiple of {CONTROL_PERIOD:g} s{at_most}")
+        raise InputError("time_limit", given, f"a multiple of {CONTROL_PERIOD:g} s{at_most}")
     return Definition(task, reward, variation.check(variations, task.drawn), ticks)
+
+
+def _check_name(what: str, given: Any, known: tuple[str, ...], where: str = "") -> None:
+    if not isinstance(given, str) or given not in known:
+        raise InputError(what, repr(given) if isinstance(given, str) else given, ", ".join(known) + where)

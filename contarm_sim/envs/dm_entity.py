@@ -155,9 +155,9 @@ class ArmObservables(composer.Observables):
         return self._of("muscle_velocities")
 
     @define.observable
-    def muscle_tensions(self) -> Any:
+    def actuator_tensions(self) -> Any:
         """What the actuators pull with [N], shape (3,)."""
-        return self._of("muscle_tensions")
+        return self._of("actuator_tensions")
 
     @define.observable
     def pressures(self) -> Any:

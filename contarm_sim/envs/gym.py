@@ -72,7 +72,7 @@ class ArmEnv(gymnasium.Env[Array, Array]):
         time_limit: float | None = None,
         render_mode: str | None = None,
     ) -> None:
-        if render_mode is not None and render_mode not in RENDER_MODES:
+        if render_mode is not None and not (isinstance(render_mode, str) and render_mode in RENDER_MODES):
             raise InputError("render_mode", repr(render_mode), ", ".join(RENDER_MODES) + ", None")
         self.definition = define(task, arm, actions, reward, variations, time_limit)
         self.observation_space, self.action_space = spaces(self.definition)
@@ -97,6 +97,7 @@ class ArmEnv(gymnasium.Env[Array, Array]):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
         """Begin an episode: the arm straight and at rest."""
+        check_reset(seed, options)
         super().reset(seed=seed)
         if seed is not None:
             self._random = np.random.RandomState(seed)
@@ -142,6 +143,19 @@ class ArmEnv(gymnasium.Env[Array, Array]):
         goals = {name: value[0] for name, value in self._episodes.goals.items()}
         target = self.definition.task.target(goals, int(self._episodes.tick[0])) if goals else None
         return self._picture.draw(self._physics.data.qpos, target)
+
+
+def check_reset(seed: Any, options: Any) -> None:
+    """Refuse what a reset cannot begin with.
+
+    Raises:
+        InputError: a seed that is no whole number from 0 to 2^32 - 1, or options that are no dict.
+    """
+    whole = isinstance(seed, (int, np.integer)) and not isinstance(seed, bool)
+    if seed is not None and not (whole and 0 <= seed < 2**32):
+        raise InputError("seed", seed, "a whole number from 0 to 4294967295, or None")
+    if options is not None and not isinstance(options, Mapping):
+        raise InputError("options", repr(options), "a dict, or None")
 
 
 def _first(info: dict[str, Array]) -> dict[str, Any]:

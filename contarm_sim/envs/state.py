@@ -3,7 +3,7 @@
     quantity            size   unit   scaled by
     muscle_lengths      3      m      (L - L0) / (pi r)
     muscle_velocities   3      m/s    1 m/s
-    muscle_tensions     3      N      blocked force; what the actuators pull with, pulling > 0
+    actuator_tensions   3      N      blocked force; what the actuators pull with, pulling > 0
     pressures           3      Pa     highest pressure; only where pressures drive the arm
     joint_angles        dofs   rad    pi / links
     tip_position        3      m      L0; in the base frame
@@ -34,7 +34,7 @@ def read(source: Any, arm: Arm) -> State:
     state = {
         "muscle_lengths": source["ten_length"] + counted_from(arm.group),
         "muscle_velocities": source["ten_velocity"],
-        "muscle_tensions": -force if force.shape[-1] == 3 else -(force[..., :3] + force[..., 3:]),
+        "actuator_tensions": -force if force.shape[-1] == 3 else -(force[..., :3] + force[..., 3:]),
     }
     if source["act"].shape[-1]:
         state["pressures"] = source["act"][..., :3]
@@ -48,7 +48,7 @@ def scales(arm: Arm) -> dict[str, tuple[float, float]]:
     return {
         "muscle_lengths": (arm.length, np.pi * arm.muscle_radius),
         "muscle_velocities": (0.0, 1.0),
-        "muscle_tensions": (0.0, arm.muscle.blocked_force),
+        "actuator_tensions": (0.0, arm.muscle.blocked_force),
         "pressures": (0.0, arm.muscle.max_pressure),
         "joint_angles": (0.0, np.pi / arm.links),
         "tip_position": (0.0, arm.length),

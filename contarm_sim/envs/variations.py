@@ -41,6 +41,8 @@ def check(variations: Mapping[str, Any] | None, drawn: tuple[str, ...]) -> dict[
         InputError: a name that nothing here has.
     """
     known = (*drawn, *VARIED)
+    if variations is not None and not isinstance(variations, Mapping):
+        raise InputError("variations", variations, "a dict by names: " + ", ".join(known))
     for name in variations or {}:
         if name not in known:
             raise InputError(f"variation {name!r}", "unknown", ", ".join(known))

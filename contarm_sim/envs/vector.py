@@ -17,7 +17,7 @@ from contarm_sim import libmujoco
 from contarm_sim.envs.actions import Mode
 from contarm_sim.envs.definition import Reward, define
 from contarm_sim.envs.episodes import Episodes, Flags, Outcome
-from contarm_sim.envs.gym import ArmEnv, spaces
+from contarm_sim.envs.gym import ArmEnv, check_reset, spaces
 from contarm_sim.envs.physics import Many
 from contarm_sim.envs.picture import Picture, picture
 from contarm_sim.envs.task import CONTROL_PERIOD
@@ -63,10 +63,12 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
         for name, value, least in (("num_envs", num_envs, 1), ("threads", threads, 0)):
             if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
                 raise InputError(name, value, f"a whole number, at least {least}")
-        if render_mode not in (None, "rgb_array"):
+        if render_mode is not None and not (isinstance(render_mode, str) and render_mode == "rgb_array"):
             raise InputError("render_mode", repr(render_mode), "rgb_array, None")
         if max_episode_steps is not None:
-            time_limit = max_episode_steps * CONTROL_PERIOD
+            if isinstance(max_episode_steps, bool) or not isinstance(max_episode_steps, (int, np.integer)):
+                raise InputError("max_episode_steps", max_episode_steps, "a whole number, at least 1")
+            time_limit = float(max_episode_steps * CONTROL_PERIOD) if abs(max_episode_steps) < 1e9 else np.inf
         self.definition = define(task, arm, actions, reward, variations, time_limit)
         self.num_envs, self.render_mode = int(num_envs), render_mode
         self.single_observation_space, self.single_action_space = spaces(self.definition)
@@ -81,13 +83,19 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
         """Begin an episode of every arm, or of those in the option `reset_mask`, shape (num_envs,), bool."""
+        self._require_open()
+        check_reset(None, options)
         if seed is None or isinstance(seed, (int, np.integer)):
+            check_reset(seed, None)
             super().reset(seed=None if seed is None else int(seed))
             seeds: Sequence[int | None] = [None if seed is None else int(seed) + i for i in range(self.num_envs)]
         else:
-            seeds = seed
+            seeds = list(seed) if isinstance(seed, (list, tuple, np.ndarray)) and np.ndim(seed) == 1 else []
         if len(seeds) != self.num_envs:
-            raise InputError("seed", f"{len(seeds)} seeds", f"one, or {self.num_envs}")
+            given = f"{len(seeds)} seeds" if seeds else seed
+            raise InputError("seed", given, f"one, or {self.num_envs}")
+        for one in seeds:
+            check_reset(one, None)
         mask = np.ones(self.num_envs, dtype=bool) if options is None else options.get("reset_mask")
         if mask is None:
             mask = np.ones(self.num_envs, dtype=bool)
@@ -105,6 +113,7 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
 
     def step(self, actions: Array) -> tuple[Array, Array, Flags, Flags, dict[str, Any]]:
         """Apply actions, shape (num_envs, size), for one control period."""
+        self._require_open()
         checked = self.definition.actions.check(actions, self.num_envs)
         stepped = ~self._ended
         self._episodes.require_running(stepped)
@@ -131,6 +140,16 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
             target = self.definition.task.target(goals, int(self._episodes.tick[place])) if goals else None
             drawn.append(self._picture.draw(qpos[place], target))
         return tuple(drawn)
+
+    def _require_open(self) -> None:
+        if self.closed:
+            raise InputError("step", "after close", "an environment that is open: make another one")
+
+    def __reduce__(self) -> Any:
+        raise TypeError(
+            "an ArmVectorEnv cannot be pickled or copied: its arms live in the engine's threads; make another one with "
+            "the same arguments, or use ArmEnv, which can be"
+        )
 
     def close_extras(self, **kwargs: Any) -> None:
         """Close the renderer."""

@@ -21,6 +21,9 @@ from contarm_sim.model.routing import Path, Routing
 from contarm_sim.model.section import MAX_LINKS, Section
 from contarm_sim.model.world import World
 
+LEAST_INERTIA = 1e-15
+"""Smallest moment of inertia that the engine accepts [kg m^2]."""
+
 
 class _Omitted:
     """Says that an argument was not given: None is a value of some."""
@@ -128,6 +131,15 @@ class Arm(FlatArm):
         for section, routing in zip(self.sections, self.routings, strict=True):
             if routing.radius * math.pi >= section.length:
                 raise InputError("muscle_radius", routing.radius, f"below length/pi, {section.length / math.pi:.4g} m")
+        for section, disks in zip(self.sections, self.disk_radii, strict=True):
+            radius = section.section_radius or disks
+            thin, thick = (
+                radius**2 / 4,
+                radius**2 / 8 + section.link_pitch**2 / 96,
+            )  # half a link about axis and diameter
+            least = LEAST_INERTIA * section.links / min(thin, thick)
+            if section.mass <= least:
+                raise InputError("mass", section.mass, f"more than {least:.3g} kg, for links that the engine can turn")
 
     def in_world(self, world: World) -> Arm:
         """Return the same arm in another world."""

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import difflib
-import math
-from collections.abc import Sequence, Sized
 from dataclasses import dataclass, field
-from numbers import Real
 from typing import Any, Literal, get_args
 
 from contarm_sim.errors import InputError
-from contarm_sim.model.parameters import Vector
+from contarm_sim.model.parameters import LARGEST, Vector, as_number, as_numbers
 
 Drive = Literal["off", "deltas", "tensions", "pressures", "bend"]
 DRIVES: tuple[Drive, ...] = get_args(Drive)
@@ -18,16 +15,13 @@ _SIZE = {"off": 0, "bend": 2}
 
 
 def _vector(value: Any, size: int | None, name: str) -> tuple[float, ...]:
-    try:
-        vector = tuple(float(x) for x in value if isinstance(x, Real) and not isinstance(x, bool))
-    except (TypeError, ValueError, OverflowError):
-        vector = ()
-    if isinstance(value, (str, dict)):
-        vector = ()
+    """Return finite numbers: so many, or as many as there are muscles, which only an arm knows."""
+    vector = as_numbers(value)
     if size is None:
-        size = max(1, len(value) if isinstance(value, Sized) and not isinstance(value, (str, dict)) else 0)
-    if len(vector) != size or not all(math.isfinite(x) for x in vector):
-        raise InputError(name, value, f"{size} finite numbers" if size > 1 else "finite numbers, one for each muscle")
+        size = max(1, len(vector or ()))
+    if vector is None or len(vector) != size or not all(abs(x) <= LARGEST for x in vector):
+        allowed = f"{size} finite numbers" if size > 1 else "finite numbers, one for each muscle"
+        raise InputError(name, repr(value) if isinstance(value, str) else value, allowed)
     return vector
 
 
@@ -44,8 +38,9 @@ class Wrench:
     moment: Vector = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.xi, Real) or isinstance(self.xi, bool) or not 0 <= self.xi <= 1:
+        if not 0 <= as_number(self.xi) <= 1:
             raise InputError("wrench.xi", self.xi, "a number from 0 (base) to 1 (tip)")
+        object.__setattr__(self, "xi", as_number(self.xi))
         for name in ("force", "moment"):
             object.__setattr__(self, name, _vector(getattr(self, name), 3, f"wrench.{name}"))
 
@@ -68,8 +63,8 @@ class Muscles:
     values: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        if self.kind not in DRIVES:
-            raise InputError("muscles", repr(self.kind), ", ".join(DRIVES))
+        if not isinstance(self.kind, str) or self.kind not in DRIVES:
+            raise InputError("muscles", repr(self.kind) if isinstance(self.kind, str) else self.kind, ", ".join(DRIVES))
         object.__setattr__(self, "values", _vector(self.values, _SIZE.get(self.kind), f"muscles {self.kind}"))
         if self.kind in ("tensions", "pressures") and min(self.values) < 0:
             unit = "[N]: muscles pull" if self.kind == "tensions" else "[Pa]"
@@ -94,8 +89,13 @@ class Load:
     muscles: Muscles = field(default_factory=Muscles)
 
     def __post_init__(self) -> None:
-        if not all(isinstance(wrench, Wrench) for wrench in self.wrenches):
+        try:
+            wrenches: tuple[Any, ...] = (None,) if isinstance(self.wrenches, (str, dict, set)) else tuple(self.wrenches)
+        except TypeError:  # not a sequence
+            wrenches = (None,)
+        if not all(isinstance(wrench, Wrench) for wrench in wrenches):
             raise InputError("wrenches", self.wrenches, "a tuple of Wrench")
+        object.__setattr__(self, "wrenches", wrenches)
         if not isinstance(self.muscles, Muscles):
             raise InputError("muscles", self.muscles, "a Muscles")
         object.__setattr__(self, "follower_moment", _vector(self.follower_moment, 3, "follower_moment"))
@@ -112,12 +112,12 @@ def load_from_dict(case: Any, where: str) -> tuple[Load, dict[str, Any]]:
         InputError: an unknown key (with the nearest known one) or a bad value; names `where`.
     """
     if not isinstance(case, dict):
-        raise InputError("case", repr(case), f"an object with keys {', '.join(_CASE_KEYS)}", where)
+        raise InputError("case", case, f"an object with keys {', '.join(_CASE_KEYS)}", where)
     _known(case, _CASE_KEYS, where)
     try:
         wrenches = case.get("wrenches", [])
-        if not isinstance(wrenches, Sequence) or isinstance(wrenches, str):
-            raise InputError("wrenches", repr(wrenches), "a list of {xi, force, moment}")
+        if not isinstance(wrenches, list):
+            raise InputError("wrenches", wrenches, "a list of {xi, force, moment}")
         given = {key: case[key] for key in ("follower_moment", "actuation_moment") if key in case}
         load = Load(wrenches=tuple(_wrench(item, where) for item in wrenches), muscles=_muscles(case, where), **given)
     except InputError as error:
@@ -127,7 +127,7 @@ def load_from_dict(case: Any, where: str) -> tuple[Load, dict[str, Any]]:
 
 def _wrench(item: Any, where: str) -> Wrench:
     if not isinstance(item, dict) or "xi" not in item:
-        raise InputError("wrench", repr(item), "an object {xi, force, moment}")
+        raise InputError("wrench", item, "an object {xi, force, moment}")
     _known(item, ("xi", "force", "moment"), where)
     return Wrench(**item)
 
@@ -135,7 +135,7 @@ def _wrench(item: Any, where: str) -> Wrench:
 def _muscles(case: dict[str, Any], where: str) -> Muscles:
     item = case.get("muscles", {"kind": "off"})
     if not isinstance(item, dict) or "kind" not in item:
-        raise InputError("muscles", repr(item), "an object {kind, values}")
+        raise InputError("muscles", item, "an object {kind, values}")
     _known(item, ("kind", "values"), where)
     return Muscles(kind=item["kind"], values=item.get("values", ()))
 
@@ -143,5 +143,5 @@ def _muscles(case: dict[str, Any], where: str) -> Muscles:
 def _known(item: dict[str, Any], keys: tuple[str, ...], where: str) -> None:
     for key in item:
         if key not in keys:
-            near = difflib.get_close_matches(str(key), keys, n=1, cutoff=0.0)[0]
+            near = difflib.get_close_matches(str(key)[:100], keys, n=1, cutoff=0.0)[0]
             raise InputError(f"key {key!r}", "unknown", f"did you mean {near!r}? All: {', '.join(keys)}", where)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import field, fields
+from numbers import Real
 from typing import Any
 
 from contarm_sim.errors import InputError
@@ -13,6 +14,10 @@ Quaternion = tuple[float, float, float, float]
 
 LARGEST = 1e9
 """Largest value of any parameter, in its SI unit: beyond it arithmetic, not mechanics, decides."""
+
+SMALLEST = 1e-9
+"""Smallest value other than zero of a parameter that cannot be negative: the engine knows no mass or inertia below
+1e-15, and products of smaller numbers lose their digits."""
 
 
 def number(
@@ -29,6 +34,27 @@ def number(
     return field(default=default, metadata={"unit": unit, "help": meaning, "bounds": bounds})
 
 
+def as_number(value: Any) -> float:
+    """Return a real number of Python or NumPy as a float; NaN for anything else, text and booleans among it."""
+    if not isinstance(value, Real) or isinstance(value, bool):
+        return math.nan
+    try:
+        return float(value)
+    except OverflowError:  # a whole number of hundreds of digits
+        return math.inf
+
+
+def as_numbers(values: Any) -> tuple[float, ...] | None:
+    """Return a sequence of finite real numbers as floats; None for anything else."""
+    if isinstance(values, (str, bytes, dict, set, frozenset)):
+        return None
+    try:
+        numbers = tuple(as_number(x) for x in values)
+    except TypeError:  # not a sequence
+        return None
+    return numbers if all(map(math.isfinite, numbers)) else None
+
+
 def _allowed(bounds: dict[str, float | None]) -> str:
     words = {"above": "greater than", "least": "at least", "below": "below"}
     said = [f"{words[key]} {value:g}" for key, value in bounds.items() if value is not None]
@@ -36,16 +62,17 @@ def _allowed(bounds: dict[str, float | None]) -> str:
 
 
 def _check_number(owner: Any, name: str, prefix: str, bounds: dict[str, float | None], optional: bool) -> None:
-    value = getattr(owner, name)
-    if value is None and optional:
+    given = getattr(owner, name)
+    if given is None and optional:
         return
-    ok = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-    ok = ok and (bounds["above"] is None or value > bounds["above"])
-    ok = ok and (bounds["least"] is None or value >= bounds["least"])
-    ok = ok and (bounds["below"] is None or value < bounds["below"]) and abs(value) <= LARGEST
-    if not ok:
-        raise InputError(prefix + name, value, _allowed(bounds))
-    object.__setattr__(owner, name, float(value))
+    value, above, least, below = as_number(given), bounds["above"], bounds["least"], bounds["below"]
+    ok = (above is None or value > above) and (least is None or value >= least) and (below is None or value < below)
+    if not (ok and abs(value) <= LARGEST):
+        raise InputError(prefix + name, repr(given) if isinstance(given, str) else given, _allowed(bounds))
+    if (above == 0 or least == 0) and 0 < value < SMALLEST:
+        zero = "0, or " if least == 0 else ""
+        raise InputError(prefix + name, given, f"{zero}at least {SMALLEST:g}: less is lost in rounding")
+    object.__setattr__(owner, name, value)
 
 
 def check_numbers(owner: Any, prefix: str = "") -> None:
@@ -65,11 +92,10 @@ def check_vector(owner: Any, name: str, size: int) -> None:
     Raises:
         InputError: it has not `size` finite numbers.
     """
-    value = getattr(owner, name)
-    try:
-        vector = () if isinstance(value, (str, dict)) else tuple(float(x) for x in value)
-    except (TypeError, ValueError):
-        vector = ()
-    if len(vector) != size or not all(abs(x) <= LARGEST for x in vector):
-        raise InputError(name, value, f"{size} finite numbers, at most {LARGEST:g}")
+    given = getattr(owner, name)
+    vector = as_numbers(given)
+    if vector is None or len(vector) != size or not all(abs(x) <= LARGEST for x in vector):
+        raise InputError(
+            name, repr(given) if isinstance(given, str) else given, f"{size} finite numbers, at most {LARGEST:g}"
+        )
     object.__setattr__(owner, name, vector)

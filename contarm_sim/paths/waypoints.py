@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import csv
-import math
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from contarm_sim.errors import InputError
+from contarm_sim.inputs import read_text
 from contarm_sim.kinematics.arrays import Array, sinc
 from contarm_sim.paths import Path as TipPath
 from contarm_sim.paths import require_duration
+from contarm_sim.paths.table import read_table
+
+UNITS = {"t": "s", "x": "m", "y": "m", "z": "m"}
+"""Columns of a file of tip positions, and their SI units."""
 
 
 @dataclass(frozen=True)
@@ -21,77 +24,44 @@ class Waypoints:
 
     Attributes:
         positions: [m], shape (T, 3).
-        times: [s], shape (T,), or None where the file has no column t.
+        times: [s], shape (T,), or None where the file has no column of times.
         places: file and row of each, for messages.
+        notes: what was converted, and which columns were not read, for people.
     """
 
     positions: Array
     times: Array | None
     places: list[str]
+    notes: tuple[str, ...] = ()
 
 
 def read_csv(file: str | Path) -> Waypoints:
-    """Read tip positions from a CSV file with a header: `x,y,z` or `t,x,y,z`, in m and s.
+    """Read tip positions from a CSV file with the columns `x,y,z` and perhaps `t` (or `time`), in m and s.
+
+    A header may give other units, `x [mm]`; without a header, three columns are x,y,z and four t,x,y,z. Semicolons or
+    tabs may stand between the columns, and then commas for decimal points.
 
     Raises:
         InputError: unreadable, empty, a missing column, or a bad cell, with its row and column.
     """
     where = str(file)
-    try:
-        text = Path(file).read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        raise InputError("file", f"unreadable ({error.strerror})", "a CSV file with columns x,y,z", where) from error
-    except UnicodeDecodeError as error:
-        raise InputError("file", "not text", "a CSV file with columns x,y,z", where) from error
-    if "\0" in text:
-        raise InputError("file", "not text", "a CSV file with columns x,y,z", where)
-    try:
-        lines = list(csv.reader(text.splitlines()))
-    except csv.Error as error:
-        raise InputError("file", f"not CSV ({error})", "a CSV file with columns x,y,z", where) from error
-    rows = [(number, row) for number, row in enumerate(lines, 1) if any(cell.strip() for cell in row)]
-    if not rows:
-        raise InputError("file", "empty", "a CSV file with columns x,y,z or t,x,y,z", where)
-    header = [cell.strip().lower() for cell in rows[0][1]]
-    missing = [name for name in "xyz" if name not in header]
+    text = read_text(file, "a CSV file with columns x,y,z or t,x,y,z")
+    table = read_table(text, UNITS, {"time": "t"}, ("t", "x", "y", "z"), where)
+    missing = [name for name in "xyz" if name not in table.columns]
     if missing:
-        raise InputError(
-            "header", repr(",".join(header)), f"columns x,y,z or t,x,y,z (missing: {', '.join(missing)})", where
-        )
-    if any(header.count(name) > 1 for name in "txyz"):
-        raise InputError("header", repr(",".join(header)), "each of x,y,z and t once", where)
-    if len(rows) < 2:
+        found = ",".join(table.columns) or "no known column"
+        allowed = f"columns x,y,z or t,x,y,z, also with units, x [mm] (missing: {', '.join(missing)})"
+        raise InputError("header", repr(found), allowed, where)
+    if not table.rows:
         raise InputError("file", "without rows below its header", "at least one row of x,y,z", where)
-    names = [name for name in "txyz" if name in header]
-    values = np.array(
-        [
-            [_cell(row, header.index(name), name, number, where, len(header)) for name in names]
-            for number, row in rows[1:]
-        ]
-    )
-    times = values[:, 0] if "t" in names else None
+    positions = np.column_stack([table.columns[name] for name in "xyz"])
+    times = table.columns.get("t")
     if times is not None and np.any(np.diff(times) <= 0):
         bad = int(np.argmax(np.diff(times) <= 0)) + 1
-        raise InputError(
-            f"t in row {rows[bad + 1][0]}",
-            values[bad, 0],
-            f"more than the row before ({values[bad - 1, 0]:g} s)",
-            where,
-        )
-    return Waypoints(values[:, -3:], times, [f"{where}, row {number}" for number, _ in rows[1:]])
-
-
-def _cell(row: list[str], column: int, name: str, number: int, where: str, width: int) -> float:
-    if len(row) > width:
-        raise InputError(f"row {number}", f"{len(row)} cells", f"{width}, as in the header", where)
-    text = row[column].strip() if column < len(row) else ""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(f"row {number}, column {name}", repr(text), "a finite number", where)
-    return value
+        allowed = f"more than the row before ({times[bad - 1]:g} s)"
+        raise InputError(f"t in row {table.rows[bad]}", float(times[bad]), allowed, where)
+    places = [f"{where}, row {number}" for number in table.rows]
+    return Waypoints(positions, times, places, tuple(f"{where}: {note}" for note in table.notes))
 
 
 def from_waypoints(waypoints: Waypoints, length: float, duration: float | None = None) -> TipPath:

@@ -95,10 +95,7 @@ class Trajectory:
         if not isinstance(other, Trajectory):
             return NotImplemented
         apart = {"real_time_factor", "versions"}
-        return all(
-            np.array_equal(a, b, equal_nan=True) if isinstance(a, np.ndarray) and isinstance(b, np.ndarray) else a == b
-            for a, b in ((getattr(self, f.name), getattr(other, f.name)) for f in fields(self) if f.name not in apart)
-        )
+        return all(_equal(getattr(self, f.name), getattr(other, f.name)) for f in fields(self) if f.name not in apart)
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -190,3 +187,8 @@ class Trajectory:
         """
         if arm != self.arm:
             raise InputError("trajectory", "of another arm", "one of this arm: its result knows it as trajectory.arm")
+
+
+def _equal(one: Any, other: Any) -> bool:
+    arrays = isinstance(one, np.ndarray), isinstance(other, np.ndarray)
+    return np.array_equal(one, other, equal_nan=True) if all(arrays) else not any(arrays) and bool(one == other)

@@ -8,7 +8,7 @@ import numpy as np
 
 from contarm_sim import paths
 from contarm_sim.control.registry import NAMES
-from contarm_sim.control.tip import plan_rest
+from contarm_sim.control.tip_motion import plan_rest
 from contarm_sim.errors import DivergenceError, EquilibriumError, InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array

@@ -8,8 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from contarm_sim.errors import InputError
+from contarm_sim.inputs import read_text
 from contarm_sim.model.load import Load
 from contarm_sim.motion.course import Course, forces_over_time, load_at, remaining
+from contarm_sim.paths.table import read_table
+
+_UNITS = {"t": "s", "fx": "N", "fy": "N", "fz": "N"}
 
 _ALLOWED = "rows t,fx,fy,fz, a header above them if you like"
 
@@ -26,19 +30,10 @@ def forces_from_file(file: str | Path, load: Load, xi: float = 1.0) -> tuple[Loa
         InputError: not such a file, or a place off the arm.
     """
     name = str(file)
-    try:
-        lines = [line for line in Path(file).read_bytes().decode().splitlines() if line.strip()]
-    except (OSError, UnicodeDecodeError) as error:
-        said = getattr(error, "strerror", None) or "not text"
-        raise InputError("forces", f"unreadable ({said})", _ALLOWED, name) from error
-    if lines and lines[0].lstrip()[:1].isalpha():
-        lines = lines[1:]
-    try:
-        rows = np.array([[float(word) for word in line.split(",")] for line in lines])
-    except ValueError as error:
-        raise InputError("forces", f"not a table ({error})", _ALLOWED, name) from error
-    if rows.ndim != 2 or rows.shape[1] != 4:
-        raise InputError("forces", f"a table of shape {rows.shape}", _ALLOWED, name)
+    table = read_table(read_text(file, _ALLOWED), _UNITS, {"time": "t"}, tuple(_UNITS), name)
+    if set(table.columns) != set(_UNITS) or not table.rows:
+        raise InputError("forces", f"a table with {','.join(table.columns) or 'no known column'}", _ALLOWED, name)
+    rows = np.column_stack([table.columns[column] for column in _UNITS])
     try:
         course = forces_over_time(rows[:, 0], rows[:, 1:], remaining(load), xi)
         first = load_at(course, load, 0.0)[0]

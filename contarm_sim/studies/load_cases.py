@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from contarm_sim.errors import EquilibriumError, InputError
+from contarm_sim.errors import EquilibriumError, InputError, one_line
+from contarm_sim.inputs import read_text
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, load_from_dict
@@ -169,14 +170,11 @@ def read_cases(file: str | Path, arm: Arm) -> tuple[LoadCase, ...]:
         InputError: not such a file; says which case is wrong.
     """
     allowed, name = "a JSON list of load cases", str(file)
+    text = read_text(file, allowed)
     try:
-        cases = json.loads(Path(file).read_bytes().decode())
-    except OSError as error:
-        raise InputError("file", f"unreadable ({error.strerror})", allowed, name) from error
-    except UnicodeDecodeError as error:
-        raise InputError("file", "not text", allowed, name) from error
+        cases = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise InputError("file", f"not JSON ({error})", allowed, name) from error
+        raise InputError("file", f"not JSON ({one_line(str(error), 80)})", allowed, name) from error
     if not isinstance(cases, list) or not cases:
         raise InputError("file", "no list, or an empty one", allowed, name)
     found = []

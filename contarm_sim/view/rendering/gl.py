@@ -42,6 +42,13 @@ class Backend:
     name: str
     attempts: tuple[tuple[str, str | None], ...]
 
+    @property
+    def note(self) -> str | None:
+        """What to say where MUJOCO_GL asks for another library than the one in use."""
+        wish = os.environ.get("MUJOCO_GL", "").lower().strip()
+        reason = dict(self.attempts).get(wish)
+        return f"MUJOCO_GL={wish} is not used: {reason}; drawn with {self.name}" if reason else None
+
 
 @functools.cache
 def choose_backend() -> Backend:
@@ -62,6 +69,8 @@ def choose_backend() -> Backend:
     wish = os.environ.get("MUJOCO_GL", "").lower().strip()
     if wish not in ("", *_KNOWN):
         attempts.append((wish, f"MUJOCO_GL names no library that there is; {', '.join(_KNOWN)}"))
+    if wish == "glfw" and wish not in _candidates():
+        attempts.append((wish, "there is no display: neither DISPLAY nor WAYLAND_DISPLAY is set"))
     try:
         for name in _candidates():
             reason = _attempt(name)

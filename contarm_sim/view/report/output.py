@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from contarm_sim.errors import InputError
-from contarm_sim.files import appearing, scratch_name
+from contarm_sim.files import appearing, claim, remove_leftovers, scratch_name
 from contarm_sim.stopping import unbroken
 from contarm_sim.versions import versions as versions
 
@@ -26,20 +26,29 @@ def default_folder(command: str) -> Path:
 
 
 def check_output(target: Path) -> None:
-    """Refuse an output path before work starts.
+    """Refuse an output path before work starts, and remove what killed processes left beside it.
 
     Raises:
-        InputError: it exists, or its parent cannot be written.
+        InputError: it exists, or nothing can be written there: this is tried.
     """
     try:
-        taken = target.exists() or target.is_symlink()
-    except OSError as error:  # a name too long, say
-        raise InputError("out", f"{str(target)[:60]}...", f"a path that can be written ({error.strerror})") from error
+        taken = not target.name or target.exists() or target.is_symlink()
+        parent = next((folder for folder in target.absolute().parents if folder.exists()), target)
+        os.fsencode(target.name).decode()
+    except (OSError, ValueError) as error:  # a name too long, say, or one that is not UTF-8
+        reason = getattr(error, "strerror", None) or "a name that is not UTF-8, or has a null character"
+        raise InputError("out", repr(str(target)), f"a path that can be written ({reason})") from error
     if taken:
-        raise InputError("out", str(target), "a path that does not exist yet")
-    parent = next(folder for folder in target.absolute().parents if folder.exists())
-    if not parent.is_dir() or not os.access(parent, os.W_OK | os.X_OK):
-        raise InputError("out", str(target), f"a path that can be written ({parent} cannot)")
+        raise InputError("out", str(target) or "empty", "a path that does not exist yet")
+    remove_leftovers(parent)
+    trial = scratch_name(parent / "trial")
+    try:
+        with unbroken():
+            trial.mkdir()
+            trial.rmdir()
+    except OSError as error:
+        reason = f"{parent} cannot: {error.strerror}"
+        raise InputError("out", str(target), f"a path that can be written ({reason})") from error
 
 
 class OutputFolder:
@@ -61,12 +70,15 @@ class OutputFolder:
     def __init__(self, target: Path) -> None:
         self.target, self.folder = target, scratch_name(target)
         self._made = [folder for folder in target.absolute().parents if not folder.exists()]
+        self._claim = -1
 
     def __enter__(self) -> OutputFolder:
         try:
             with unbroken():
                 self.target.parent.mkdir(parents=True, exist_ok=True)
                 self.folder.mkdir()
+                self._claim = os.open(self.folder, os.O_RDONLY | os.O_CLOEXEC)
+                claim(self._claim)
         except OSError as error:
             self._remove()
             raise InputError("out", str(self.target), f"a path that can be written ({error.strerror})") from error
@@ -82,12 +94,15 @@ class OutputFolder:
                 return
             try:
                 self.target = self._take_name()
+                os.close(self._claim)
             except BaseException:
                 self._remove()
                 raise
 
     def _remove(self) -> None:
         with unbroken():
+            if self._claim >= 0:
+                os.close(self._claim)
             shutil.rmtree(self.folder, ignore_errors=True)
             for folder in self._made:
                 if folder.exists() and not any(folder.iterdir()):
@@ -111,14 +126,18 @@ def output_file(target: Path) -> Iterator[Path]:
     """Yield a scratch path beside `target` that takes its name at the end; on an exception nothing is left.
 
     Raises:
-        InputError: see `check_output`.
+        InputError: see `check_output`; another process has taken the name meanwhile.
+        OSError: it cannot be written to the end: no space is left, say.
     """
     check_output(target)
+    if not target.absolute().parent.is_dir():
+        raise InputError("out", str(target), "a file in an existing folder")
     try:
-        with appearing(target) as scratch:
+        with appearing(target, new=True) as scratch:
             yield scratch
-    except OSError as error:
-        raise InputError("out", str(target), f"a path that can be written ({error.strerror})") from error
+    except FileExistsError as error:
+        allowed = "a path that does not exist yet: another process has written it meanwhile"
+        raise InputError("out", str(target), allowed) from error
 
 
 def to_json(document: Any) -> str:

@@ -1,0 +1,151 @@
+"""The motion of the tip, planned: set-points for all samples of a reference, from poses solved one by one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from contarm_sim.control.base import Plan
+from contarm_sim.control.servo import Servo
+from contarm_sim.control.tip_plan import TipPlan
+from contarm_sim.engine.plant import Plant
+from contarm_sim.engine.room import engine_room
+from contarm_sim.errors import EquilibriumError
+from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics.statics import least_tensions
+from contarm_sim.model.arm import Arm
+from contarm_sim.paths.reference import Reference
+
+RATE = 25.0
+"""Samples solved per second of motion [Hz]; splines between."""
+
+PASSES = 2
+"""Times that the moving arm's forces are found from the motion planned last."""
+
+
+@dataclass(frozen=True)
+class TipCommands(Plan):
+    """A plan, and how the bend asked for moves the resting tip.
+
+    Attributes:
+        tip_to_bend: change of the bend [rad] by which the resting tip moves as asked for [m], shape (T, 2, 3).
+    """
+
+    tip_to_bend: Array
+
+
+@dataclass(frozen=True)
+class _Planned:
+    """Of one sample, or of all: set-points and lengths [m], the tip's derivatives by the bend [m/rad], joint angles."""
+
+    setpoint: Array
+    lengths: Array
+    slopes: Array
+    q: Array
+
+    def commands(self) -> TipCommands:
+        inverse = np.asarray(np.linalg.pinv(self.slopes), dtype=float)
+        return TipCommands(self.lengths, self.setpoint, self.setpoint[0], inverse)
+
+
+@dataclass(frozen=True)
+class _Under:
+    """What samples are solved under.
+
+    Attributes:
+        forces: generalised forces on the joints [N m], shape (T, dofs).
+        least: least tensions [N], shape (T, n); None for the arm's.
+        moving: whether servos may ask for more than they could hold at rest.
+    """
+
+    forces: Array | float = 0.0
+    least: Array | None = None
+    moving: bool = False
+
+
+def plan_rest(arm: Arm, bend: Array, target: Array) -> TipCommands:
+    """Return the commands that rest the tip as near to targets [m], shape (T, 3), as it gets; see `TipPlan`.
+
+    Raises:
+        EquilibriumError: names the pose that there is no such rest for.
+    """
+    return _solved(arm, bend, target, _guess(arm, bend), _Under()).commands()
+
+
+def plan_motion(arm: Arm, reference: Reference) -> TipCommands:
+    """Return the commands that move the tip along a reference's targets.
+
+    Raises:
+        EquilibriumError: names the pose that there is no rest for.
+    """
+    from scipy.interpolate import CubicSpline
+
+    bend, target, period = reference.bend, reference.target, 1 / reference.rate
+    time = period * np.arange(len(bend))
+    every = max(1, round(1 / (RATE * period)))
+    knots = np.unique(np.append(np.arange(0, len(bend), every), len(bend) - 1))
+    if len(knots) < 4:
+        return plan_rest(arm, bend, target)
+    at = time[knots]
+    found = _solved(arm, bend[knots], target[knots], _guess(arm, bend[knots]), _Under(moving=True))
+    plant = Plant(arm)
+    for _ in range(PASSES):
+        path = CubicSpline(at, found.q)
+        forces = np.array([-plant.inertial_forces(*q) for q in zip(found.q, path(at, 1), path(at, 2), strict=True)])
+        forces[0] *= 0.0  # the motion starts from rest
+        speeds = CubicSpline(at, found.lengths)(at, 1)
+        speeds[0] = 0.0
+        least = least_tensions(speeds, arm.muscle.min_tension, arm)
+        try:
+            found = _solved(arm, bend[knots], target[knots], found, _Under(forces, least, moving=True))
+        except EquilibriumError:
+            break
+    parts = (found.setpoint, found.lengths, found.slopes, found.q)
+    fine = _Planned(*(CubicSpline(at, part)(time) for part in parts)).commands()
+    follow = fine.setpoint + arm.servo_time * np.gradient(fine.lengths, period, axis=0)
+    return TipCommands(fine.lengths, follow, fine.start, fine.tip_to_bend)
+
+
+def _guess(arm: Arm, bend: Array) -> _Planned:
+    """Return what the `servo` controller would do, without regard to where the tip is then."""
+    plant, q = Plant(arm), []
+    for one in bend:
+        plant.reset(one)
+        q.append(plant.data.qpos.copy())
+    plan = Servo().plan(arm, Reference.from_bends(bend, arm))
+    return _Planned(plan.setpoint, plan.lengths, np.empty((len(bend), 3, 2)), np.array(q))
+
+
+def planner(
+    arm: Arm, bend: Array, target: Array, guess: _Planned | None = None, under: _Under | None = None
+) -> Callable[[int], _Planned]:
+    """Return a function that solves one sample, from a guess, by default what `servo` would do.
+
+    Raises:
+        EquilibriumError: from the function: there is no pose at rest at this bend; says why.
+    """
+    guess, under, plan = guess or _guess(arm, bend), under or _Under(), TipPlan(arm)
+    data = plan.plant.data
+    forces = np.broadcast_to(under.forces, guess.q.shape)
+    least = np.broadcast_to(arm.muscle.min_tension if under.least is None else under.least, guess.lengths.shape)
+
+    def solve(i: int) -> _Planned:
+        data.qpos[:] = guess.q[i]
+        setpoint, slopes = plan.solve(bend[i], target[i], forces[i], least[i], checked=not under.moving)
+        return _Planned(setpoint, plan.plant.muscle_lengths, slopes, data.qpos.copy())
+
+    return solve
+
+
+def _solved(arm: Arm, bend: Array, target: Array, guess: _Planned, under: _Under) -> _Planned:
+    solve, found = planner(arm, bend, target, guess, under), []
+    with engine_room():
+        for i in range(len(bend)):
+            try:
+                found.append(solve(i))
+            except EquilibriumError as error:
+                raise error.located(f"at {arc.described(bend[i])}") from None
+    return _Planned(*(np.array([getattr(one, item.name) for one in found]) for item in fields(_Planned)))
