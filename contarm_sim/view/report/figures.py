@@ -127,7 +127,7 @@ def draw_error_maps(path: Files, arm: Arm, outcomes: Sequence[Outcome | Failure]
             error = np.vstack([np.full(3 * grid + 1, start), np.column_stack([error, error[:, :1]])])
             theta, radius = np.vstack([theta[:1], theta]), np.vstack([np.zeros(3 * grid + 1), radius])
             ax.grid(False)
-            levels = MaxNLocator(9, steps=[1, 2, 2.5, 5, 10]).tick_values(0, max(error.max(), 1e-9))
+            levels = MaxNLocator(12, steps=[1, 2, 2.5, 5, 10]).tick_values(0, max(error.max(), 1e-9))
             ticks = levels[::2]
             filled = ax.contourf(theta, radius, error, levels=levels, cmap="cividis")
             ax.set_axisbelow(False)
