@@ -727,7 +727,7 @@ def test_a_run_through_poses_that_have_no_rest_is_kept_and_says_so(contarm, tmp_
     load, path = ("--gravity", 0, 0, 9.81, "--payload", 4), ("--duration", 2, "--turns", 1, "--no-video")
     code, out, _ = contarm("run", *load, *path, "--out", "r")
     assert code in (0, 1)
-    assert "motion share unavailable: the arm cannot rest in one of the commanded poses" in out
+    assert "motion share unavailable: a commanded pose is unstable or has no equilibrium" in out
     assert "motion: simulated tip vs at rest" not in out
     assert json.loads((tmp_path / "r" / "summary.json").read_text())["motion"] is None
     assert "Motion share unavailable" in (tmp_path / "r" / "report.html").read_text()

@@ -1,3 +1,4 @@
+import base64
 import ctypes
 import json
 import os
@@ -18,9 +19,10 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.rendering.caption import Caption
 from contarm_sim.view.rendering.draw import ArmRenderer, Overlays, still, trace_colours
-from contarm_sim.view.rendering.encode import encoder
+from contarm_sim.view.rendering.encode import encoder, encoding
 from contarm_sim.view.rendering.film import Look, Scale, frame_indices
 from contarm_sim.view.rendering.gl import choose_backend
+from contarm_sim.view.rendering.notebook import show
 from contarm_sim.view.rendering.overlays import thin
 from contarm_sim.view.rendering.video import Shot, write_gif, write_still, write_video, write_webp
 
@@ -454,6 +456,37 @@ def test_a_video_has_every_frame(gl, arm, tmp_path):
 
 
 @pytest.mark.gl
+def test_a_film_is_the_same_bytes_on_one_processor_and_on_all(tmp_path):
+    rows, columns = np.mgrid[:120, :160]
+    frames = [np.stack([rows + 3 * i, columns + i, (rows * columns) // (i + 1)], 2).astype(np.uint8) for i in range(40)]
+    processors = os.sched_getaffinity(0)
+    written = []
+    for some in (processors, {min(processors)}):
+        try:
+            os.sched_setaffinity(0, some)
+            with encoding(encoder(), tmp_path / "v.mp4", (120, 160), 30) as add:
+                for frame in frames:
+                    add(frame)
+        finally:
+            os.sched_setaffinity(0, processors)
+        written.append((tmp_path / "v.mp4").read_bytes())
+    assert written[0] == written[1]
+    assert b"threads=1 " in written[0]  # as many wherever it is encoded
+
+
+def test_a_notebook_shows_a_trajectory(gl, arm, monkeypatch):
+    import IPython.display
+
+    shown = []
+    monkeypatch.setattr(IPython.display, "display", shown.append)
+    show(spiral(arm), Look(160, 120), fps=10)
+    (page,) = shown
+    (film,) = re.findall(r'base64,([A-Za-z0-9+/=]+)"', page.data)
+    assert b"ftyp" in base64.b64decode(film)[:16]
+    with pytest.raises(InputError, match="at most 2000 frames"):
+        show(spiral(arm), speed=1e-4)
+
+
 def test_an_interrupted_video_leaves_what_was_there(gl, arm, tmp_path):
     def stop(done, total):
         if done == 3:

@@ -13,6 +13,8 @@ from waiting import wait_for
 
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.simulate import simulate
+from contarm_sim.view.rendering.encode import encoder, encoding
+from contarm_sim.view.report.page import LARGEST_VIDEO, embedded
 from contarm_sim.view.report.run import RunReport
 
 
@@ -39,7 +41,7 @@ class _Outline(HTMLParser):
 
 def test_the_page_needs_nothing_else_and_says_everything_in_words(page):
     text = page.read_text()
-    assert len(text) < 8e6
+    assert len(text) + 4 / 3 * LARGEST_VIDEO < 3e6
     outline = _Outline()
     outline.feed(text)
     for tag, attributes in outline.tags:
@@ -74,6 +76,18 @@ def test_a_browser_shows_it_without_an_error_and_the_view_answers_to_the_mouse(p
         wait_for(lambda: view.screenshot() == view.screenshot())
         assert _changed(before, view.screenshot()) > 2000
     assert errors == []
+
+
+def test_a_large_film_is_embedded_in_a_smaller_size(tmp_path):
+    """Two seconds of noise, which no encoder can press without loss: the worst film that there is."""
+    film, noise = tmp_path / "video.mp4", np.random.default_rng(0)
+    with encoding(encoder(), film, (720, 1280), 15) as add:
+        for _ in range(30):
+            add(noise.integers(0, 256, (720, 1280, 3), np.uint8))
+    assert film.stat().st_size > 5 * LARGEST_VIDEO
+    found = embedded(film, 2.0)
+    assert (found["width"], found["height"]) == (960, 540)
+    assert len(found["data"]) < 1.5 * 4 / 3 * LARGEST_VIDEO
 
 
 def _changed(one, two):

@@ -170,7 +170,7 @@ def test_the_time_step_is_checked_where_it_was_compared(free):
         assert simulation_words(summary).startswith(said[converged])
     blown = _judged(Arm(), free, step_error=np.full(count, np.inf))
     assert (_failed(blown), blown["converged"]) == (["time step"], False)
-    assert "time step not known" in simulation_words(blown)
+    assert "time step is not known" in simulation_words(blown)
     assert _judged(Arm(), free, step_error=np.full(count, np.nan))["converged"] is None
 
 

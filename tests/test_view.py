@@ -197,7 +197,7 @@ def test_two_browsers_steer_the_arm_and_may_leave():
             first.get_by_role("button", name="Reset").click()
             wait_for(lambda: "bend 0.0" in _text(first))
             assert _time(first) == 0
-            first.get_by_role("button", name="Go on").click()
+            first.get_by_role("button", name="Resume").click()
             wait_for(lambda: _time(first) > 0.5)
             for typed in ("0", "-1", "1e9"):  # into the box of the speed
                 first.locator("input").last.fill(typed)

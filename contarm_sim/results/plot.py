@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from contarm_sim.model.colours import muscle_hex
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from contarm_sim.results.trajectory import Trajectory
-
-COLOURS = ("#D62728", "#2B7FB8", "#F2A119", "#009E73", "#CC79A7", "#56B4E9")
 
 
 def plot(trajectory: Trajectory) -> Figure:
@@ -23,7 +23,7 @@ def plot(trajectory: Trajectory) -> Figure:
     top.set_ylabel("tip error [mm]")
     top.set_title(f"controller {trajectory.controller}, {trajectory.status}", fontsize="medium")
     for i in range(trajectory.muscle_lengths.shape[1]):
-        colour = COLOURS[i % len(COLOURS)]
+        colour = muscle_hex(i)
         change = 1e3 * (trajectory.muscle_lengths[:, i] - trajectory.arm.length)
         middle.plot(over, change, color=colour, label=f"muscle {i + 1}")
         bottom.plot(over, trajectory.muscle_tensions[:, i], color=colour)

@@ -37,9 +37,11 @@ def budget(path: Files, arm: Arm) -> None:
     time, motion = motion_part(samples)
     moving = np.minimum(np.interp(samples.time, time, motion), comparison.shape)
     parts = {
-        "discretisation: arc vs links": comparison.discretisation, "servo: lengths not as asked": comparison.servo,
-        "shape at rest: sag, joints": comparison.shape - moving, "motion: inertia, damping": moving,
-    }  # fmt: skip
+        "discretisation: arc vs links": comparison.discretisation,
+        "servo: commanded vs measured lengths": comparison.servo,
+        "shape at rest: sag, unequal joints": comparison.shape - moving,
+        "motion: inertia, damping": moving,
+    }
     with figure(path, figsize=(5.8, 3.4)) as fig:
         ax = fig.subplots()
         stacked = 1e3 * np.array(list(parts.values()))
@@ -58,7 +60,7 @@ def convergence(path: Files, arm: Arm) -> None:
 
 
 def controllers(path: Files, arm: Arm) -> None:
-    """Draw the tip error of every controller along the spiral, split by what lengths could remove."""
+    """Draw the tip error of every controller along the spiral, split by the part that muscle lengths could correct."""
     from matplotlib.patches import Patch
 
     rows = compare_controllers(arm, DURATION).rows
@@ -69,7 +71,7 @@ def controllers(path: Files, arm: Arm) -> None:
             mine = [row for row in rows if row.load == load]
             for place, row in enumerate(mine):
                 if not isinstance(row, Followed):
-                    ax.annotate("cannot", (place, 1.2e-3), rotation=90, ha="center", va="bottom", fontsize=7)
+                    ax.annotate("failed", (place, 1.2e-3), rotation=90, ha="center", va="bottom", fontsize=7)
                     continue
                 ax.bar(place - 0.2, row.tip_rms_percent, 0.4, color=BLUE)
                 ax.bar(place + 0.2, row.along_rms_percent, 0.4, color=ORANGE, hatch="//", edgecolor="white")
@@ -79,8 +81,10 @@ def controllers(path: Files, arm: Arm) -> None:
             ax.grid(False, axis="x")
             ax.set_title(load)
         axes[0].set_ylabel("tip error, rms [% of length]")
-        whole = Patch(color=BLUE, label="whole")
-        removable = Patch(facecolor=ORANGE, hatch="//", edgecolor="white", label="what lengths could remove")
+        whole = Patch(color=BLUE, label="tip error")
+        removable = Patch(
+            facecolor=ORANGE, hatch="//", edgecolor="white", label="part that muscle lengths could correct"
+        )
         fig.legend(handles=[whole, removable], loc="outside upper center", ncols=2)
 
 

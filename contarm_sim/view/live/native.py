@@ -12,12 +12,11 @@ import numpy as np
 from contarm_sim.engine.plant import engine_room
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arc import LARGEST_BEND
-from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf import scene_spec
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.live.session import PERIOD, Session
 from contarm_sim.view.rendering.draw import GHOST, TARGET
-from contarm_sim.view.rendering.overlays import add_ball, add_line
+from contarm_sim.view.rendering.overlays import add_ball, add_line, placed
 from contarm_sim.view.rendering.window import window
 
 _STEP = np.radians(5.0)
@@ -73,17 +72,13 @@ def _loop(session: Session, model: Any, data: Any, shown: Any, keys: queue.Simpl
 def _draw_over(session: Session, data: Any, scene: Any) -> None:
     """Draw the analytic arc, and the target on its meridian of the dome."""
     base = data.body("base")
-
-    def world(points: Array) -> Array:
-        return base.xpos + points @ base.xmat.reshape(3, 3).T
-
     arm, reading = session.arm, session.reading
     scene.ngeom = 0
-    add_line(scene, world(arc.position(reading.bend, arm.length, np.linspace(0, 1, 33))), 6.0, GHOST)
+    add_line(scene, placed(base, arc.position(reading.bend, arm.length, np.linspace(0, 1, 33))), 6.0, GHOST)
     _, plane = arc.to_polar(reading.goal)
     meridian = arc.from_polar(np.linspace(0.0, LARGEST_BEND, 49), plane)
-    add_line(scene, world(arc.position(meridian, arm.length)), 1.5, TARGET)
-    add_ball(scene, world(arc.position(reading.goal, arm.length)), 0.02 * arm.length, TARGET)
+    add_line(scene, placed(base, arc.position(meridian, arm.length)), 1.5, TARGET)
+    add_ball(scene, placed(base, arc.position(reading.goal, arm.length)), 0.02 * arm.length, TARGET)
 
 
 def _said(session: Session, paused: bool) -> tuple[str, str]:
@@ -93,5 +88,5 @@ def _said(session: Session, paused: bool) -> tuple[str, str]:
     left = "tip error\nbend\ntension\n\narrows\nSpace\nBackspace"
     tensions = " ".join(f"{x:.0f}" for x in reading.tensions)
     right = f"{1e3 * reading.error:.2f} mm\n{angle:.0f} deg towards {plane:.0f} deg\n{tensions} N\n\nbend the arm"
-    right += f"\n{'go on' if paused else 'pause'}\nstart again"
+    right += f"\n{'resume' if paused else 'pause'}\nstart again"
     return left, right + (f"\n{session.problem}" if session.problem else "")

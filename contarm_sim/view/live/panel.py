@@ -48,14 +48,16 @@ class Panel:
     def _build(self, gui: Any, arm: Arm) -> None:
         with gui.add_folder("Target"):
             largest = round(float(np.degrees(LARGEST_BEND)))
-            self._angle = _slider(gui, "bend angle [deg]", (0, largest), 0.5, 0.0, hint="Or drag the ball on the dome.")
-            self._plane = _slider(gui, "plane angle [deg]", (-180, 180), 1.0, 0.0, hint="0 is towards muscle 1, red.")
+            self._angle = _slider(
+                gui, "bend angle [deg]", (0, largest), 0.5, 0.0, hint="You can also drag the ball on the dome."
+            )
+            self._plane = _slider(gui, "plane angle [deg]", (-180, 180), 1.0, 0.0, hint="0 is towards muscle 1 (red).")
         with gui.add_folder("Control"):
             self._controller = gui.add_dropdown("controller", NAMES, initial_value=self._session.controller)
             least = arm.muscle.min_tension
             self._least = _slider(
                 gui, "least tension [N]", (0.5, max(60.0, 2 * least)), 0.5, least,
-                hint="Co-contraction: what the slackest muscle pulls."
+                hint="Co-contraction: the tension of the slackest muscle."
             )  # fmt: skip
         with gui.add_folder("Load"):
             strength = float(np.linalg.norm(arm.gravity))
@@ -67,8 +69,8 @@ class Panel:
             self._payload = _slider(gui, "payload [g]", (0, max(200.0, 2e3 * arm.payload)), 5, 1e3 * arm.payload)
         with gui.add_folder("Time"):
             self._pause = gui.add_button("Pause")
-            self._reset = gui.add_button("Reset", hint="Straight, still, at time 0.")
-            self._speed = _slider(gui, "speed", (0.1, 4.0), 0.1, 1.0, hint="Simulated over real time.")
+            self._reset = gui.add_button("Reset", hint="Start again at time 0 with the straight arm at rest.")
+            self._speed = _slider(gui, "speed", (0.1, 4.0), 0.1, 1.0, hint="Simulated time over real time.")
         gui.main_panel.dock_right()
         readings = gui.add_panel()
         with readings.add_tab("Readings"):
@@ -113,7 +115,7 @@ class Panel:
 
     def _toggle(self) -> None:
         self.paused = not self.paused
-        self._pause.label = "Go on" if self.paused else "Pause"
+        self._pause.label = "Resume" if self.paused else "Pause"
 
     def _start_again(self) -> None:
         self._session.reset()
@@ -151,15 +153,17 @@ class Panel:
         """
         reading, arm = self._session.reading, self._session.arm
         angle, plane = (np.degrees(x) for x in arc.to_polar(reading.bend))
-        pace = "**slower than asked**" if behind else f"{100 * busy:.0f} % of a core"
+        pace = "**slower than the set speed**" if behind else f"{100 * busy:.0f} % of a core"
         highest = arm.muscle.max_pressure
-        over = f"  \n**takes more than {1e-3 * highest:.0f} kPa**" if reading.pressures.max() > 1.001 * highest else ""
+        over = f"  \n**needs more than {1e-3 * highest:.0f} kPa**" if reading.pressures.max() > 1.001 * highest else ""
         text = (
             f"**Tip error {1e3 * reading.error:.2f} mm** ({100 * reading.error / arm.length:.2f} % of length)  \n"
             f"bend {angle:.1f}° towards {plane:.0f}°  \n"
             f"t = {reading.time:.1f} s, {'paused' if self.paused else pace}{over}"
         )
-        self._status.content = text + (f"\n\n**Waiting:** {self._session.problem}" if self._session.problem else "")
+        self._status.content = text + (
+            f"\n\n**Goal not followed:** {self._session.problem}" if self._session.problem else ""
+        )
         if self._points:
             self._plots.show(np.array(self._points).T)
 
@@ -176,7 +180,7 @@ class _Plots:
         for title, names, colours, least in (
             ("tip error [mm]", ("error",), ("#7526cc",), 1.0),
             ("tension [N]: 1 red, 2 blue, 3 amber", ("1", "2", "3"), muscles, 10.0),
-            ("pressure it takes [kPa]", ("1", "2", "3"), muscles, 100.0),
+            ("pressure needed [kPa]", ("1", "2", "3"), muscles, 100.0),
         ):
             series = [uplot.Series(label="t [s]")]
             series += [

@@ -66,7 +66,7 @@ def _loop(session: Session, scene: Any, panel: Any, server: Any, wishes: Wishes)
             try:
                 session.tick()
             except DivergenceError as error:
-                session.problem = f"{error}; started again"
+                session.problem = f"{error}; the simulation started again"
             panel.note()
             due -= PERIOD
         if now >= next_picture and server.get_clients():

@@ -16,7 +16,16 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.view.rendering.cameras import check_camera, eye
 from contarm_sim.view.rendering.gl import choose_backend
 from contarm_sim.view.rendering.muscles import Muscles
-from contarm_sim.view.rendering.overlays import MAX_SEGMENTS, Colour, add_ball, add_line, add_triad, add_tube, thin
+from contarm_sim.view.rendering.overlays import (
+    MAX_SEGMENTS,
+    Colour,
+    add_ball,
+    add_line,
+    add_triad,
+    add_tube,
+    placed,
+    thin,
+)
 
 if TYPE_CHECKING:
     from contarm_sim.results.trajectory import Trajectory
@@ -143,7 +152,7 @@ class ArmRenderer:
 
     def to_world(self, points: Array) -> Array:
         """Turn points of the base frame [m], shape (..., 3), into points of the world that is drawn."""
-        return self._data.body("base").xpos + points @ self._base_rotation.T
+        return placed(self._data.body("base"), points)
 
     @property
     def _base_rotation(self) -> Array:

@@ -13,6 +13,12 @@ from typing import Any
 from contarm_sim.errors import EncodingError
 from contarm_sim.view.rendering.draw import Pixels
 
+_REPRODUCIBLE = ["-threads", "1", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
+"""What x264 writes depends on its number of threads, which is that of the processors unless given."""
+
+_SLOWEST = 12_500
+"""Rate below which a picture is not pressed [bytes/s]."""
+
 
 def encoder() -> str:
     """Return the ffmpeg to use: the one on PATH, or the one that comes with imageio-ffmpeg.
@@ -31,16 +37,18 @@ def encoder() -> str:
         raise EncodingError("no video encoder: install ffmpeg or the Python package imageio-ffmpeg") from None
 
 
-def shrunk(film: Path, height: int) -> bytes:
-    """Return a video of a smaller height [pixels] made from another.
+def shrunk(film: Path, height: int, rate: float) -> bytes:
+    """Return a video of a smaller height [pixels] made from another, at most at a rate [bytes/s] on average.
 
     Raises:
         EncodingError: there is no encoder, or it failed.
     """
     with TemporaryDirectory() as folder:
         small = Path(folder) / "small.mp4"
-        options = ["-vf", f"scale=-2:{height}", "-c:v", "libx264", "-crf", "28", "-preset", "veryfast", "-an"]
-        command = [encoder(), "-v", "error", "-i", str(film), *options, "-movflags", "+faststart", str(small)]
+        bits = round(8 * max(rate, _SLOWEST))
+        options = ["-vf", f"scale=-2:{height}", "-c:v", "libx264", "-crf", "24", "-preset", "veryfast", "-an"]
+        options += ["-maxrate", str(bits), "-bufsize", str(2 * bits), "-movflags", "+faststart", *_REPRODUCIBLE]
+        command = [encoder(), "-v", "error", "-i", str(film), *options, str(small)]
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode:
             raise EncodingError(f"the video encoder failed: {(done.stderr.strip().splitlines() or ['?'])[-1]}")
@@ -57,7 +65,7 @@ def encoding(program: str, path: Path, shape: tuple[int, int], fps: float) -> It
     import mediapy
 
     mediapy.set_ffmpeg(program)
-    options = ["-preset", "veryfast", "-movflags", "+faststart"]
+    options = ["-preset", "veryfast", "-movflags", "+faststart", *_REPRODUCIBLE]
     writer = mediapy.VideoWriter(
         path, shape, fps=fps, codec="h264", crf=20, encoded_format="yuv420p", ffmpeg_args=options
     )

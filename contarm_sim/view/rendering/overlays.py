@@ -30,6 +30,11 @@ def thin(points: Array, limit: int = MAX_SEGMENTS) -> Array:
     return kept if (len(points) - 1) % stride == 0 else np.vstack([kept, points[-1]])
 
 
+def placed(body: Any, points: Array) -> Array:
+    """Return points of a body's frame [m], shape (..., 3), as points of the world; `body`: the engine's view of it."""
+    return body.xpos + points @ body.xmat.reshape(3, 3).T
+
+
 def add_line(scene: Any, points: Array, width: float, colour: Colour, colours: Array | None = None) -> None:
     """Draw a line through points of the world [m], shape (T, 3), `width` pixels wide: a fifth of a capsule's time.
 

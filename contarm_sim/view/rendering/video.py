@@ -56,6 +56,11 @@ class Shot:
         one, other = (self.arm, self.samples, indices[::step]), (arm, samples, others[::step])
         return film_beside(one, other, self.look, on_frame, self.names)
 
+    @property
+    def count(self) -> int:
+        """Number of frames, without those of another run beside."""
+        return len(frame_indices(self.samples, self.fps, self.speed))
+
     def checked(self) -> Shot:
         """Return itself.
 
@@ -105,7 +110,7 @@ def write_gif(shot: Shot, path: Path, on_frame: Progress | None = None) -> None:
     path = _checked(path, ".gif")
     if shot.fps > 50:
         raise InputError("fps", shot.fps, "1 to 50 in a GIF: browsers slow faster ones down")
-    count = len(frame_indices(shot.checked().samples, shot.fps, shot.speed))
+    count = shot.checked().count
     typical = Image.fromarray(np.vstack(list(shot.frames(some=_PALETTE_FRAMES))))
     palette = typical.quantize(255, Image.Quantize.MEDIANCUT, kmeans=2)
     ends = accumulate([100 / shot.fps] * count, initial=0.0)  # a GIF counts hundredths of a second

@@ -102,6 +102,8 @@ def draw_error_maps(path: Files, arm: Arm, outcomes: Sequence[Outcome | Failure]
 
     A scenario without rest poses has a panel that says so.
     """
+    from matplotlib.ticker import MaxNLocator
+
     columns = min(3, len(outcomes))
     rows = -(-len(outcomes) // columns)
     with figure(path, figsize=(3.1 * columns, 3.3 * rows)) as fig:
@@ -125,7 +127,7 @@ def draw_error_maps(path: Files, arm: Arm, outcomes: Sequence[Outcome | Failure]
             error = np.vstack([np.full(3 * grid + 1, start), np.column_stack([error, error[:, :1]])])
             theta, radius = np.vstack([theta[:1], theta]), np.vstack([np.zeros(3 * grid + 1), radius])
             ax.grid(False)
-            levels = np.linspace(0, max(error.max(), 1e-9), 9)
+            levels = MaxNLocator(12, steps=[1, 2, 2.5, 5, 10]).tick_values(0, max(error.max(), 1e-9))
             ticks = levels[::2]
             filled = ax.contourf(theta, radius, error, levels=levels, cmap="cividis")
             ax.set_axisbelow(False)
@@ -145,6 +147,8 @@ def draw_error_maps(path: Files, arm: Arm, outcomes: Sequence[Outcome | Failure]
 
 def draw_convergence(path: Files, arm: Arm, study: Convergence) -> None:
     """Draw the largest tip error over the dome against the number of links, with the slope of second order."""
+    from matplotlib.ticker import LogLocator
+
     links = np.array(study.links)
     with figure(path, figsize=(4.2, 3.4)) as fig:
         ax = fig.subplots()
@@ -154,13 +158,15 @@ def draw_convergence(path: Files, arm: Arm, study: Convergence) -> None:
         ):
             error = 1e3 * np.array(errors)
             if error.max() < ROUNDING:  # it would squeeze the others
-                ax.plot([], [], color=colour, label=f"{label}: below {ROUNDING:g} mm")
+                ax.plot([], [], color=colour, label=f"{label}: below 10$^{{-6}}$ mm")
                 continue
             ax.loglog(links, error, color=colour, marker=marker, label=label)
         first = 1e3 * study.max_error_vs_arc_m[0]
         ax.loglog(links, 1.5 * first * (links[0] / links) ** 2.0, color="#888888", linestyle="--", label="slope -2")
         ax.set_xticks(links, [str(n) for n in links])
         ax.minorticks_off()
+        ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        ax.yaxis.set_major_formatter("{x:g}")
         ax.set_xlabel("links N [-]")
         ax.set_ylabel("largest tip error, dome to 170° [mm]")
         ax.legend()

@@ -17,16 +17,19 @@ from contarm_sim.results.compare import Comparison
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.report.words import budget, explanation, muscle_words, remarks, verdict_lines
 
-LARGEST_VIDEO = 1_500_000
+LARGEST_VIDEO = 1_000_000
 """A larger film [bytes] is embedded in a smaller size: the page stays fit for mail."""
+
+PLOTLY = Path(__file__).parent / "vendor" / "plotly-gl3d.min.js.gz"
+"""The plotting library of the interactive view, which the browser decompresses."""
 
 POINTS = 600
 """Points of a line in the interactive view, at most."""
 
 FIGURES = {
-    "path.png": "Tip path on the dome of reachable tips: targets dashed, simulated tip solid, the backbone at the end",
+    "path.png": "Tip path on the dome of reachable tips: targets dashed, simulated tip solid, backbone at the end",
     "budget.png": "Tip error over time and its parts, on a logarithmic scale; orientation error below",
-    "muscles.png": "Length changes and tensions of the three muscles over time, the arc's lengths dotted",
+    "muscles.png": "Length changes, tensions and pressures of the three muscles over time; the arc dotted",
 }
 
 
@@ -51,12 +54,12 @@ def write_page(folder: Path, arm: Arm, samples: Trajectory, comparison: Comparis
             for name, alt in FIGURES.items()
             if (folder / name).is_file()
         ],
-        video=_video(film) if film.is_file() else None,
+        video=embedded(film, float(samples.time[-1] - samples.time[0])) if film.is_file() else None,
         gif=_encoded((folder / "video.gif").read_bytes()) if (folder / "video.gif").is_file() else None,
         no_video=summary["video"],
         toml=arm_to_toml(arm),
         traces=_safe_json(_traces(arm, samples, comparison)),
-        plotly=_plotly(),
+        plotly=_encoded(PLOTLY.read_bytes()),
     )
     write_whole(folder / "report.html", text)
 
@@ -65,25 +68,18 @@ def _encoded(content: bytes) -> str:
     return base64.b64encode(content).decode()
 
 
-def _plotly() -> str:
-    """Return the plotting library's own script."""
-    from plotly.offline import get_plotlyjs
-
-    return str(get_plotlyjs())
-
-
 def _safe_json(value: Any) -> str:
     """Return JSON that may stand inside a script element."""
     return json.dumps(value, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def _video(film: Path) -> dict[str, Any]:
-    """Return the film, smaller if it is large, ready to be embedded."""
+def embedded(film: Path, seconds: float) -> dict[str, Any]:
+    """Return a film of some seconds, smaller if it is large, ready to be embedded."""
     content, (width, height) = film.read_bytes(), (1280, 720)
     if len(content) > LARGEST_VIDEO:
         from contarm_sim.view.rendering.encode import shrunk
 
-        content, (width, height) = shrunk(film, 480), (854, 480)
+        content, (width, height) = shrunk(film, 540, LARGEST_VIDEO / seconds), (960, 540)
     return {"data": _encoded(content), "width": width, "height": height}
 
 

@@ -32,6 +32,9 @@ _STYLE = {
     "pdf.fonttype": 42,
 }
 
+_UNDATED: dict[str, dict[str, None]] = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}
+"""What is left out of files so that the same figure gives the same bytes."""
+
 Files = Path | Sequence[Path]
 """Where a figure is saved: one file, or several of other kinds."""
 
@@ -51,5 +54,5 @@ def figure(path: Files, kind: str | None = None, **kwargs: Any) -> Iterator[Any]
         FigureCanvasAgg(canvas)
         yield canvas
         for one in [path] if isinstance(path, Path) else path:
-            canvas.savefig(one, format=kind)
+            canvas.savefig(one, format=kind, metadata=_UNDATED.get(kind or one.suffix[1:]))
             canvas.set_layout_engine("none")  # laid out once: all files show the same

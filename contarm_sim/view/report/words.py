@@ -1,4 +1,4 @@
-"""What a run's numbers are called, and what is said of them: the same on the terminal, on the page and in the film."""
+"""Names of a run's numbers and sentences about them, the same on the terminal, on the page and in the film."""
 
 from __future__ import annotations
 
@@ -39,15 +39,15 @@ def budget(summary: dict[str, Any]) -> list[tuple[str, list[float]]]:
 
 
 def curvature_words(found: dict[str, Any]) -> str:
-    """Say whether constant curvature holds, within what, and why not, from `constant_curvature` of a summary."""
+    """Say whether constant curvature holds, with its error and the causes, from `constant_curvature` of a summary."""
     error, limit = found["error_percent"], found["limit_percent"]
     if found["holds"]:
         return f"holds within {error:.2f} % of length (limit {limit:g} %)"
     names = {"the chain of links": "discretisation", "sag": "sag", "motion": "motion"}
     known = {said: found.get(f"{name}_percent") for said, name in names.items()}
     parts = [f"{said} {part:.1f} %" for said, part in known.items() if part is not None and part > 0.1 * error]
-    said = f"does not hold: {error:.1f} % of length (limit {limit:g} %)"
-    return said + (f"; alone, {', '.join(parts)}" if parts else "")
+    said = f"does not hold: the error is {error:.1f} % of length (limit {limit:g} %)"
+    return said + (f"; each cause by itself: {', '.join(parts)}" if parts else "")
 
 
 def simulation_words(summary: dict[str, Any]) -> str:
@@ -63,13 +63,13 @@ def simulation_words(summary: dict[str, Any]) -> str:
     left = summary.get("unexplained")
     if failed or left is None:
         return f"{said}: {'; '.join(failed)}" if failed else said
-    return f"{said}: an ideal rod leaves {left['max_percent']:.3f} % of length open"
+    return f"{said}: the tip of an ideal rod is within {left['max_percent']:.3f} % of length"
 
 
 def targets_words(summary: dict[str, Any]) -> str:
     """Say whether the targets can be reached, and why not."""
     (check,) = (check for check in summary["checks"] if check["group"] == "targets")
-    near = f"within {check['value']:.2f} % of length of the dome of reachable tips (limit {check['limit']:g} %)"
+    near = f"at most {check['value']:.2f} % of length from the dome of reachable tips (limit {check['limit']:g} %)"
     return _failed(check) or near
 
 
@@ -86,7 +86,7 @@ def verdict_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def in_short(summary: dict[str, Any]) -> str:
-    """Say both things in a few words, for a film's caption."""
+    """Return the verdict in a few words, for a film's caption."""
     found = summary["constant_curvature"]
     holds = f"{'holds within' if found['holds'] else 'does not hold:'} {found['error_percent']:.2f} % of length"
     good = summary["explained"] and summary["converged"] is not False
@@ -107,37 +107,36 @@ def noted(folder: Path) -> str:
 def _failed(check: dict[str, Any]) -> str:
     if check["passed"]:
         return ""
-    value = "not known" if check["value"] is None else f"{check['value']:.4g} {check['unit']}".rstrip()
+    value = "is not known" if check["value"] is None else f"{check['value']:.4g} {check['unit']}".rstrip()
     reason = f": {check['reason']}" if check["reason"] else ""
     return f"{check['name']} {value} (limit {check['limit']:.4g}){reason}"
 
 
 def explanation(summary: dict[str, Any]) -> str:
-    """Say in a sentence each where the difference comes from."""
+    """Return a sentence for each cause of the difference."""
     part = {name: 1e3 * summary[name]["max_m"] for name in ("discretisation", "servo", "shape")}
-    shape = f"Gravity, inertia and unequal joints, which lengths cannot see, account for {part['shape']:.3f} mm"
+    shape = f"Gravity, inertia and unequal joint angles cause {part['shape']:.3f} mm, at the same muscle lengths"
     if summary["motion"] is not None:
-        shape += f"; {1e3 * summary['motion']['max_m']:.3f} mm of it are motion, for at rest they are gone"
-    lengths = f"Muscle lengths that are not as commanded account for {part['servo']:.3f} mm."
+        shape += f"; motion causes {1e3 * summary['motion']['max_m']:.3f} mm of this, which vanish at rest"
+    lengths = f"Differences between commanded and measured muscle lengths cause {part['servo']:.3f} mm."
     if not summary["holds_lengths"]:
-        lengths = (
-            f"Muscle lengths shifted on purpose, to bring the tip to its target, account for {part['servo']:.3f} mm."
-        )
+        lengths = f"The controller changes muscle lengths to bring the tip to its target: {part['servo']:.3f} mm."
     lines = [
-        f"Rigid links instead of an arc account for {part['discretisation']:.3f} mm, known in closed form.",
+        f"Rigid links in place of an arc cause {part['discretisation']:.3f} mm, which is known in closed form.",
         lengths,
         f"{shape}.",
     ]
     if summary["unexplained"] is not None:
         left = 1e3 * summary["unexplained"]["max_m"]
-        lines.append(f"An ideal rod of these lengths, weight and accelerations has its tip within {left:.3f} mm.")
+        rod = "The tip of an ideal rod with the same muscle lengths, weight and accelerations"
+        lines.append(f"{rod} is within {left:.3f} mm of the simulated tip.")
     if summary["miss"]["max_m"] > 1e-6:
         lines.append(f"Targets lie up to {1e3 * summary['miss']['max_m']:.2f} mm off the dome of reachable tips.")
     return " ".join(lines)
 
 
 def muscle_words(muscle: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return what the muscles did, a name and a value each."""
+    """Return ranges of tension, pressure and contraction, a name and a value each."""
     pressure = muscle["max_pressure_needed_pa"]
     pushes = f"{100 * muscle['push_fraction']:.3g} % of muscle samples"
     if muscle["pushes"]:
@@ -146,36 +145,36 @@ def muscle_words(muscle: dict[str, Any]) -> list[tuple[str, str]]:
         ("tensions", f"{muscle['min_force_n']:.1f} to {muscle['max_force_n']:.1f} N"),
         ("pushes", pushes),
         ("slack", f"{100 * muscle['slack_fraction']:.3g} % of muscle samples"),
-        ("highest pressure needed", "more than any" if pressure is None else f"{pressure / 1e3:.0f} kPa"),
+        ("highest pressure needed", "no pressure is enough" if pressure is None else f"{pressure / 1e3:.0f} kPa"),
         ("contractions", f"{100 * muscle['min_contraction']:.1f} to {100 * muscle['max_contraction']:.1f} %"),
     ]
 
 
 def available(summary: dict[str, Any]) -> str:
-    """Name the pressures that there are."""
+    """Return the range of pressures that the arm has."""
     pressures = summary["arm"]["muscle"]
     return f"{pressures['min_pressure'] / 1e3:.0f} to {pressures['max_pressure'] / 1e3:.0f} kPa"
 
 
 def remarks(summary: dict[str, Any]) -> list[str]:
-    """Return what a reader must know beside the verdict, a line each."""
+    """Return what a reader must know besides the verdict, a line each."""
     found, muscle, pulling = [], summary["muscle"], summary["pulls_only"]
     if summary["motion"] is None:
-        found.append("motion share unavailable: the arm cannot rest in one of the commanded poses")
+        found.append("motion share unavailable: a commanded pose is unstable or has no equilibrium")
     if muscle["pushes"]:
-        depth = f"muscles push in {100 * muscle['push_fraction']:.2g} % of muscle samples, up to "
-        why = "damping along a slack muscle does" if pulling else "plain position servos do; not judged"
-        found.append(f"{depth}{muscle['largest_push_n']:.2g} N: {why}")
+        share, most = 100 * muscle["push_fraction"], muscle["largest_push_n"]
+        why = "the damping of a slack muscle pushes" if pulling else "plain position servos can push; not judged"
+        found.append(f"muscles push in {share:.2g} % of muscle samples, with up to {most:.2g} N: {why}")
     if muscle["beyond_max_pressure"]:
         most = muscle["max_pressure_needed_pa"]
-        needs = "more than any pressure" if most is None else f"up to {most / 1e3:.0f} kPa"
-        count = f"{muscle['beyond_max_pressure']} of {summary['samples']} samples"
-        found.append(f"a muscle needs {needs}; available {available(summary)}: beyond that in {count}")
+        needs = "more than any pressure gives" if most is None else f"up to {most / 1e3:.0f} kPa"
+        count = f"{muscle['beyond_max_pressure']} of {summary['samples']} samples exceed this"
+        found.append(f"a muscle needs {needs}; available {available(summary)}: {count}")
     if muscle["below_min_pressure"] and pulling:
         least = summary["arm"]["muscle"]["min_pressure"] / 1e3
         count = f"in {muscle['below_min_pressure']} of {summary['samples']} samples"
         found.append(
-            f"{count} a muscle needs less than {least:.0f} kPa; available {available(summary)}; "
-            "the controller `pressure` keeps to that, or says that it cannot"
+            f"a muscle needs less than {least:.0f} kPa {count}; available {available(summary)} "
+            "(the controller `pressure` stays within this range)"
         )
     return found
