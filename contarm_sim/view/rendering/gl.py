@@ -62,9 +62,6 @@ def choose_backend() -> Backend:
     if os.environ.get("MUJOCO_GL", "").lower().strip() in ("disable", "disabled", "off", "false", "0"):
         raise RenderingError("MUJOCO_GL says not to draw; unset it, or set it to egl or osmesa")
     libmujoco.load()
-    # Mesa's software renderer, which reads this at its start, colours a few pixels by chance when it draws in threads
-    # of its own. Without them it still did in one film of ten.
-    os.environ.setdefault("LP_NUM_THREADS", "0")
     platform = os.environ.pop("PYOPENGL_PLATFORM", None)
     attempts: list[tuple[str, str | None]] = []
     wish = os.environ.get("MUJOCO_GL", "").lower().strip()
