@@ -46,7 +46,7 @@ def muscle(arm: Arm, pressure: tuple[float, ...], out: str | None, as_json: bool
         _show(found, arm)
 
 
-def _show(found: studies.MuscleLaw, arm: Arm) -> None:
+def _show(found: studies.MuscleCurves, arm: Arm) -> None:
     from contarm_sim.cli.terminal import table
 
     columns = ["contraction [%]", *(f"{p / 1e3:g} kPa [N]" for p in found.pressure_pa)]

@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from contarm_sim.control.registry import NAMES
 from contarm_sim.errors import InputError, in_short
 from contarm_sim.model.flat import MUSCLE_PARAMETERS, PARAMETERS
 from contarm_sim.model.units import quantity
@@ -141,9 +142,8 @@ def arm_options(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def controller_option(meaning: str) -> Callable[[Any], Any]:
-    """Return the --controller option; names as in `simulation.control`, which loads too much for --help."""
-    names = ["paper", "chain", "feedforward", "servo", "pressure", "tip"]
-    return click.option("--controller", default="servo", show_default=True, type=click.Choice(names), help=meaning)
+    """Return the --controller option."""
+    return click.option("--controller", default="servo", show_default=True, type=click.Choice(NAMES), help=meaning)
 
 
 json_option = click.option(

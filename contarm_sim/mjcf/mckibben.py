@@ -14,8 +14,10 @@ from collections.abc import Sequence
 
 import mujoco
 
+from contarm_sim.errors import InputError
 from contarm_sim.mjcf.actuators import Actuators, add_round
 from contarm_sim.mjcf.routing import CLASS, Strands, counted_from
+from contarm_sim.model.mckibben import McKibben
 from contarm_sim.model.muscle_group import MuscleGroup
 
 _LINEAR, _QUADRATIC = "linear", "quadratic"
@@ -41,24 +43,36 @@ class McKibbenMuscles(Actuators):
 
     def straight_control(self, group: MuscleGroup) -> float:
         """Return a pressure [Pa], at least the lowest that there is: tensions may be larger than the least."""
-        law = group.law
+        law = _law(group)
         s, s0 = 1 - law.mount_contraction, 1 - law.max_contraction
         return max(law.min_tension / (law.pull_per_pascal * (s**2 - s0**2)), law.min_pressure)
 
     def stiffest(self, group: MuscleGroup) -> float:
         """Return dF/dL of the longest muscle at the highest pressure [N/m]."""
-        longest = 1 + group.law.max_stretch
-        return group.law.max_pressure * 2 * group.law.pull_per_pascal * longest / group.rest_length
+        law = _law(group)
+        return law.max_pressure * 2 * law.pull_per_pascal * (1 + law.max_stretch) / group.rest_length
+
+
+def _law(group: MuscleGroup) -> McKibben:
+    """Return the law of a group.
+
+    Raises:
+        InputError: another law, which needs actuators of its own.
+    """
+    if not isinstance(group.law, McKibben):
+        raise InputError("actuation", f"'pressures' with the law {type(group.law).__name__}", "the law McKibben")
+    return group.law
 
 
 def _linear(spec: mujoco.MjSpec, strands: Strands) -> mujoco.MjsDefault:
     """Make the line 2 c s0 (s - s0) of the law."""
     group, default = strands.group, _add_default(spec, strands, _LINEAR)
-    rest, s0 = group.rest_length, 1 - group.law.max_contraction
-    slope = 2 * s0 * group.law.pull_per_pascal / rest
+    rest, law = group.rest_length, _law(group)
+    s0 = 1 - law.max_contraction
+    slope = 2 * s0 * law.pull_per_pascal / rest
     default.actuator.gaintype = mujoco.mjtGain.mjGAIN_AFFINE
     default.actuator.gainprm[:2] = [slope * (s0 * rest - counted_from(group)), -slope]
-    default.actuator.forcerange = [-10 * slope * rest * group.law.max_pressure, 0.0]  # never met from below
+    default.actuator.forcerange = [-10 * slope * rest * law.max_pressure, 0.0]  # never met from below
     default.actuator.forcelimited = True
     return default
 
@@ -69,7 +83,7 @@ def _quadratic(spec: mujoco.MjSpec, strands: Strands) -> mujoco.MjsDefault:
     The engine's muscle gain is -F (x/x1)^2 / 2 from its shortest length, x = 0, to x1, half its range; a speed limit
     that is never met turns its dependence on velocity off.
     """
-    law, default = strands.group.law, _add_default(spec, strands, _QUADRATIC)
+    law, default = _law(strands.group), _add_default(spec, strands, _QUADRATIC)
     force = 2 * law.pull_per_pascal * (_REACH - (1 - law.max_contraction)) ** 2
     shortest, longest, most_speed = 0.0, 2.0, 1e9
     default.actuator.gaintype = mujoco.mjtGain.mjGAIN_MUSCLE

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from contarm_sim.errors import InputError
 from contarm_sim.model.flat import FlatArm
+from contarm_sim.model.law import MuscleLaw
 from contarm_sim.model.mckibben import McKibben
 from contarm_sim.model.muscle_group import MuscleGroup
 from contarm_sim.model.parameters import Quaternion, Vector
@@ -60,7 +61,7 @@ class Arm(FlatArm):
 
     sections: tuple[Section, ...]
     routings: tuple[Routing, ...]
-    laws: tuple[McKibben, ...]
+    laws: tuple[MuscleLaw, ...]
     world: World
     if TYPE_CHECKING:  # what `dataclasses.replace` takes beside the fields
         length: InitVar[float] = OMITTED
@@ -73,7 +74,7 @@ class Arm(FlatArm):
         section_radius: InitVar[float | None] = OMITTED
         muscle_radius: InitVar[float] = OMITTED
         path: InitVar[Path] = OMITTED
-        muscle: InitVar[McKibben] = OMITTED
+        muscle: InitVar[MuscleLaw] = OMITTED
         gravity: InitVar[Vector] = OMITTED
         base_orientation: InitVar[Quaternion | None] = OMITTED
         payload: InitVar[float] = OMITTED
@@ -83,7 +84,7 @@ class Arm(FlatArm):
         *,
         sections: tuple[Section, ...] = OMITTED,
         routings: tuple[Routing, ...] = OMITTED,
-        laws: tuple[McKibben, ...] = OMITTED,
+        laws: tuple[MuscleLaw, ...] = OMITTED,
         world: World = OMITTED,
         length: float = OMITTED,
         links: int = OMITTED,
@@ -95,7 +96,7 @@ class Arm(FlatArm):
         section_radius: float | None = OMITTED,
         muscle_radius: float = OMITTED,
         path: Path = OMITTED,
-        muscle: McKibben = OMITTED,
+        muscle: MuscleLaw = OMITTED,
         gravity: Vector = OMITTED,
         base_orientation: Quaternion | None = OMITTED,
         payload: float = OMITTED,
@@ -109,13 +110,13 @@ class Arm(FlatArm):
         of_world = _given(gravity=gravity, base_orientation=base_orientation, payload=payload)
         parts = _tuple("sections", sections, Section, 1 if sections is OMITTED else None)
         lines = _tuple("routings", routings, Routing, len(parts))
-        pulls = _tuple("laws", laws, McKibben, len(parts))
+        pulls = _tuple("laws", laws, MuscleLaw, len(parts))
         flat = {**of_section, **_given(muscle_radius=muscle_radius, path=path, muscle=muscle)}
         if len(parts) > 1 and flat:
             name, value = next(iter(flat.items()))
             raise InputError(name, value, f"an arm of one section; this one has {len(parts)}: change its sections")
         if muscle is not OMITTED:
-            pulls = _tuple("muscle", (muscle,), McKibben, 1)
+            pulls = _tuple("muscle", (muscle,), MuscleLaw, 1)
         if world is not OMITTED and not isinstance(world, World):
             raise InputError("world", world, "a World")
         own = World() if world is OMITTED else world
@@ -193,7 +194,8 @@ def _tuple(name: str, values: Any, kind: type, count: int | None) -> tuple[Any, 
         InputError: not a tuple of that kind, none, or not one for each section.
     """
     if values is OMITTED:
-        return tuple(kind() for _ in range(count or 1))
+        usual = McKibben if kind is MuscleLaw else kind
+        return tuple(usual() for _ in range(count or 1))
     allowed = f"a tuple of {kind.__name__}, " + (
         "one or more" if count is None else f"one for each of {count} sections"
     )
@@ -211,6 +213,6 @@ def _sum(values: Any) -> float:
     return float(sum(values))
 
 
-def _enclosing(routing: Routing, law: McKibben) -> float:
+def _enclosing(routing: Routing, law: MuscleLaw) -> float:
     """Return the radius of a disk that encloses muscles [m]."""
     return routing.radius + 0.5 * law.diameter + 0.0015

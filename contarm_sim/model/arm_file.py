@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import tomllib
-from dataclasses import Field, replace
+from dataclasses import Field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,9 @@ from contarm_sim.errors import InputError, one_line
 from contarm_sim.inputs import read_text
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.flat import MUSCLE_PARAMETERS, PARAMETERS
+from contarm_sim.model.law import MuscleLaw
+from contarm_sim.model.laws import LAWS, law_name
+from contarm_sim.model.mckibben import McKibben
 from contarm_sim.model.routing import Routing
 from contarm_sim.model.units import quantity, slip
 
@@ -38,14 +41,28 @@ def arm_from_dict(values: dict[str, Any], where: str | None = None, base: Arm | 
     if not isinstance(muscle, dict):
         raise InputError("muscle", muscle, "a table, [muscle]", where)
     _refuse_unknown(values, [*PARAMETERS, "muscle"], "", where)
-    _refuse_unknown(muscle, [*MUSCLE_PARAMETERS, *_ROUTED], "muscle.", where)
     try:
+        law = _law(muscle.get("law"), base.laws[0])
+        own = [item.name for item in fields(law)]
+        _refuse_unknown(muscle, ["law", *own, "path", *_ROUTED], "muscle.", where)
         routed = {name: muscle[name] for name in ("path", *_ROUTED) if name in muscle}
-        law = {name: value for name, value in muscle.items() if name not in routed}
-        routing = replace(base.routing, **routed)
-        return replace(base, routings=(routing,), laws=(replace(base.laws[0], **law),), **values)
+        law = replace(law, **{name: value for name, value in muscle.items() if name in own})
+        return replace(base, routings=(replace(base.routing, **routed),), laws=(law,), **values)
     except InputError as error:
         raise _asking(error, {**values, **{f"muscle.{name}": x for name, x in muscle.items()}}).located(where) from None
+
+
+def _law(name: Any, base: MuscleLaw) -> MuscleLaw:
+    """Return the law of a name with its defaults; `base` if there is no name, or it is that of `base`.
+
+    Raises:
+        InputError: an unknown name.
+    """
+    if name is None or name == law_name(base):
+        return base
+    if not isinstance(name, str) or name not in LAWS:
+        raise InputError("muscle.law", name, ", ".join(LAWS))
+    return LAWS[name]()
 
 
 def _asking(error: InputError, values: dict[str, Any]) -> InputError:
@@ -58,8 +75,9 @@ def _asking(error: InputError, values: dict[str, Any]) -> InputError:
 
 def units() -> dict[str, str]:
     """Return the units of all parameters by their names in TOML, `muscle.` before those of muscles."""
-    both = ((PARAMETERS, ""), (MUSCLE_PARAMETERS, "muscle."))
-    found = {prefix + name: item.metadata["unit"] for table, prefix in both for name, item in table.items()}
+    found = {name: item.metadata["unit"] for name, item in PARAMETERS.items()}
+    for law in LAWS.values():
+        found |= {f"muscle.{item.name}": item.metadata["unit"] for item in fields(law())}
     return found | {"muscle.offset": "rad"}
 
 
@@ -78,7 +96,8 @@ def arm_to_dict(arm: Arm) -> dict[str, Any]:
         InputError: an arm of several sections.
     """
     routing, usual = arm.routing, Routing()
-    muscle = {**{name: getattr(arm.muscle, name) for name in MUSCLE_PARAMETERS if name != "path"}, "path": routing.path}
+    law = {item.name: getattr(arm.muscle, item.name) for item in fields(arm.muscle)}
+    muscle = {**({} if type(arm.muscle) is McKibben else {"law": law_name(arm.muscle)}), **law, "path": routing.path}
     muscle |= {name: getattr(routing, name) for name in _ROUTED if getattr(routing, name) != getattr(usual, name)}
     return _plain({name: getattr(arm, name) for name in PARAMETERS}) | {"muscle": _plain(muscle)}
 

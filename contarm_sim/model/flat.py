@@ -11,6 +11,7 @@ from dataclasses import Field, fields
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from contarm_sim.errors import InputError
+from contarm_sim.model.law import MuscleLaw
 from contarm_sim.model.mckibben import McKibben
 from contarm_sim.model.muscle_group import MuscleGroup
 from contarm_sim.model.parameters import Quaternion, Vector
@@ -35,7 +36,7 @@ PARAMETERS: dict[str, Field[Any]] = _parameters()
 """Declarations of the parameters of an arm of one section, by their flat names."""
 
 MUSCLE_PARAMETERS: dict[str, Field[Any]] = {**_named(McKibben), "path": _named(Routing)["path"]}
-"""Declarations of the parameters of its muscles."""
+"""Declarations of the parameters of its muscles, of the default law."""
 
 
 class FlatArm:
@@ -44,7 +45,7 @@ class FlatArm:
     if TYPE_CHECKING:
         sections: tuple[Section, ...]
         routings: tuple[Routing, ...]
-        laws: tuple[McKibben, ...]
+        laws: tuple[MuscleLaw, ...]
         world: World
 
         @property
@@ -147,7 +148,7 @@ class FlatArm:
         return _agreed("muscle.path", [routing.path for routing in self.routings])
 
     @property
-    def muscle(self) -> McKibben:
+    def muscle(self) -> MuscleLaw:
         """The law by which muscles pull."""
         return _agreed("muscle", list(self.laws))
 

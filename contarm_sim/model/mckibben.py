@@ -1,8 +1,4 @@
-"""The McKibben law of a pneumatic muscle (Chou and Hannaford 1996), from the paper's dimensions; its silicone.
-
-Every law has `force`, `slope` and `pressure_for`, which take pressures and lengths as arrays and broadcast. NumPy loads
-with the first of them: parameters alone are made without it.
-"""
+"""The McKibben law of a pneumatic muscle (Chou and Hannaford 1996), from the paper's dimensions."""
 
 from __future__ import annotations
 
@@ -11,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from contarm_sim.errors import InputError
+from contarm_sim.model.law import MuscleLaw
 from contarm_sim.model.parameters import check_numbers, number
 
 if TYPE_CHECKING:
@@ -19,8 +16,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class McKibben:
-    """One pneumatic muscle (PMA) and the length servo that stands for its valve and controller.
+class McKibben(MuscleLaw):
+    """One braided pneumatic muscle (PMA) and the length servo that stands for its valve and controller.
 
     Raises:
         InputError: a parameter is not a finite number in its stated interval.
@@ -118,19 +115,6 @@ class McKibben:
         area = np.pi * self.diameter**2 / 4
         slope = np.asarray(pressure, dtype=float) * area * 6 * stretch / (np.tan(self.braid_angle) ** 2 * rest_length)
         return np.where(self.force(1.0, length, rest_length) > 0, slope, 0.0)
-
-    def passive_tension(self, length: Any, rest_length: float) -> NDArray[float64]:
-        """Return the tension [N] of the silicone alone: a spring beyond the rest length, slack below."""
-        import numpy as np
-
-        stretch = np.maximum(np.asarray(length, dtype=float) - rest_length, 0.0)
-        return np.asarray((self.passive_stiffness or 0.0) * stretch)
-
-    def passive_slope(self, length: Any, rest_length: float) -> NDArray[float64]:
-        """Return dF/dL [N/m] of `passive_tension`."""
-        import numpy as np
-
-        return np.where(np.asarray(length) > rest_length, self.passive_stiffness or 0.0, 0.0)
 
     def pressure_for(self, tension: Any, length: Any, rest_length: float) -> NDArray[float64]:
         """Return the gauge pressure [Pa] at which a muscle of a length [m] has a tension [N], its silicone's included.

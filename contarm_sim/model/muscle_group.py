@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from contarm_sim.model.mckibben import McKibben
+from contarm_sim.model.law import MuscleLaw
 from contarm_sim.model.routing import Routing
 
 SERVO_RATIO = 180.0
@@ -35,7 +35,7 @@ class MuscleGroup:
     section: int
     first: int
     routing: Routing
-    law: McKibben
+    law: MuscleLaw
     length: float
     bending_resistance: float
     bend_inertia: float

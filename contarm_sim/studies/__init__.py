@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from contarm_sim.studies.held_bend import Hold, hold
     from contarm_sim.studies.judged_run import JudgedRun, judge_run
     from contarm_sim.studies.load_cases import CaseAtRest, CaseWithoutRest, LoadCase, equilibria, read_cases
-    from contarm_sim.studies.muscle_curves import MuscleLaw, muscle_law
+    from contarm_sim.studies.muscle_curves import MuscleCurves, muscle_law
     from contarm_sim.studies.pressure_map import LargestBend, Possibility, possibility
     from contarm_sim.studies.swings import Release, SwingSettings, release
     from contarm_sim.studies.tip_stiffness import Stiffness, StiffnessLevel, stiffness
@@ -46,7 +46,7 @@ _HOMES = {
     "studies.held_bend": ("Hold", "hold"),
     "studies.judged_run": ("JudgedRun", "judge_run"),
     "studies.load_cases": ("CaseAtRest", "CaseWithoutRest", "LoadCase", "equilibria", "read_cases"),
-    "studies.muscle_curves": ("MuscleLaw", "muscle_law"),
+    "studies.muscle_curves": ("MuscleCurves", "muscle_law"),
     "studies.pressure_map": ("LargestBend", "Possibility", "possibility"),
     "studies.swings": ("Release", "SwingSettings", "release"),
     "studies.tip_stiffness": ("Stiffness", "StiffnessLevel", "stiffness"),
@@ -55,7 +55,7 @@ _HOMES = {
 
 __all__ = [
     "CaseAtRest", "CaseWithoutRest", "ControllerComparison", "Failure", "Followed", "Hold", "JudgedRun", "LargestBend",
-    "LoadCase", "MuscleLaw", "NotFollowed", "Outcome", "Possibility", "Release", "Stiffness", "StiffnessLevel",
+    "LoadCase", "MuscleCurves", "NotFollowed", "Outcome", "Possibility", "Release", "Stiffness", "StiffnessLevel",
     "SwingSettings", "Validation", "compare_controllers", "document", "equilibria", "hold", "judge_run", "muscle_law",
     "possibility", "read_cases", "release", "stiffness", "validate",
 ]  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,12 +12,13 @@ from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.pneumatics import force
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.mckibben import McKibben
 
 PRESSURES = (100e3, 200e3, 300e3, 400e3, 500e3, 600e3, 700e3)
 
 
 @dataclass(frozen=True)
-class MuscleLaw:
+class MuscleCurves:
     """The forces of one muscle of an arm.
 
     Attributes:
@@ -38,7 +40,7 @@ class MuscleLaw:
     max_stretch: float
 
 
-def muscle_law(arm: Arm, pressures: Sequence[float] = (), points: int = 9) -> MuscleLaw:
+def muscle_law(arm: Arm, pressures: Sequence[float] = (), points: int = 9) -> MuscleCurves:
     """Return the force of one muscle from its largest stretch to its largest contraction.
 
     Args:
@@ -54,11 +56,11 @@ def muscle_law(arm: Arm, pressures: Sequence[float] = (), points: int = 9) -> Mu
             raise InputError("pressure", pressure, f"0 to {most:g} Pa")
     given = np.array(pressures or [p for p in PRESSURES if p <= most] or [most], dtype=float)
     contraction = np.linspace(-arm.muscle.max_stretch, arm.muscle.max_contraction, points)
-    return MuscleLaw(
+    return MuscleCurves(
         pressure_pa=given,
         contraction=contraction,
         force_n=force(given[:, None], arm.muscle_rest_length * (1 - contraction), arm),
-        braid_angle_rad=arm.muscle.braid_angle,
+        braid_angle_rad=(arm.muscle.braid_angle if isinstance(arm.muscle, McKibben) else math.nan),
         rest_length_m=arm.muscle_rest_length,
         blocked_force_n=arm.muscle.blocked_force,
         max_stretch=arm.muscle.max_stretch,

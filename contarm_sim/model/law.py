@@ -1,0 +1,83 @@
+"""What a muscle law is: how a pneumatic muscle pulls, by its pressure and its length."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from numpy import float64
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class MuscleLaw(ABC):
+    """The law of one pneumatic muscle, and the length servo that stands for its valve and controller.
+
+    A law is a frozen dataclass that subclasses this one and declares the attributes below as its fields, or as
+    properties. Its methods take pressures [Pa] and lengths [m] as arrays, broadcast, and load NumPy when they are
+    called: parameters alone are made without it.
+
+    Attributes:
+        min_pressure, max_pressure: lowest gauge pressure when inflated, and highest [Pa].
+        max_contraction: contraction from the rest length at which the force vanishes [-].
+        mount_contraction: contraction in the straight arm [-].
+        min_tension: tension that the slackest muscle is held at [N].
+        passive_stiffness: of the silicone beyond its rest length [N/m], or None.
+        braid_friction: dry friction along the muscle [N], or None.
+        valve_time: time constant of valve and filling [s].
+        servo_stiffness, servo_time: of the length servo [N/m], [s], or None for what follows from the arm.
+    """
+
+    if TYPE_CHECKING:  # each law declares its own fields, in its own order, with defaults and limits
+        min_pressure: float
+        max_pressure: float
+        max_contraction: float
+        mount_contraction: float
+        min_tension: float
+        passive_stiffness: float | None
+        braid_friction: float | None
+        valve_time: float
+        servo_stiffness: float | None
+        servo_time: float | None
+
+    @property
+    @abstractmethod
+    def diameter(self) -> float:
+        """Outer diameter at rest [m]."""
+
+    @property
+    @abstractmethod
+    def max_stretch(self) -> float:
+        """Largest strain from the rest length [-]."""
+
+    @property
+    @abstractmethod
+    def blocked_force(self) -> float:
+        """Force at rest length and highest pressure [N]."""
+
+    @abstractmethod
+    def force(self, pressure: Any, length: Any, rest_length: float) -> NDArray[float64]:
+        """Return the pulling force [N], 0 or more."""
+
+    @abstractmethod
+    def slope(self, pressure: Any, length: Any, rest_length: float) -> NDArray[float64]:
+        """Return dF/dL [N/m] of `force` at constant pressure."""
+
+    @abstractmethod
+    def pressure_for(self, tension: Any, length: Any, rest_length: float) -> NDArray[float64]:
+        """Return the gauge pressure [Pa] that gives a tension [N], the silicone's included; inf where none does."""
+
+    def passive_tension(self, length: Any, rest_length: float) -> NDArray[float64]:
+        """Return the tension [N] of the silicone alone: a spring beyond the rest length, slack below."""
+        import numpy as np
+
+        stretch = np.maximum(np.asarray(length, dtype=float) - rest_length, 0.0)
+        return np.asarray((self.passive_stiffness or 0.0) * stretch)
+
+    def passive_slope(self, length: Any, rest_length: float) -> NDArray[float64]:
+        """Return dF/dL [N/m] of `passive_tension`."""
+        import numpy as np
+
+        return np.where(np.asarray(length) > rest_length, self.passive_stiffness or 0.0, 0.0)
