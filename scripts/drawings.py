@@ -15,11 +15,12 @@ from matplotlib.patches import Arc
 
 from contarm_sim import Arm
 from contarm_sim.kinematics import arc
+from contarm_sim.model.colours import muscle_hex
 
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
 RED, GREEN, BLUE, GREY, DARK = "#c0392b", "#27863a", "#1f5fa8", "#9aa0a6", "#202428"
-MUSCLES = (RED, "#b8860b", "#7a4fa3")
+MUSCLES = tuple(muscle_hex(i) for i in range(3))
 BEND = math.radians(75)
 
 
