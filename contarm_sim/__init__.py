@@ -14,18 +14,27 @@ The public names are few and load late, so that `import contarm_sim` costs nothi
     equilibrium           the static pose under a Load (of Wrench, Muscles)
     compare               a trajectory beside the closed forms
     Controller            what drives an arm; subclass it, with Plan and Feedback
+    studies               what the commands compute, as functions
+    ContarmError          the root of all errors; InputError, EquilibriumError, DivergenceError; Interrupted (Ctrl-C)
 """
 
 TYPE_CHECKING = False  # true to type checkers, which know it by its name; `typing` would take as long as all the rest
 
-if TYPE_CHECKING:  # a public name is a line here and one in _HOMES
+if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HOMES; a test compares them
     from contarm_sim import envs as envs
     from contarm_sim import kinematics as kinematics
     from contarm_sim import mechanics as mechanics
     from contarm_sim import mjcf as mjcf
     from contarm_sim import paths as paths
     from contarm_sim import studies as studies
+    from contarm_sim.control.base import Controller as Controller
+    from contarm_sim.control.base import Feedback as Feedback
+    from contarm_sim.control.base import Plan as Plan
     from contarm_sim.errors import ContarmError as ContarmError
+    from contarm_sim.errors import DivergenceError as DivergenceError
+    from contarm_sim.errors import EquilibriumError as EquilibriumError
+    from contarm_sim.errors import InputError as InputError
+    from contarm_sim.errors import Interrupted as Interrupted
     from contarm_sim.mjcf import arm_spec as arm_spec
     from contarm_sim.mjcf import scene_spec as scene_spec
     from contarm_sim.mjcf import spec as spec
@@ -40,10 +49,19 @@ if TYPE_CHECKING:  # a public name is a line here and one in _HOMES
     from contarm_sim.model.world import World as World
     from contarm_sim.motion.rest import poses_at_rest as poses_at_rest
     from contarm_sim.motion.simulate import simulate as simulate
+    from contarm_sim.paths.reference import Reference as Reference
     from contarm_sim.results.compare import compare as compare
+    from contarm_sim.results.trajectory import Trajectory as Trajectory
     from contarm_sim.statics.equilibrium import equilibrium as equilibrium
 
     __version__: str
+
+__all__ = [
+    "Arm", "ContarmError", "Controller", "DivergenceError", "EquilibriumError", "Feedback", "InputError",
+    "Interrupted", "Load", "McKibben", "Muscles", "Plan", "Reference", "Routing", "Section", "Trajectory", "World",
+    "Wrench", "arm_spec", "compare", "envs", "equilibrium", "kinematics", "load_arm", "mechanics", "mjcf", "paths",
+    "poses_at_rest", "scene_spec", "simulate", "spec", "studies",
+]  # fmt: skip
 
 _HOMES = {
     "Arm": "model.arm",
@@ -53,6 +71,10 @@ _HOMES = {
     "World": "model.world",
     "load_arm": "model.arm_file",
     "ContarmError": "errors",
+    "DivergenceError": "errors",
+    "EquilibriumError": "errors",
+    "InputError": "errors",
+    "Interrupted": "errors",
     "arm_spec": "mjcf",
     "scene_spec": "mjcf",
     "spec": "mjcf",
@@ -72,7 +94,6 @@ _HOMES = {
 _MODULES = ("envs", "kinematics", "mechanics", "mjcf", "paths", "studies")
 
 if not TYPE_CHECKING:  # to a type checker, a name that is not imported above does not exist
-    __all__ = [*_HOMES, "kinematics", "paths"]
 
     def __getattr__(name):
         from importlib import import_module, metadata

@@ -338,7 +338,11 @@ def test_an_explained_error_is_an_answer_and_exit_code_0(contarm):
     words = ("--gravity", 0, 0, 9.81, "--turns", 0.5, "--duration", 5)
     code, out, err = contarm("run", *words, "--no-video", "--out", "r")
     assert code == 0, err
-    assert re.search(r"^constant curvature: does not hold: [\d.]+ % of length \(limit 1 %\); alone, sag", out, re.M)
+    assert re.search(
+        r"^constant curvature: does not hold: the error is [\d.]+ % of length \(limit 1 %\); each cause by itself: sag",
+        out,
+        re.M,
+    )
     assert re.search(r"^simulation: explained", out, re.M)
     lines = [line.strip() for line in out.splitlines()]
     row = next(i for i, line in enumerate(lines) if line.startswith("target against simulated tip"))

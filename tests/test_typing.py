@@ -76,6 +76,7 @@ def test_a_type_checker_finds_nothing_in_a_script_that_is_right(tmp_path):
 def test_every_public_name_is_there_and_known_to_type_checkers(tmp_path):
     names = vars(contarm_sim)["__all__"]
     assert len(names) == len(set(names))
+    assert set(names) == {*vars(contarm_sim)["_HOMES"], *vars(contarm_sim)["_MODULES"]}
     assert all(getattr(contarm_sim, name) is not None for name in names)
     assert set(names) <= set(dir(contarm_sim))
     assert (ROOT / "contarm_sim" / "py.typed").exists()

@@ -67,13 +67,16 @@ def test_the_budget_lists_what_is_known_in_millimetres_and_percent():
         ({"holds": True, "error_percent": 0.421, "limit_percent": 1.0}, "holds within 0.42 % of length (limit 1 %)"),
         (
             {"holds": False, "error_percent": 5.04, "limit_percent": 1.0, "sag_percent": 4.96, "motion_percent": 0.4},
-            "does not hold: 5.0 % of length (limit 1 %); alone, sag 5.0 %",
+            "does not hold: the error is 5.0 % of length (limit 1 %); each cause by itself: sag 5.0 %",
         ),
         (
             {"holds": False, "error_percent": 2.0, "limit_percent": 1.0, "discretisation_percent": 0.3},
-            "does not hold: 2.0 % of length (limit 1 %); alone, the chain of links 0.3 %",
+            "does not hold: the error is 2.0 % of length (limit 1 %); each cause by itself: the chain of links 0.3 %",
         ),
-        ({"holds": False, "error_percent": 2.0, "limit_percent": 1.0}, "does not hold: 2.0 % of length (limit 1 %)"),
+        (
+            {"holds": False, "error_percent": 2.0, "limit_percent": 1.0},
+            "does not hold: the error is 2.0 % of length (limit 1 %)",
+        ),
     ],
 )
 def test_constant_curvature_is_said_to_hold_or_why_not(found, said):
@@ -83,8 +86,8 @@ def test_constant_curvature_is_said_to_hold_or_why_not(found, said):
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({}, "explained and converged: an ideal rod leaves 0.005 % of length open"),
-        ({"converged": None}, "explained: an ideal rod leaves 0.005 % of length open"),
+        ({}, "explained and converged: the tip of an ideal rod is within 0.005 % of length"),
+        ({"converged": None}, "explained: the tip of an ideal rod is within 0.005 % of length"),
         ({"converged": False, "unexplained": None}, "explained, but NOT converged"),
         (
             {"explained": False, "converged": False, "checks": [check(), TARGETS]},
@@ -92,7 +95,7 @@ def test_constant_curvature_is_said_to_hold_or_why_not(found, said):
         ),
         (
             {"explained": False, "checks": [check(value=None, reason=""), TARGETS]},
-            "NOT explained, but converged: slack not known (limit 1)",
+            "NOT explained, but converged: slack is not known (limit 1)",
         ),
         ({"verdict": "not judged"}, "not judged"),
         ({"verdict": "no rest pose", "reason": "it buckles"}, "no rest pose: it buckles"),
@@ -103,11 +106,11 @@ def test_the_simulation_is_said_to_be_explained_and_converged_or_why_not(given, 
 
 
 def test_targets_are_said_to_be_reachable_or_how_far_off():
-    assert targets_words(SUMMARY) == "within 0.25 % of length of the dome of reachable tips (limit 0.5 %)"
+    assert targets_words(SUMMARY) == "at most 0.25 % of length from the dome of reachable tips (limit 0.5 %)"
     far = TARGETS | {"value": 16.04, "passed": False, "reason": "use --project"}
     assert targets_words({"checks": [far]}) == "targets off the dome 16.04 % of length (limit 0.5): use --project"
     unchecked = SUMMARY | {"time_step": SUMMARY["time_step"] | {"compared": False}}
-    for summary, ending in ((SUMMARY, "open"), (unchecked, "; the time step was not checked")):
+    for summary, ending in ((SUMMARY, "within 0.005 % of length"), (unchecked, "; the time step was not checked")):
         names, sentences = zip(*verdict_lines(summary), strict=True)
         assert names == ("constant curvature", "simulation", "targets")
         assert sentences[1].endswith(ending)
@@ -125,14 +128,19 @@ def test_a_caption_says_it_in_short():
 
 def test_the_explanation_names_every_part_in_millimetres():
     said = explanation(SUMMARY)
-    for part in ("account for 0.500 mm", "account for 0.250 mm", "account for 1.000 mm", "0.750 mm of it are motion"):
+    for part in (
+        "an arc cause 0.500 mm",
+        "lengths cause 0.250 mm",
+        "angles cause 1.000 mm",
+        "motion causes 0.750 mm of this",
+    ):
         assert part in said
     assert "within 0.020 mm" in said
     assert "off the dome" not in said
     said = explanation(SUMMARY | {"miss": spread(12.0), "motion": None, "holds_lengths": False, "unexplained": None})
     assert "up to 12.00 mm off the dome" in said
     assert "motion" not in said
-    assert "shifted on purpose" in said
+    assert "to bring the tip to its target: 0.250 mm" in said
     assert "ideal rod" not in said
 
 
@@ -146,7 +154,7 @@ def test_muscles_are_said_in_newtons_kilopascals_and_percent():
     pushing = MUSCLE | {"pushes": 3, "push_fraction": 0.015, "largest_push_n": 1.26, "max_pressure_needed_pa": None}
     words = dict(muscle_words(pushing))
     assert words["pushes"] == "1.5 % of muscle samples, largest 1.3 N"
-    assert words["highest pressure needed"] == "more than any"
+    assert words["highest pressure needed"] == "no pressure is enough"
 
 
 def test_remarks_are_made_only_where_there_is_something_to_say():
@@ -157,10 +165,10 @@ def test_remarks_are_made_only_where_there_is_something_to_say():
     found = remarks(SUMMARY | {"muscle": MUSCLE | odd, "motion": None})
     assert len(found) == 4
     for line, part in zip(
-        found, ("cannot rest", "1.5 % of muscle samples", "744 kPa", "less than 90 kPa"), strict=True
+        found, ("unstable or has no equilibrium", "1.5 % of muscle samples", "744 kPa", "less than 90 kPa"), strict=True
     ):
         assert part in line
-    assert "in 7 of 200 samples" in found[2]
+    assert "7 of 200 samples exceed this" in found[2]
     plain = remarks(SUMMARY | {"muscle": MUSCLE | odd, "pulls_only": False})
     assert len(plain) == 2  # plain servos know of no pressure and may push
     assert "not judged" in plain[0]

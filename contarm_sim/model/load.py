@@ -21,6 +21,7 @@ def _vector(value: Any, size: int | None, name: str) -> tuple[float, ...]:
         size = max(1, len(vector or ()))
     if vector is None or len(vector) != size or not all(abs(x) <= LARGEST for x in vector):
         allowed = f"{size} finite numbers" if size > 1 else "finite numbers, one for each muscle"
+        allowed += f", at most {LARGEST:g}"
         raise InputError(name, repr(value) if isinstance(value, str) else value, allowed)
     return vector
 
