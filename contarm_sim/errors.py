@@ -68,6 +68,17 @@ class InputError(ContarmError, ValueError):
         return InputError(self.name, self.given, self.allowed, where)
 
 
+def expect(name: str, value: Any, kind: type) -> None:
+    """Refuse a value of another type.
+
+    Raises:
+        InputError: names what was given and what is expected.
+    """
+    if not isinstance(value, kind):
+        given = f"the class {value.__name__}" if isinstance(value, type) else f"a {type(value).__name__}"
+        raise InputError(name, given, f"a {kind.__name__}")
+
+
 class UnreachableError(InputError):
     """A target off the dome of reachable tips.
 

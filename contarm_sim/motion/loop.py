@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -13,6 +14,7 @@ import numpy as np
 from contarm_sim.control.base import Feedback, Memory, Plan, Seen
 from contarm_sim.engine.plant import FATAL, Plant
 from contarm_sim.engine.recorder import Recorder
+from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 
 EVERY = 25
@@ -113,11 +115,16 @@ class Pass:
         low, high = self.limits or (-np.inf, np.inf)
         muscles, more = range(count), [range(row * count, (row + 1) * count) for row in range(1, rows)]
 
+        def cut(control: float) -> float:
+            if math.isnan(control):
+                raise InputError("feedback.value", "not a number", "finite corrections of the controls")
+            return min(max(control, low), high)
+
         def send(row: list[float]) -> list[float]:
             for i in muscles:
                 row[i] += value[i]
                 if not low <= row[i] <= high:
-                    row[i] = min(max(row[i], low), high)
+                    row[i] = cut(row[i])
                 control[i] = row[i]
             for again in more:
                 for i in again:

@@ -35,6 +35,13 @@ _BROKEN = (OSError, EOFError, ValueError, TypeError, RuntimeError, MemoryError, 
 Shape = tuple[int | str, ...]
 """A shape whose words are sizes that all arrays share, ("T", 3)."""
 
+SHAPES: dict[str, Shape] = {
+    "time": ("T",), "target": ("T", 3), "bend": ("T", 2), "setpoint": ("T", "M"), "muscle_lengths": ("T", "M"),
+    "muscle_tensions": ("T", "M"), "pressure": ("T", "M"), "stations": ("T", "S", 3), "tip_rotation": ("T", 3, 3),
+    "qpos": ("T", "D"), "step_error": ("T",),
+}  # fmt: skip
+"""Shapes of the arrays: T samples, M muscles, S stations, D joint angles."""
+
 _MOST = {"T": MOST_SAMPLES, "S": MAX_LINKS + 1, "D": 3 * MAX_LINKS, "M": 100}
 """Largest sizes: samples T, stations S, degrees of freedom D, muscles M."""
 
@@ -67,7 +74,7 @@ def read_arrays(
             for name in wanted:
                 if name not in stored:
                     raise InputError("file", f"one without the array {name!r}", RECORDING, where)
-            _check_shapes({name: _header(archive, stored[name], name, where) for name in wanted}, shapes, where)
+            check_shapes({name: _header(archive, stored[name], name, where) for name in wanted}, shapes, where)
             arrays = {name: _array(archive, stored[name]).astype(float) for name in wanted}
             text = str(_array(archive, stored[words])) if words in stored else None
     except InputError:
@@ -104,7 +111,12 @@ def _header(archive: zipfile.ZipFile, member: str, name: str, where: str) -> tup
     return tuple(shape)
 
 
-def _check_shapes(found: dict[str, tuple[int, ...]], shapes: Mapping[str, Shape], where: str) -> None:
+def check_shapes(found: Mapping[str, tuple[int, ...]], shapes: Mapping[str, Shape], where: str) -> None:
+    """Refuse arrays of other shapes, or whose sizes do not fit together.
+
+    Raises:
+        InputError: names the array.
+    """
     sizes: dict[str, tuple[int, str]] = {}
     for name, shape in found.items():
         wanted = shapes[name]
@@ -169,3 +181,20 @@ def require_arms_own(arm: Arm, arrays: Mapping[str, Array], where: str) -> None:
         sample, link = (int(i) for i in np.argwhere(off)[0])
         given = f"of links of {pitch[sample, link]:.6g} m in sample {sample}"
         raise InputError("stations", given, f"links of {wanted[link]:.6g} m, as its arm has them", where)
+
+
+def require_shapes_of(arm: Arm, arrays: Mapping[str, Array], where: str) -> None:
+    """Refuse arrays that cannot be of an arm: other shapes, other numbers, another length.
+
+    The length is that of the way along the first sample's stations, within a tenth.
+
+    Raises:
+        InputError: names the array.
+    """
+    check_shapes({name: array.shape for name, array in arrays.items()}, SHAPES, where)
+    links = arrays["stations"].shape[1] - 1
+    if links != arm.links:
+        raise InputError("stations", f"of {links} links", f"those of {arm.links} links, as the arm has", where)
+    way = float(np.linalg.norm(np.diff(arrays["stations"][0], axis=0), axis=-1).sum())
+    if abs(way - arm.length) > 0.1 * arm.length:
+        raise InputError("stations", f"of an arm of {way:.3g} m", f"those of this arm, of {arm.length:g} m", where)
