@@ -53,13 +53,18 @@ class Plan:
 
 @dataclass(slots=True)
 class Seen:
-    """What a feedback sees, as lists of n numbers: muscle lengths [m], tensions [N], what servos pull with [N].
+    """What a feedback sees. Lists and array change with the arm: copy what must last.
 
-    And the tip [m], an array of shape (3,). Tensions are those of servos and of damping along the muscles; pulling > 0.
-    The lists and the array change with the arm: copy what must last.
+    Attributes:
+        lengths: of the muscles [m], n numbers.
+        speeds: their rates [m/s], lengthening > 0.
+        tensions: of servos and of damping along the muscles [N], pulling > 0.
+        pulls: of the servos alone [N], pulling > 0.
+        tip: position [m], shape (3,).
     """
 
     lengths: list[float]
+    speeds: list[float]
     tensions: list[float]
     pulls: list[float]
     tip: Array
@@ -68,7 +73,7 @@ class Seen:
     def of(cls, plant: Plant) -> Seen:
         """Return what there is to see of a plant now."""
         lengths, tensions = plant.muscle_lengths.tolist(), plant.actuator_tensions.tolist()
-        return cls(lengths, tensions, plant.servo_pulls.tolist(), plant.centres[-1])
+        return cls(lengths, plant.data.ten_velocity.tolist(), tensions, plant.servo_pulls.tolist(), plant.centres[-1])
 
 
 Memory = tuple[Array, ...]
@@ -78,15 +83,18 @@ Memory = tuple[Array, ...]
 class Feedback(ABC):
     """Slow corrections of controls.
 
-    `value` is added to the plan's controls. `update` is called once a control tick, with the gain tick / `time`.
+    `value` is added to the plan's controls. `update` is called once a control tick, with gain = tick / `time`; at rest
+    with gain 1, until nothing changes. All that is summed up belongs into `memory`: a simulation takes it over from one
+    feedback to another.
 
     Attributes:
         time: time constant [s].
         value: the present correction, shape (n,), in the controls' unit; changed in place.
     """
 
-    time: float
-    value: Array
+    def __init__(self, time: float, muscles: int) -> None:
+        self.time = time
+        self.value: Array = np.zeros(muscles)
 
     @abstractmethod
     def update(self, index: int, seen: Seen, gain: float) -> None:
@@ -140,6 +148,10 @@ class Controller(ABC):
             "controller": self.name, "actuation": self.actuation, "pulls_only": self.pulls_only,
             "holds_lengths": self.holds_lengths,
         }  # fmt: skip
+
+    def unplanned(self) -> Controller:
+        """Return what to use where a motion is not known in advance, as on the live page; here, the same."""
+        return self
 
     def limits(self, arm: Arm) -> tuple[float, float] | None:
         """Return the lowest and the highest control there may be, or None; here, what the muscles can take."""

@@ -35,6 +35,8 @@ def controller(given: str | Controller) -> Controller:
         module, kind = _HOMES[given].split(":")
         made: Controller = getattr(import_module(f"contarm_sim.control.{module}"), kind)()
         return made
-    if hasattr(given, "resting") and not isinstance(given, type):
-        return given  # type: ignore[return-value]
+    from contarm_sim.control.base import Controller
+
+    if isinstance(given, Controller):
+        return given
     raise InputError("controller", repr(given), ", ".join(NAMES) + ", or an object of a subclass of Controller")

@@ -137,7 +137,7 @@ class Pass:
         """Return a function that brings what the feedback sees up to date, and that."""
         sensors = memoryview(self.plant.data.sensordata)[recorder.muscles]
         count = self.plant.control.shape[1]
-        lengths, tensions, pulls = ([0.0] * count for _ in range(3))
+        lengths, speeds, tensions, pulls = ([0.0] * count for _ in range(4))
         damping, zero = self.plant.damping.tolist(), self.plant.index.zero.tolist()
         muscles = [(i, count + i, 2 * count + i, damping[i], zero[i]) for i in range(count)]
 
@@ -148,7 +148,7 @@ class Pass:
                 tensions[i] = rate * sensed[velocity] - sensed[force]
                 pulls[i] = -sensed[force]
 
-        return look, Seen(lengths, tensions, pulls, self.plant.centres[-1])
+        return look, Seen(lengths, speeds, tensions, pulls, self.plant.centres[-1])
 
     def _ramps(self, start: int, stop: int) -> Array:
         """Return the controls of every engine step before feedback, shape (ticks, substeps, n)."""

@@ -73,7 +73,7 @@ def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess:
     Dry friction, which would hold the arm in a whole range of poses, is left out: this is that range's centre.
 
     Args:
-        method: `auto`, `newton` or `pseudo-transient` (see `simulation.continuation`).
+        method: `auto`, `newton` or `pseudo-transient` (see `statics.continuation`).
         guess: joint angles to start from [rad], shape (dofs,); default straight, or the uniform bend that
             the muscles ask for.
 
