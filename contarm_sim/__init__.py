@@ -30,6 +30,7 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
     from contarm_sim.control.base import Controller as Controller
     from contarm_sim.control.base import Feedback as Feedback
     from contarm_sim.control.base import Plan as Plan
+    from contarm_sim.control.base import Seen as Seen
     from contarm_sim.errors import ContarmError as ContarmError
     from contarm_sim.errors import DivergenceError as DivergenceError
     from contarm_sim.errors import EquilibriumError as EquilibriumError
@@ -58,7 +59,7 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
 
 __all__ = [
     "Arm", "ContarmError", "Controller", "DivergenceError", "EquilibriumError", "Feedback", "InputError",
-    "Interrupted", "Load", "McKibben", "Muscles", "Plan", "Reference", "Routing", "Section", "Trajectory", "World",
+    "Interrupted", "Load", "McKibben", "Muscles", "Plan", "Reference", "Routing", "Section", "Seen", "Trajectory", "World",
     "Wrench", "arm_spec", "compare", "envs", "equilibrium", "kinematics", "load_arm", "mechanics", "mjcf", "paths",
     "poses_at_rest", "scene_spec", "simulate", "spec", "studies",
 ]  # fmt: skip
@@ -90,6 +91,7 @@ _HOMES = {
     "Controller": "control.base",
     "Feedback": "control.base",
     "Plan": "control.base",
+    "Seen": "control.base",
 }
 _MODULES = ("envs", "kinematics", "mechanics", "mjcf", "paths", "studies")
 

@@ -339,7 +339,7 @@ def test_an_explained_error_is_an_answer_and_exit_code_0(contarm):
     code, out, err = contarm("run", *words, "--no-video", "--out", "r")
     assert code == 0, err
     assert re.search(
-        r"^constant curvature: does not hold: the error is [\d.]+ % of length \(limit 1 %\); each cause by itself: sag",
+        r"^constant curvature: does not hold: the error is [\d.]+ % of length \(limit 1 %\); causes, each alone: sag",
         out,
         re.M,
     )

@@ -46,7 +46,7 @@ _JOINED = "--muscles"
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
 @click.version_option(package_name="contarm-sim")
 def cli() -> None:
-    """A continuum arm derived twice, in closed form and in MuJoCo, and the measured difference.
+    """A continuum arm modelled twice, in closed form and in MuJoCo, and the measured difference.
 
     \b
     contarm run                            follow the spiral, compare, film it

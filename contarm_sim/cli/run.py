@@ -63,7 +63,7 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
     """Follow a path with the simulated arm and compare it with the analytic one.
 
     Leaves report.html, summary.json, samples.csv, trajectory.npz, arm.xml, arm.toml, figures and video.mp4. Says
-    whether constant curvature holds, which is an answer, and whether the simulation is explained and converged: exit
+    whether constant curvature holds (it need not), and whether the simulation is explained and converged: exit
     code 1 if it is not, or if targets lie more than 1 % of length off the dome of reachable tips. Ctrl-C keeps what was
     recorded; numbers are on disk before anything is drawn.
 

@@ -27,7 +27,7 @@ def validate(arm: Arm, grid: int, quick: bool, out: str | None, as_json: bool) -
 
     Scenarios: no gravity (ideal), the paper's lengths in plain servos (naive), hanging (gravity), hanging with a
     payload, standing up (upright). An arm with its own gravity or payload is judged under those. Says of each whether
-    constant curvature holds, which is an answer, and whether the simulation is explained: exit code 1 if it is not, or
+    constant curvature holds (it need not), and whether the simulation is explained: exit code 1 if it is not, or
     if a scenario has no rest pose.
 
     \b

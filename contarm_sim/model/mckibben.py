@@ -29,7 +29,7 @@ class McKibben(MuscleLaw):
     max_contraction: float = number(
         0.25, "-", "contraction at which the force vanishes (paper: 25 %)", above=0, below=0.42
     )
-    min_pressure: float = number(90e3, "Pa", "lowest gauge pressure but none (paper: 90 kPa)", above=0)
+    min_pressure: float = number(90e3, "Pa", "lowest gauge pressure when inflated (paper: 90 kPa)", above=0)
     max_pressure: float = number(700e3, "Pa", "highest gauge pressure (paper: 700 kPa)", above=0)
     mount_contraction: float = number(
         0.05, "-", "contraction in the straight arm, so that a muscle can also lengthen", least=0, below=0.42
@@ -41,7 +41,7 @@ class McKibben(MuscleLaw):
     braid_friction: float | None = number(None, "N", "dry friction of braid and guides; omitted: none", above=0)
     valve_time: float = number(0.05, "s", "time constant of valve and filling", above=0)
     servo_stiffness: float | None = number(
-        None, "N/m", "gain of the muscle's length servo; omitted: 180 times what the bent arm resists with", above=0
+        None, "N/m", "gain of the muscle's length servo; omitted: 180 EI/(1.5 r^2 L0), more for heavy arms", above=0
     )
     servo_time: float | None = number(
         None, "s", "damping along the muscle over the servo's gain; omitted: 5 ms, more for slow arms", least=0

@@ -37,7 +37,7 @@ class Section:
     torsional_stiffness: float | None = number(None, "N m^2", "GJ; omitted: rigid, as the paper claims", above=0)
     damping_time: float = number(0.05, "s", "Kelvin-Voigt time: joint damping over joint stiffness", least=0)
     joint_friction: float | None = number(
-        None, "N m", "dry friction of each hinge, which creeps; omitted: none", above=0
+        None, "N m", "dry friction of each hinge (creeps under a steady load); omitted: none", above=0
     )
     section_radius: float | None = number(
         None, "m", "radius of the round section that the mass fills (rotary inertia); omitted: the disks'", above=0

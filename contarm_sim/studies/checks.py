@@ -45,12 +45,12 @@ def run_checks(arm: Arm, errors: ErrorSummary, rod: RodParts, motion: Spread | N
     if errors.holds_lengths:
         found.append(
             at_most("servo holds lengths", errors.servo.max_percent, limits.SERVO_LIMIT, _LENGTH,
-                    "the servo is on trial, not the model")
+                    "muscle lengths were not reached, so this says little about the model")
         )  # fmt: skip
     if motion is not None:
         found.append(
             at_most("motion share", motion.max_percent, limits.MOTION_LIMIT, _LENGTH,
-                    "the arm swings rather than follows")
+                    "the path is too fast for this arm; a longer --duration helps")
         )  # fmt: skip
     found += muscle_checks(errors)
     if step.compared:
@@ -67,14 +67,14 @@ def run_checks(arm: Arm, errors: ErrorSummary, rod: RodParts, motion: Spread | N
 def shape_checks(arm: Arm, errors: ErrorSummary, rod: RodParts) -> list[Check]:
     """Return the checks that an ideal rod explains the shape, and that the pose is near enough to the model."""
     open_limit = min(limits.UNEXPLAINED_LIMIT * max(1.0, 24 / arm.links) ** 2, limits.MODEL_LIMIT)
-    left, reason = rod.unexplained, "a rod of these lengths, weight and motion has its tip elsewhere"
+    left, reason = rod.unexplained, "the rod model predicts another tip for these lengths, weight and motion"
     if arm.links < 24:
         reason += "; more --links may mend it"
     return [
         at_most("not explained by an ideal rod", None if left is None else left.max_percent, open_limit, _LENGTH,
                 reason),
         at_most("distance from the model", errors.tip_error.max_percent, limits.FAR_LIMIT, _LENGTH,
-                "too far from the model to be held against it"),
+                "too far from the model to compare with it"),
     ]  # fmt: skip
 
 

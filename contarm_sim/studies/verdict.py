@@ -24,14 +24,14 @@ holds. Measured: 0.005 on the default spiral, 0.015 hanging with 100 g, 0.11 in 
 """
 
 SERVO_LIMIT = 1.0
-"""Most tip motion by lengths not as commanded [% of length]: beyond, the servo is on trial and not the model."""
+"""Most tip motion by lengths not as commanded [% of length]: beyond, a run says more about the servo than about the model."""
 
 FAR_LIMIT = 25.0
 """Largest distance of simulated and analytic tip [% of length]: beyond, the pose has nothing of the arc it is held
 against, and a small rest may be luck."""
 
 MOTION_LIMIT = 10.0
-"""Largest distance from the pose at rest [% of length]: beyond, the arm swings rather than follows."""
+"""Largest distance from the pose at rest [% of length]: beyond, the path is too fast for the arm."""
 
 STEP_LIMIT = 0.1
 """Farthest that the time step alone may put the tip off [% of length]: a tenth of `MODEL_LIMIT`."""

@@ -47,7 +47,7 @@ def curvature_words(found: dict[str, Any]) -> str:
     known = {said: found.get(f"{name}_percent") for said, name in names.items()}
     parts = [f"{said} {part:.1f} %" for said, part in known.items() if part is not None and part > 0.1 * error]
     said = f"does not hold: the error is {error:.1f} % of length (limit {limit:g} %)"
-    return said + (f"; each cause by itself: {', '.join(parts)}" if parts else "")
+    return said + (f"; causes, each alone: {', '.join(parts)}" if parts else "")
 
 
 def simulation_words(summary: dict[str, Any]) -> str:
@@ -115,14 +115,14 @@ def _failed(check: dict[str, Any]) -> str:
 def explanation(summary: dict[str, Any]) -> str:
     """Return a sentence for each cause of the difference."""
     part = {name: 1e3 * summary[name]["max_m"] for name in ("discretisation", "servo", "shape")}
-    shape = f"Gravity, inertia and unequal joint angles cause {part['shape']:.3f} mm, at the same muscle lengths"
+    shape = f"Gravity, inertia and unequal joint angles cause up to {part['shape']:.3f} mm, at the same muscle lengths"
     if summary["motion"] is not None:
-        shape += f"; motion causes {1e3 * summary['motion']['max_m']:.3f} mm of this, which vanish at rest"
-    lengths = f"Differences between commanded and measured muscle lengths cause {part['servo']:.3f} mm."
+        shape += f"; up to {1e3 * summary['motion']['max_m']:.3f} mm of this is motion, and vanishes at rest"
+    lengths = f"Differences between commanded and measured muscle lengths cause up to {part['servo']:.3f} mm."
     if not summary["holds_lengths"]:
         lengths = f"The controller changes muscle lengths to bring the tip to its target: {part['servo']:.3f} mm."
     lines = [
-        f"Rigid links in place of an arc cause {part['discretisation']:.3f} mm, which is known in closed form.",
+        f"Rigid links in place of an arc cause up to {part['discretisation']:.3f} mm, which is known in closed form.",
         lengths,
         f"{shape}.",
     ]
@@ -172,9 +172,9 @@ def remarks(summary: dict[str, Any]) -> list[str]:
         found.append(f"a muscle needs {needs}; available {available(summary)}: {count}")
     if muscle["below_min_pressure"] and pulling:
         least = summary["arm"]["muscle"]["min_pressure"] / 1e3
-        count = f"in {muscle['below_min_pressure']} of {summary['samples']} samples"
+        count = f"{muscle['below_min_pressure']} of {summary['samples']} samples"
         found.append(
-            f"a muscle needs less than {least:.0f} kPa {count}; available {available(summary)} "
-            "(the controller `pressure` stays within this range)"
+            f"the length servos of this controller need less than {least:.0f} kPa, the lowest pressure when inflated, "
+            f"in {count}; the controller `pressure` stays within {available(summary)}"
         )
     return found
