@@ -24,7 +24,7 @@ holds. Measured: 0.005 on the default spiral, 0.015 hanging with 100 g, 0.11 in 
 """
 
 SERVO_LIMIT = 1.0
-"""Most tip motion by lengths not as commanded [% of length]: beyond, a run says more about the servo than about the model."""
+"""Most tip motion by lengths not as commanded [% of length]: beyond, a run tells of the servo."""
 
 FAR_LIMIT = 25.0
 """Largest distance of simulated and analytic tip [% of length]: beyond, the pose has nothing of the arc it is held
