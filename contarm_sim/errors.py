@@ -68,6 +68,17 @@ class InputError(ContarmError, ValueError):
         return InputError(self.name, self.given, self.allowed, where)
 
 
+def expect(name: str, value: Any, kind: type) -> None:
+    """Check that an argument is of a class.
+
+    Raises:
+        InputError: it is not; names the class.
+    """
+    if not isinstance(value, kind):
+        article = "an" if kind.__name__[0] in "AEIOU" else "a"
+        raise InputError(name, value, f"{article} {kind.__name__}")
+
+
 class UnreachableError(InputError):
     """A target off the dome of reachable tips.
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from contarm_sim.errors import expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.parameters import check_count
 from contarm_sim.results.document import HIDDEN, INLINE
 from contarm_sim.studies.at_rest import NOT_JUDGED, Failure, Outcome, attempt
 from contarm_sim.studies.convergence import Convergence, NoConvergence, attempt_convergence
@@ -42,7 +44,12 @@ def validate(arm: Arm, grid: int = 8, track: Track = quietly) -> Validation:
         arm: its own gravity and payload, if it has them, take the place of hanging with 100 g.
         grid: bend angles to 170 deg, with 3 `grid` bending planes each.
         track: shows progress.
+
+    Raises:
+        InputError: no bend angles, or not a whole number of them.
     """
+    expect("arm", arm, Arm)
+    check_count("grid", grid, 1)
     bends = dome_grid(grid)
     outcomes = {scenario.name: attempt(scenario, bends, track) for scenario in scenarios(arm)}
     converged = attempt_convergence(arm, bends, track)
