@@ -69,14 +69,14 @@ class InputError(ContarmError, ValueError):
 
 
 def expect(name: str, value: Any, kind: type) -> None:
-    """Refuse a value of another type.
+    """Check that an argument is of a class.
 
     Raises:
-        InputError: names what was given and what is expected.
+        InputError: it is not; names the class.
     """
     if not isinstance(value, kind):
-        given = f"the class {value.__name__}" if isinstance(value, type) else f"a {type(value).__name__}"
-        raise InputError(name, given, f"a {kind.__name__}")
+        article = "an" if kind.__name__[0] in "AEIOU" else "a"
+        raise InputError(name, value, f"{article} {kind.__name__}")
 
 
 class UnreachableError(InputError):

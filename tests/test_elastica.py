@@ -19,8 +19,9 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles, Wrench, load_from_dict
 from contarm_sim.statics.continuation import Whole
 from contarm_sim.statics.equilibrium import driven_plant, equilibrium
-from contarm_sim.statics.extrapolation import extrapolated, interpolate
+from contarm_sim.statics.extrapolation import extrapolated
 from contarm_sim.statics.loads import AppliedLoad
+from contarm_sim.statics.places import Places
 from contarm_sim.statics.solver import RESIDUAL, Solver, tolerance
 from contarm_sim.statics.stiffness import TangentStiffness
 
@@ -242,8 +243,8 @@ def test_random_loads_all_converge_to_stable_poses():
 def test_interpolation_meets_stations_and_the_arc_between_them():
     bend, xi = arc.from_polar(2.0, 0.7), np.array([0.0, 0.123, 0.5, 0.77, 1.0])
     stations = arc.transform(bend, 0.37, np.linspace(0, 1, 25))
-    np.testing.assert_allclose(interpolate(stations, 0.37, xi), arc.transform(bend, 0.37, xi), atol=2e-6)
-    np.testing.assert_allclose(interpolate(stations, 0.37, np.linspace(0, 1, 25)), stations, atol=1e-12)
+    np.testing.assert_allclose(Places(Arm(), xi).of(stations), arc.transform(bend, 0.37, xi), atol=2e-6)
+    np.testing.assert_allclose(Places(Arm(), np.linspace(0, 1, 25)).of(stations), stations, atol=1e-12)
 
 
 def test_what_cannot_be_solved_says_how_far_it_got():

@@ -131,3 +131,23 @@ def test_discretisation_error_falls_with_the_square_of_the_links():
     np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 2, atol=0.01)
     relative = errors[1] / np.linalg.norm(arc.position(bend, LENGTH))
     assert relative == pytest.approx(np.radians(170) ** 2 / (12 * 24**2), rel=2e-3)
+
+
+@pytest.mark.parametrize("links", [2, 12, 24])
+def test_straight_spans_are_as_long_as_the_theory_page_says(links):
+    """The formula of docs/theory/chain.md, term by term; and what the arc's lengths are off by in common mode."""
+    phi, plane_angle, pitch = 1.7, 0.4, LENGTH / links
+    beta, g = phi / links, GUIDE * pitch
+    rho = RADIUS * np.cos(np.array(muscles.PAPER) - plane_angle)
+
+    def span(a, b):
+        half = np.sin(0.5 * beta) ** 2
+        return np.sqrt((a + b) ** 2 - 4 * a * b * half + 4 * rho**2 * half - 2 * rho * (a + b) * np.sin(beta))
+
+    expected = g + (links - 1) * span(0.5 * pitch - g, 0.5 * pitch + g) + span(0.5 * pitch - g, 0.5 * pitch)
+    bend = arc.from_polar(phi, plane_angle)
+    lengths = spans.lengths_from_bend(bend, spans.Guides(LENGTH, RADIUS, g, links))
+    np.testing.assert_allclose(lengths, expected, atol=1e-15)
+    if links > 2:
+        common = (lengths - LENGTH - muscles.deltas_from_bend(bend, RADIUS)).mean()
+        assert common == pytest.approx(-LENGTH * phi**2 / (24 * links**2), rel=0.03)

@@ -14,7 +14,7 @@ from contarm_sim.motion.modes import bare, beam_frequencies, natural_frequencies
 from contarm_sim.motion.release import SwingSettings, release
 from contarm_sim.motion.swing_error import judged_release
 from contarm_sim.statics.equilibrium import equilibrium
-from contarm_sim.statics.extrapolation import interpolate
+from contarm_sim.statics.places import Places
 
 THIN = Arm(bending_stiffness=0.05, mass=0.1, section_radius=0.004, damping_time=0.01)
 TIME = np.arange(101) / 100
@@ -164,7 +164,7 @@ def test_places_between_stations_and_sample_periods():
     swing = release(THIN, held.qpos, load, SwingSettings(1e-3, 0.1, sample_period=2e-3, xi=xi))
     assert swing.frames.shape == (51, 4, 4, 4)
     assert swing.time[-1] == pytest.approx(0.1)
-    assert swing.frames[0] == pytest.approx(interpolate(held.frames, THIN.length, xi), abs=1e-12)
+    assert swing.frames[0] == pytest.approx(Places(THIN, xi).of(held.frames), abs=1e-12)
     assert swing.frames[:, 3, :3, 3] == pytest.approx(swing.tip, abs=1e-12)
     sparse = release(THIN, held.qpos, load, SwingSettings(1e-3, 0.1, xi=xi))
     assert sparse.frames == pytest.approx(swing.frames[::5], abs=1e-12)

@@ -17,13 +17,18 @@ from contarm_sim.mjcf import exact_xml, names, scene_spec
 from contarm_sim.mjcf.stability import tendon_jacobian
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles, Wrench
+from contarm_sim.model.mckibben import McKibben
 from contarm_sim.model.routing import Routing
 from contarm_sim.model.section import Section
+from contarm_sim.motion.rest import poses_at_rest
+from contarm_sim.paths.reference import Reference
 from contarm_sim.statics.equilibrium import driven_plant, equilibrium
 from contarm_sim.statics.holding import Holder
 from contarm_sim.statics.loads import AppliedLoad
 from contarm_sim.statics.solver import Solver
 from contarm_sim.statics.stiffness import TangentStiffness
+from contarm_sim.studies.load_cases import LoadCase, equilibria
+from contarm_sim.studies.swings import release
 
 HALF = Section(length=0.185, links=12, mass=0.15)
 WRENCH = Wrench(xi=0.3, force=(0.4, -0.2, 0.1), moment=(0.02, 0.01, 0.0))
@@ -279,3 +284,67 @@ def test_properties_of_several_sections_add_up_agree_or_are_refused():
             replace(arm, **given)
         assert caught.value.name == next(iter(given))
     assert replace(Arm(links=7), gravity=(0, 0, 1)) == Arm(links=7, gravity=(0, 0, 1))
+
+
+UNEVEN = Arm(sections=(Section(length=0.1, links=8), Section(length=0.3, links=4)))
+PASSIVE = Arm(sections=(HALF, HALF), routings=(Routing(), Routing(count=0)), laws=(McKibben(), McKibben(wall=0.002)))
+TWO_LAWS = Arm(sections=(HALF, HALF), laws=(McKibben(), McKibben(wall=0.002, max_pressure=4e5)))
+BARE = Arm(links=8, routings=(Routing(count=0),))
+
+
+def pressurised(*pressures):
+    return Load(muscles=Muscles(kind="pressures", values=pressures))
+
+
+def test_places_of_sections_of_unequal_pitch_are_at_their_arc_lengths():
+    (found,) = equilibria([LoadCase(UNEVEN, Load())], xi=[0.25, 0.5, 0.75])
+    np.testing.assert_allclose(found.places.poses[:, :3, 3], [[0, 0, 0.1], [0, 0, 0.2], [0, 0, 0.3]], atol=1e-12)
+
+
+def test_each_law_has_its_own_pressures():
+    for arm, load in ((PASSIVE, pressurised(6e5, 0, 0)), (TWO_LAWS, pressurised(6e5, 0, 0, 3e5, 0, 0))):
+        (found,) = equilibria([LoadCase(arm, load)])
+        assert found.beyond == ""
+        assert found.muscle_pressures == pytest.approx(load.muscles.values, abs=1.0)
+    with pytest.raises(InputError, match=r"muscles pressures .* 400000 Pa for muscles of section 1"):
+        equilibrium(TWO_LAWS, pressurised(6e5, 0, 0, 6e5, 0, 0))
+    (found,) = equilibria([LoadCase(TWO_LAWS, Load(muscles=Muscles(kind="tensions", values=(0, 0, 0, 9e3, 9e3, 9e3))))])
+    assert f"{TWO_LAWS.laws[1].blocked_force:.0f} N" in found.beyond
+    assert PASSIVE.muscle == PASSIVE.laws[0]
+
+
+def test_an_arm_without_muscles_rests_and_is_not_driven():
+    found = equilibrium(BARE, Load(wrenches=(WRENCH,)))
+    assert found.pressures_needed(BARE).shape == found.muscle_tensions.shape == (0,)
+    same = equilibrium(Arm(links=8), Load(wrenches=(WRENCH,)))
+    np.testing.assert_allclose(found.tip, same.tip, atol=1e-9)
+    (listed,) = equilibria([LoadCase(BARE, Load())])
+    assert listed.beyond == ""
+    for name in ("feedforward", "servo", "pressure", "tip"):
+        with pytest.raises(InputError, match="muscle"):
+            poses_at_rest(BARE, Reference.from_bends([[0.2, 0.0]], BARE), name)
+    with pytest.raises(InputError, match="0 finite numbers"):
+        equilibrium(BARE, pressurised(1e5))
+
+
+@pytest.mark.parametrize("name", ["paper", "chain", "feedforward", "servo", "pressure", "tip"])
+def test_controllers_of_several_sections_are_refused(name):
+    with pytest.raises(InputError, match="only models, equilibria and stepping take several"):
+        poses_at_rest(UNEVEN, Reference.from_bends([[0.2, 0.0]], UNEVEN), name)
+
+
+@pytest.mark.parametrize("count", [3, 4, 5])
+def test_the_paper_controller_drives_any_number_of_muscles(count):
+    arm = Arm(links=8, routings=(Routing(count=count, offset=0.2),))
+    bend = np.array([[0.5, 0.3]])
+    reached = poses_at_rest(arm, Reference.from_bends(bend, arm), "paper")
+    np.testing.assert_allclose(
+        reached.muscle_lengths - arm.length, -0.018 * bend @ directions(arm.routing.angles).T, atol=1e-4
+    )
+
+
+def test_studies_of_one_section_name_themselves():
+    with pytest.raises(InputError, match="one section, for `release`"):
+        release(UNEVEN)
+    with pytest.raises(InputError, match="one section, for `extrapolated`"):
+        equilibria([LoadCase(UNEVEN, Load())], extrapolate=True)

@@ -62,6 +62,7 @@ def test_a_place_that_cannot_be_written_to_is_refused(run, tmp_path):
 def test_what_is_said_of_it_is_two_lines(run):
     said = repr(run)
     assert len(said.splitlines()) == 2
+    assert len(repr(compare(run))) < 250
     assert len(said) < 250
     assert "finished" in said
     assert f"{1e3 * run.tip_error.max():.3g} mm" in said

@@ -43,6 +43,7 @@ name: str = load_arm("arm.toml").length   # assignment
 load_arm("arm.toml") + 1                  # operator
 equilibrium(Load())                       # arg-type
 equilibrium(Arm(), Load()).tipp           # attr-defined
+equilibrium(Arm(), method="newtn")        # arg-type
 simulate(Arm(), no_such_word=1)           # call-arg
 Load(wrenches=3)                          # arg-type
 """

@@ -9,7 +9,7 @@ from references import resting
 from scipy.spatial.transform import Rotation
 
 from contarm_sim.engine.plant import Plant
-from contarm_sim.errors import EquilibriumError
+from contarm_sim.errors import EquilibriumError, InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.mckibben import McKibben
@@ -19,6 +19,7 @@ from contarm_sim.results.document import document
 from contarm_sim.studies.at_rest import Failure, attempt, examine, stepping_speed
 from contarm_sim.studies.convergence import attempt_convergence, convergence
 from contarm_sim.studies.scenarios import dome_grid, scenarios
+from contarm_sim.studies.validation import validate
 
 
 @pytest.fixture(scope="module")
@@ -160,3 +161,11 @@ def test_a_link_error_that_cannot_be_found_costs_nothing_else(monkeypatch):
     outcome = examine(scenarios(Arm())[2], dome_grid(2))
     assert outcome.link_error is None
     assert outcome.verdict == "pass"
+
+
+def test_bends_up_to_a_largest_are_compared():
+    found = validate(Arm(links=6), 2, max_bend=1.0)
+    assert np.hypot(*found.bends.T).max() == pytest.approx(1.0)
+    for wrong in (0, -1, 3.1, "x", True, np.nan):
+        with pytest.raises(InputError, match="max_bend"):
+            validate(Arm(links=6), 2, max_bend=wrong)

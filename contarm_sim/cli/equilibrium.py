@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -12,6 +12,9 @@ from contarm_sim import studies
 from contarm_sim.cli.options import Command, arm_options, json_option, muscles_from_words, muscles_option
 from contarm_sim.errors import InputError
 from contarm_sim.model.arm import Arm
+
+if TYPE_CHECKING:
+    from contarm_sim.statics.continuation import Method
 
 
 @click.command(cls=Command)
@@ -40,7 +43,7 @@ from contarm_sim.model.arm import Arm
 @json_option
 @arm_options
 def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: Any, muscles: str, file: str | None,
-                xi: tuple[float, ...], method: str, extrapolate: bool, as_json: bool) -> int:  # fmt: skip
+                xi: tuple[float, ...], method: Method, extrapolate: bool, as_json: bool) -> int:  # fmt: skip
     """Find the static pose of the arm under its weight, payload and loads; vectors in the base frame.
 
     Exit code 1 if a case has no stable equilibrium that the load leads to.

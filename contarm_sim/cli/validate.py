@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from contarm_sim import studies
-from contarm_sim.cli.options import Command, arm_options, json_option, out_option
+from contarm_sim.cli.options import ANGLE, Command, arm_options, json_option, out_option
 from contarm_sim.model.arm import Arm
 
 QUICK_GRID = 3
@@ -16,14 +16,15 @@ QUICK_GRID = 3
 @click.command(cls=Command)
 @click.option(
     "--grid", type=click.IntRange(2, 40), default=8, show_default=True, metavar="N",
-    help="Bend angles to 170 deg; with 3 N bending planes each.",
+    help="Bend angles to the largest; with 3 N bending planes each.",
 )  # fmt: skip
+@click.option("--max-bend", type=ANGLE, metavar="ANGLE", help="Largest bend angle [rad]; default 170deg.")
 @click.option("--quick", is_flag=True, help="A coarse grid (N = 3) and no figures.")
 @out_option("runs/validate-<time>")
 @json_option
 @arm_options
-def validate(arm: Arm, grid: int, quick: bool, out: str | None, as_json: bool) -> int:
-    """Hold the simulated arm against the constant-curvature model, at rest, over the whole dome.
+def validate(arm: Arm, grid: int, quick: bool, max_bend: float | None, out: str | None, as_json: bool) -> int:
+    """Compare the simulated arm with the constant-curvature model, at rest, over the whole dome.
 
     Scenarios: no gravity (ideal), the paper's lengths in plain servos (naive), hanging (gravity), hanging with a
     payload, standing up (upright). An arm with its own gravity or payload is judged under those. Says of each whether
@@ -33,6 +34,7 @@ def validate(arm: Arm, grid: int, quick: bool, out: str | None, as_json: bool) -
     \b
     contarm validate
     contarm validate --links 48 --grid 12
+    contarm validate --arm my_arm.toml --max-bend 120deg
     contarm validate --gravity 9.81 0 0 --bending-stiffness 0.2
     """
     from contarm_sim.cli.study import deliver, output_for, signed
@@ -40,7 +42,8 @@ def validate(arm: Arm, grid: int, quick: bool, out: str | None, as_json: bool) -
     from contarm_sim.view.report.validation import draw_validation, write_outcomes
 
     target = output_for(out, "validate")
-    found = studies.validate(arm, QUICK_GRID if quick else grid, track)
+    given = {} if max_bend is None else {"max_bend": max_bend}
+    found = studies.validate(arm, QUICK_GRID if quick else grid, track, **given)
 
     def draw(folder: Path) -> None:
         write_outcomes(folder, found)
@@ -52,14 +55,17 @@ def validate(arm: Arm, grid: int, quick: bool, out: str | None, as_json: bool) -
 
 
 def _show(found: studies.Validation) -> None:
+    import numpy as np
+
     from contarm_sim.cli.terminal import table
     from contarm_sim.results.document import document
     from contarm_sim.studies.convergence import Convergence
     from contarm_sim.view.report.validation import findings, notes, rows
     from contarm_sim.view.report.words import simulation_words
 
+    largest = float(np.degrees(np.hypot(*found.bends.T).max()))
     table(
-        f"{len(found.bends)} poses at rest, bends to 170 deg",
+        f"{len(found.bends)} poses at rest, bends to {largest:.4g} deg",
         *rows(found),
         caption="largest values; % of backbone length; open: what an ideal rod does not explain",
     )

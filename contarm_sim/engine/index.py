@@ -146,7 +146,7 @@ def rows(indices: Indices) -> slice:
     Raises:
         ValueError: they do not.
     """
-    first = int(indices[0])
+    first = int(indices[0]) if len(indices) else 0
     if not np.array_equal(indices, np.arange(first, first + len(indices))):
         raise ValueError(f"parts of the arm do not follow one another in the model: {indices.tolist()}")
     return slice(first, first + len(indices))

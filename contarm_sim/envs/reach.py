@@ -1,8 +1,8 @@
 """`reach`: bring the tip to a point.
 
 The point is where the tip rests at a bend drawn evenly from the disk to 170 deg, shortened where the muscles could not
-hold it (by pressures some 133 deg): on the dome without load, on the surface that the arm reaches with gravity or
-payload, see `resting`.
+hold it (by pressures 131 deg in the worst plane): on the dome without load, on the surface that the arm reaches with
+gravity or payload, see `resting`.
 
     quantity   size  unit  scaled by
     target     3     m     L0

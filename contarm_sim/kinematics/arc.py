@@ -43,6 +43,18 @@ def as_bend(bend: Any) -> Array:
     return bend
 
 
+def one_bend(bend: Any) -> Array:
+    """Return one bend vector [rad], shape (2,), shorter than pi.
+
+    Raises:
+        InputError: as `as_bend`, or several bends.
+    """
+    bend = as_bend(bend)
+    if bend.ndim != 1:
+        raise InputError("bend", f"of shape {bend.shape}", "one bend, shape (2,)")
+    return bend
+
+
 def from_polar(bend_angle: Any, plane_angle: Any) -> Array:
     """Return the bend vector [rad], shape (..., 2), of a bend angle in its bending plane [rad].
 

@@ -55,5 +55,7 @@ def _each(law: Callable[..., Array], arm: Arm, *given: Any) -> Array:
     counts = [group.routing.count for group in groups]
     if arrays[0].ndim == 0 or arrays[0].shape[-1] != sum(counts):
         raise InputError("muscles", f"of shape {arrays[0].shape}", f"shape (..., {sum(counts)})")
+    if not groups:
+        return arrays[0].copy()
     parts = [np.split(array, np.cumsum(counts)[:-1], axis=-1) for array in arrays]
     return np.concatenate([law(group, *own) for group, *own in zip(groups, *parts, strict=True)], axis=-1)

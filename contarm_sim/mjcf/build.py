@@ -48,11 +48,10 @@ def spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
     The links touch geoms whose `conaffinity` has the lowest bit set; never each other, nor another such arm.
 
     Args:
-        actuation: `lengths`: three length servos; controls are length changes from the straight arm [m], shortening
-            negative. `pressures`: McKibben muscles behind valves, two actuators
-            each, which both take the muscle's gauge pressure [Pa]: controls are p1 p2 p3 p1 p2 p3, with n muscles
-            p1 ... pn p1 ... pn. `tensions`: three
-            plain forces, controls are tensions [N].
+        actuation: `lengths`: a length servo for each muscle; controls are length changes from the straight arm [m],
+            shortening negative. `pressures`: McKibben muscles behind valves, two actuators each, which both take the
+            muscle's gauge pressure [Pa]: controls of n muscles are p1 ... pn p1 ... pn. `tensions`: a plain force for
+            each muscle; controls are tensions [N].
 
     Raises:
         InputError: an unknown actuation.

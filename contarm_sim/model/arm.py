@@ -200,7 +200,7 @@ def _tuple(name: str, values: Any, kind: type, count: int | None) -> tuple[Any, 
         "one or more" if count is None else f"one for each of {count} sections"
     )
     if name == "muscle":
-        allowed = "a table of muscle parameters"
+        allowed = "a MuscleLaw, such as McKibben()"
     if not isinstance(values, (tuple, list)) or not all(isinstance(value, kind) for value in values):
         raise InputError(name, values[0] if name == "muscle" else values, allowed)
     if not values or (count is not None and len(values) != count):

@@ -39,6 +39,9 @@ MUSCLE_PARAMETERS: dict[str, Field[Any]] = {**_named(McKibben), "path": _named(R
 """Declarations of the parameters of its muscles, of the default law."""
 
 
+ONE_SECTION = "an arm of one section (only models, equilibria and stepping take several)"
+
+
 class FlatArm:
     """The properties of an arm under flat names."""
 
@@ -66,7 +69,7 @@ class FlatArm:
             InputError: the arm has several.
         """
         if len(self.sections) != 1:
-            raise InputError("sections", f"{len(self.sections)} of them", "an arm of one section")
+            raise InputError("sections", f"{len(self.sections)} of them", ONE_SECTION)
         return self.sections[0]
 
     @property
@@ -138,19 +141,24 @@ class FlatArm:
         return _agreed("guide_height", [section.guide_height for section in self.sections])
 
     @property
+    def _routings(self) -> list[Routing]:
+        """Those of sections with muscles, or all of an arm without."""
+        return [group.routing for group in self.groups] or list(self.routings)
+
+    @property
     def muscle_radius(self) -> float:
         """Radius r of the muscles' attachment circle [m]."""
-        return _agreed("muscle_radius", [routing.radius for routing in self.routings])
+        return _agreed("muscle_radius", [routing.radius for routing in self._routings])
 
     @property
     def path(self) -> Path:
         """Where muscles run: `parallel` or in straight `spans`."""
-        return _agreed("muscle.path", [routing.path for routing in self.routings])
+        return _agreed("muscle.path", [routing.path for routing in self._routings])
 
     @property
     def muscle(self) -> MuscleLaw:
         """The law by which muscles pull."""
-        return _agreed("muscle", list(self.laws))
+        return _agreed("muscle", [group.law for group in self.groups] or list(self.laws))
 
     @property
     def gravity(self) -> Vector:
@@ -225,7 +233,12 @@ def _agreed(name: str, values: list[Value]) -> Value:
     Raises:
         InputError: they differ, or there is none.
     """
-    if not values or any(value != values[0] for value in values):
-        said = f"not one value but {values}" if values else "nothing, without muscles"
-        raise InputError(name, said, "an arm whose sections agree; read sections, routings, laws or groups")
+    if not values:
+        raise InputError(name, "nothing, without muscles", "an arm with muscles")
+    if any(value != values[0] for value in values):
+        raise InputError(
+            name,
+            f"not one value but {values}",
+            f"{ONE_SECTION}, or sections that agree; read sections, routings, laws or groups",
+        )
     return values[0]

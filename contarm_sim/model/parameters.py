@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from dataclasses import field, fields
 from numbers import Real
 from typing import Any
@@ -53,6 +54,23 @@ def as_numbers(values: Any) -> tuple[float, ...] | None:
     except TypeError:  # not a sequence
         return None
     return numbers if all(map(math.isfinite, numbers)) else None
+
+
+def check_count(name: str, value: Any, least: int, what: str = "") -> None:
+    """Check a number of things.
+
+    Args:
+        what: they are, for the message.
+
+    Raises:
+        InputError: not a whole number, or fewer than `least`.
+    """
+    try:
+        count = least - 1 if isinstance(value, bool) else operator.index(value)
+    except TypeError:
+        count = least - 1
+    if count < least:
+        raise InputError(name, value, f"a whole number{what and f' of {what}'}, at least {least}")
 
 
 def _allowed(bounds: dict[str, float | None]) -> str:

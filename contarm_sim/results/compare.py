@@ -26,7 +26,7 @@ PUSH_TENSION = -1e-6
 """A muscle below this tension pushes [N]."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Comparison:
     """T samples beside the closed forms; positions [m] in the base frame, distances [m].
 
@@ -55,6 +55,11 @@ class Comparison:
     orientation_error: Array
     backbone_error: Array
     measured_bend: Array
+
+    def __repr__(self) -> str:
+        parts = ("target_error", "tip_error", "discretisation", "servo", "shape")
+        said = (f"{name} {1e3 * getattr(self, name).max():.3g} mm" for name in parts)
+        return f"Comparison({len(self.tip_error)} samples; at most {', '.join(said)})"
 
 
 def compare(trajectory: Trajectory) -> Comparison:

@@ -8,6 +8,8 @@ damped arm would, where Newton is lost.
 
 from __future__ import annotations
 
+from typing import Literal, get_args
+
 import numpy as np
 
 from contarm_sim.engine.plant import Plant
@@ -17,7 +19,8 @@ from contarm_sim.statics.descent import descend
 from contarm_sim.statics.reasons import unsettled, unstable
 from contarm_sim.statics.solver import Solution, Solver
 
-METHODS = ("auto", "newton", "pseudo-transient")
+Method = Literal["auto", "newton", "pseudo-transient"]
+METHODS: tuple[Method, ...] = get_args(Method)
 
 SMALLEST_INCREMENT = 1e-3
 """Continuation gives up below this fraction of the load."""
@@ -46,7 +49,7 @@ class Whole:
             plant.control[:] = fraction * self._tensions
 
 
-def solve(solver: Solver, method: str = "auto") -> Solution:
+def solve(solver: Solver, method: Method = "auto") -> Solution:
     """Find the equilibrium under the whole load.
 
     Args:

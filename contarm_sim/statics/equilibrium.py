@@ -7,21 +7,23 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from contarm_sim.engine.models import structure
 from contarm_sim.engine.plant import Plant, engine_room
-from contarm_sim.errors import InputError
+from contarm_sim.errors import InputError, expect
 from contarm_sim.kinematics import arc
-from contarm_sim.kinematics.arrays import Array
+from contarm_sim.kinematics.arrays import Array, as_vectors
 from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.pneumatics import pressure_for
 from contarm_sim.mechanics.statics import holding_tensions, servo_control
 from contarm_sim.mjcf import Actuation
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
-from contarm_sim.statics.continuation import solve
+from contarm_sim.statics.continuation import Method, solve
+from contarm_sim.statics.reasons import impossible
 from contarm_sim.statics.solver import Solution, Solver
 
 REUSED = 8
@@ -33,12 +35,13 @@ COMMON_MODE = 0.01
 """Common length change that is put down to rounding [lengths]."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Equilibrium(Solution):
-    """A static pose and how it was found; positions [m] and frames in the base frame.
+    """A static pose and how it was found; positions [m] and frames in the base frame. Equal only to itself.
 
     Attributes:
-        frames: 4x4 frames at s = i length/N: base, links, tip, shape (N + 1, 4, 4).
+        frames: 4x4 frames at the stations, from the base to the tip, shape (N + 1, 4, 4). Station i is at
+            s = i length/N; in an arm of several sections, at every link pitch of each.
         muscle_lengths: [m], shape (M,) of M muscles.
         muscle_tensions: [N], pulling > 0, shape (M,).
         tip_compliance: displacement [m] and rotation [rad] of the tip, base frame, by a small force [N] and couple
@@ -67,7 +70,7 @@ class Equilibrium(Solution):
         return pressure_for(self.muscle_tensions, self.muscle_lengths, arm)
 
 
-def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess: Array | None = None) -> Equilibrium:
+def equilibrium(arm: Arm, load: Load | None = None, method: Method = "auto", guess: Any = None) -> Equilibrium:
     """Return the static pose of an arm under its gravity, its payload and a load.
 
     Dry friction, which would hold the arm in a whole range of poses, is left out: this is that range's centre.
@@ -80,14 +83,23 @@ def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess:
     Raises:
         EquilibriumError: no equilibrium was reached, or only one with a negative stiffness; says how far it got. A
             pose that flutters under loads without energy is returned, and says so: `stable` is False.
-        InputError: a bend that pulling muscles cannot hold, or pressures out of range.
+        NoEquilibriumError: of these, a pose that no arm can take: a joint folded by more than a right angle, or a
+            muscle of no length.
+        InputError: a bend that pulling muscles cannot hold, pressures out of range, or arguments of another kind.
     """
-    load = load or Load()
+    found = pose_at_rest(arm, load, method, guess)
+    impossible(arm, found.qpos, found.muscle_lengths)
+    return found
+
+
+def pose_at_rest(arm: Arm, load: Load | None = None, method: Method = "auto", guess: Any = None) -> Equilibrium:
+    """Return what `equilibrium` does, also of a pose that no arm can take."""
+    load = Load() if load is None else load
+    expect("arm", arm, Arm)
+    expect("load", load, Load)
     plant = driven_plant(arm, load, _reused)
     if guess is not None:
-        if np.shape(guess) != plant.data.qpos.shape:
-            raise InputError("guess", f"of shape {np.shape(guess)}", f"shape {plant.data.qpos.shape}")
-        plant.data.qpos[:] = guess
+        plant.data.qpos[:] = _checked_guess(guess, plant.data.qpos.shape)
     with engine_room():
         solver = Solver(plant, load)
         start = time.perf_counter()
@@ -106,6 +118,13 @@ def equilibrium(arm: Arm, load: Load | None = None, method: str = "auto", guess:
         seconds=seconds,
         qpos=plant.data.qpos.copy(),
     )
+
+
+def _checked_guess(guess: Any, shape: tuple[int, ...]) -> Array:
+    angles = as_vectors(guess, shape[-1], "guess")
+    if angles.shape != shape:
+        raise InputError("guess", f"of shape {angles.shape}", f"shape {shape}")
+    return angles
 
 
 def _reused(arm: Arm, pull_only: bool = True, actuation: Actuation = "lengths") -> Plant:
@@ -171,8 +190,12 @@ def _held(plant: Plant) -> bool:
 
 
 def _checked_pressures(arm: Arm, pressures: Array) -> Array:
-    low, high = arm.muscle.min_pressure, arm.muscle.max_pressure
-    rounding = 1e-9 * high
-    if np.any((pressures > high + rounding) | ((pressures > 0) & (pressures < low - rounding))):
-        raise InputError("muscles pressures", pressures.tolist(), f"0, or {low:g} to {high:g} Pa")
+    first = 0
+    for group in arm.groups:
+        low, high, end = group.law.min_pressure, group.law.max_pressure, first + group.routing.count
+        own, rounding = pressures[first:end], 1e-9 * high
+        if np.any((own > high + rounding) | ((own > 0) & (own < low - rounding))):
+            of_section = f" for muscles of section {group.section}" if len(arm.sections) > 1 else ""
+            raise InputError("muscles pressures", own.tolist(), f"0, or {low:g} to {high:g} Pa{of_section}")
+        first = end
     return pressures

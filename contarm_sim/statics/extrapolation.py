@@ -6,17 +6,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from contarm_sim.errors import InputError
+from contarm_sim.errors import InputError, expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
-from contarm_sim.statics.equilibrium import Equilibrium, equilibrium
+from contarm_sim.statics.equilibrium import Equilibrium, equilibrium, pose_at_rest
+from contarm_sim.statics.places import Places
 
 NOTHING = 1e-9
 """A difference of tips that is all rounding [lengths]."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Extrapolated(Equilibrium):
     """A static pose extrapolated from N and N/2 links, or that of N links where these are not yet to be trusted.
 
@@ -40,16 +41,20 @@ def extrapolated(arm: Arm, load: Load | None = None) -> tuple[Extrapolated, Equi
 
     Raises:
         EquilibriumError: as `equilibrium`.
-        InputError: as `equilibrium`, or fewer than 4 links.
+        InputError: as `equilibrium`, several sections, or fewer than 4 links.
     """
+    expect("arm", arm, Arm)
+    if len(arm.sections) != 1:
+        raise InputError("sections", f"{len(arm.sections)} of them", "an arm of one section, for `extrapolated`")
     if arm.links < 4:
         raise InputError("links", arm.links, "at least 4, half of which make the coarse solution")
     fine = equilibrium(arm, load)
-    coarse = equilibrium(replace(arm, links=arm.links // 2), load)
+    halved = replace(arm, links=arm.links // 2)
+    coarse = pose_at_rest(halved, load)  # what its few joints bend by is no matter
     seconds, gain = fine.seconds + coarse.seconds, _gain(fine, coarse)
     removed, differs = gain * float(np.linalg.norm(fine.tip - coarse.tip)), float("nan")
     if arm.links >= 8:
-        coarsest = equilibrium(replace(arm, links=arm.links // 4), load)
+        coarsest = pose_at_rest(replace(arm, links=arm.links // 4), load)
         seconds += coarsest.seconds
         better, before = (one.tip + _gain(one, two) * (one.tip - two.tip) for one, two in
                           ((fine, coarse), (coarse, coarsest)))  # fmt: skip
@@ -64,7 +69,7 @@ def extrapolated(arm: Arm, load: Load | None = None) -> tuple[Extrapolated, Equi
         name: getattr(fine, name) + gain * (getattr(fine, name) - getattr(coarse, name))
         for name in ("muscle_lengths", "muscle_tensions", "tip_compliance")
     }
-    frames = _frames(fine, coarse, gain, arm.length)
+    frames = _frames(fine, coarse, gain, halved)
     return Extrapolated(**{**vars(fine), **better_of, **said, "frames": frames}), fine
 
 
@@ -73,29 +78,16 @@ def _gain(fine: Equilibrium, coarse: Equilibrium) -> float:
     return 1 / (((len(fine.frames) - 1) / (len(coarse.frames) - 1)) ** 2 - 1)
 
 
-def _frames(fine: Equilibrium, coarse: Equilibrium, gain: float, length: float) -> Array:
-    """Return extrapolated frames; orientations along the rotation from one to the other."""
+def _frames(fine: Equilibrium, coarse: Equilibrium, gain: float, halved: Arm) -> Array:
+    """Return extrapolated frames, the coarse ones those of the arm of half the links.
+
+    Orientations go on along the rotation from one to the other.
+    """
     from scipy.spatial.transform import Rotation
 
-    other = interpolate(coarse.frames, length, np.linspace(0, 1, len(fine.frames)))
+    other = Places(halved, np.linspace(0, 1, len(fine.frames))).of(coarse.frames)
     frames = fine.frames.copy()
     frames[:, :3, 3] += gain * (fine.frames[:, :3, 3] - other[:, :3, 3])
     here, there = Rotation.from_matrix(fine.frames[:, :3, :3]), Rotation.from_matrix(other[:, :3, :3])
     frames[:, :3, :3] = (here * Rotation.from_rotvec(gain * (there.inv() * here).as_rotvec())).as_matrix()
     return frames
-
-
-def interpolate(frames: Array, length: float, xi: Array) -> Array:
-    """Return frames at normalised arc lengths, shape (K, 4, 4), of frames at s = i length/N, shape (N + 1, 4, 4).
-
-    Cubic Hermite between stations, whose tangents are the frames' z axes; orientations turn evenly.
-    """
-    from scipy.interpolate import CubicHermiteSpline
-    from scipy.spatial.transform import Rotation, Slerp
-
-    s = length * np.linspace(0, 1, len(frames))
-    at = length * np.asarray(xi, dtype=float)
-    out = np.tile(np.eye(4), (len(at), 1, 1))
-    out[:, :3, 3] = CubicHermiteSpline(s, frames[:, :3, 3], frames[:, :3, 2])(at)
-    out[:, :3, :3] = Slerp(s, Rotation.from_matrix(frames[:, :3, :3]))(at).as_matrix()
-    return out

@@ -40,7 +40,7 @@ class Places:
         InputError: no places, or one outside [0, 1].
     """
 
-    def __init__(self, arm: Arm, xi: Sequence[float]) -> None:
+    def __init__(self, arm: Arm, xi: Sequence[float] | Array) -> None:
         self.xi = np.array(xi, dtype=float)
         if self.xi.ndim != 1 or not len(self.xi) or not np.all((self.xi >= 0) & (self.xi <= 1)):
             raise InputError("xi", list(xi), "one or more numbers from 0 (base) to 1 (tip)")
@@ -49,6 +49,10 @@ class Places:
         self.stations = np.stack([np.floor(at), np.ceil(at)], axis=-1).astype(int)
         self._part = at - self.stations[:, 0]
         self._pitch = pitch_at(arm, at)
+
+    def of(self, frames: Array) -> Array:
+        """Return frames at the places, shape (K, 4, 4), of frames at all stations, shape (N + 1, 4, 4)."""
+        return self.between(frames[self.stations, :3, 3], frames[self.stations, :3, :3])
 
     def between(self, positions: Array, rotations: Array) -> Array:
         """Return frames at the places, shape (..., K, 4, 4).

@@ -5,7 +5,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from contarm_sim.errors import NoEquilibriumError, NotConvergedError, UnstableError
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mjcf.names import joints
 from contarm_sim.model.arm import Arm
 
 if TYPE_CHECKING:
@@ -58,6 +62,44 @@ def unsettled(
         load_fraction=fraction,
         residual=residual,
     )
+
+
+FOLD = 0.5 * math.pi
+"""Most that a joint may bend by [rad].
+
+A chain of 2 links, the fewest there may be, bends by as much in a half turn, the largest bend. Links that fold further
+are no backbone any more. The converged poses of elastica, also in chains of 12 links, take 0.5 rad at most.
+"""
+
+
+def impossible(arm: Arm, angles: Array, lengths: Array) -> None:
+    """Check that an arm can take a pose, of joint angles [rad], shape (dofs,), and muscle lengths [m], shape (M,).
+
+    Raises:
+        NoEquilibriumError: a joint is folded, see `FOLD`, or a muscle has no length left.
+    """
+    squares = np.zeros(arm.links + 1)
+    for hinge, angle in zip(joints(arm), angles.tolist(), strict=True):
+        squares[hinge.station] += angle**2 if hinge.axis != "z" else 0.0
+    bend, shortest = math.sqrt(squares.max()), float(lengths.min(initial=math.inf))
+    if bend > FOLD:
+        raise NoEquilibriumError(
+            f"joint {squares.argmax()} would bend by {math.degrees(bend):.4g} deg, the most is "
+            f"{math.degrees(FOLD):.0f} deg; less load, a stiffer arm or more links would help",
+            bend,
+            FOLD,
+            pose=angles.copy(),
+            residual=0.0,
+        )
+    if shortest <= 0:
+        raise NoEquilibriumError(
+            f"a muscle would have a length of {1e3 * shortest:.4g} mm; less load, a stiffer arm or a smaller muscle "
+            "radius would help",
+            shortest,
+            0.0,
+            pose=angles.copy(),
+            residual=0.0,
+        )
 
 
 def too_strong(arm: Arm, needed: float) -> NoEquilibriumError:

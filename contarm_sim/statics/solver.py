@@ -41,7 +41,7 @@ def tolerance(arm: Arm) -> float:
     return RESIDUAL * max(1.0, arm.bending_resistance)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Solution:
     """How a solution ended.
 

@@ -9,10 +9,11 @@ import numpy as np
 from contarm_sim import paths
 from contarm_sim.control.registry import NAMES, ControllerName
 from contarm_sim.control.tip_motion import plan_rest
-from contarm_sim.errors import DivergenceError, EquilibriumError, InputError
+from contarm_sim.errors import DivergenceError, EquilibriumError, InputError, expect
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.parameters import as_number
 from contarm_sim.motion.simulate import simulate
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.numbers import muscle_use
@@ -21,6 +22,9 @@ from contarm_sim.studies.scenarios import under_loads
 
 SETTLED = 1.0
 """Errors count from this time on [s]: a path may start in a sagging pose."""
+
+SHORTEST = 0.5
+"""Least duration of the spiral [s]: a shorter one has too few samples for the parts of an error."""
 
 EVERY = 10
 """Errors are split at every tenth sample."""
@@ -88,7 +92,13 @@ def compare_controllers(arm: Arm, duration: float = 10.0, track: Track = quietly
     Args:
         duration: time for the spiral [s].
         track: shows progress.
+
+    Raises:
+        InputError: a duration below `SHORTEST`.
     """
+    expect("arm", arm, Arm)
+    if not as_number(duration) >= SHORTEST:
+        raise InputError("duration", duration, f"at least {SHORTEST:g} s")
     arms = under_loads(arm)
     jobs = [(load, controller) for load in arms for controller in NAMES]
     rows: list[Followed | NotFollowed] = []

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contarm_sim.errors import EquilibriumError, InputError
+from contarm_sim.errors import EquilibriumError, InputError, expect
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.statics import balance, holding_pressures, level_range, weight_moment
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles
+from contarm_sim.model.parameters import as_number
 from contarm_sim.statics.equilibrium import equilibrium
 
 NEAR = math.radians(10)
@@ -58,9 +59,10 @@ def hold(arm: Arm, bend: Array, share: float = 0.0) -> Hold:
     Raises:
         InputError: pressures cannot hold the bend; says what it would take. Or a share out of range.
     """
-    if not 0 <= share <= 1:
+    expect("arm", arm, Arm)
+    if not 0 <= as_number(share) <= 1:
         raise InputError("share", share, "0 to 1")
-    bend = arc.as_bend(bend)
+    bend = arc.one_bend(bend)
     held = balance(bend, arm)
     pressures = holding_pressures(bend, arm, share)
     low, high = (float(x) for x in level_range(held, arm))

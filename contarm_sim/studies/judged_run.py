@@ -7,9 +7,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from contarm_sim.control.base import Controller
-from contarm_sim.errors import EquilibriumError
+from contarm_sim.errors import EquilibriumError, expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.parameters import check_count
 from contarm_sim.motion.lag import motion_part
 from contarm_sim.results.compare import Comparison, compare
 from contarm_sim.results.document import HIDDEN, INLINE
@@ -59,6 +60,8 @@ def judge_run(run: Trajectory, poses: int = 100, controller: Controller | None =
         poses: at about as many samples, evenly picked, the rod and the poses at rest are found.
         controller: what drove the arm; default the one of the trajectory's name.
     """
+    expect("run", run, Trajectory)
+    check_count("poses", poses, 1)
     arm, comparison, interrupted = run.arm, compare(run), run.status == "interrupted"
     try:
         swing = motion_part(run, poses, controller)

@@ -10,14 +10,17 @@ from pathlib import Path
 
 import numpy as np
 
-from contarm_sim.errors import EquilibriumError, InputError, one_line
+from contarm_sim.errors import EquilibriumError, InputError, expect, one_line
 from contarm_sim.inputs import read_text
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, load_from_dict
+from contarm_sim.model.parameters import as_numbers
 from contarm_sim.results.document import INLINE
+from contarm_sim.statics.continuation import Method
 from contarm_sim.statics.equilibrium import Equilibrium, equilibrium
-from contarm_sim.statics.extrapolation import Extrapolated, extrapolated, interpolate
+from contarm_sim.statics.extrapolation import Extrapolated, extrapolated
+from contarm_sim.statics.places import Places
 
 
 @dataclass(frozen=True)
@@ -29,7 +32,7 @@ class LoadCase:
     where: str | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Backbone:
     """Stations of the backbone, base frame: `centres` [m], shape (N + 1, 3), `frames`, shape (N + 1, 4, 4)."""
 
@@ -45,7 +48,7 @@ class Trust:
     error_estimate: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PosesAt:
     """Poses at places `xi` along the backbone, 0 base to 1 tip, shape (K,): 4x4 frames, shape (K, 4, 4)."""
 
@@ -53,7 +56,7 @@ class PosesAt:
     poses: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CaseAtRest:
     """A static pose in numbers, as in `Equilibrium`; base frame.
 
@@ -61,8 +64,8 @@ class CaseAtRest:
         tip: position [m], shape (3,).
         transform: frame of the tip, shape (4, 4).
         backbone: its stations.
-        muscle_lengths, muscle_tensions: [m] and [N], shape (3,).
-        muscle_pressures: gauge pressures that these tensions need [Pa], shape (3,); inf where none does it.
+        muscle_lengths, muscle_tensions: [m] and [N], shape (M,).
+        muscle_pressures: gauge pressures that these tensions need [Pa], shape (M,); inf where none does it.
         tip_compliance: [m/N, rad/N, m/(N m), rad/(N m)], shape (6, 6).
         residual, stable, smallest_eigenvalue, growth, held, iterations, seconds: how it was found and whether it lasts.
         beyond: what real muscles have not got, of force or pressure, in words; empty if they have.
@@ -98,7 +101,7 @@ class CaseWithoutRest:
 
 
 def equilibria(
-    cases: Iterable[LoadCase], method: str = "auto", extrapolate: bool = False, xi: Sequence[float] = ()
+    cases: Iterable[LoadCase], method: Method = "auto", extrapolate: bool = False, xi: Sequence[float] = ()
 ) -> tuple[CaseAtRest | CaseWithoutRest, ...]:
     """Return the static pose of every case.
 
@@ -112,12 +115,17 @@ def equilibria(
     """
     if extrapolate and method != "auto":
         raise InputError("method", f"{method} beside extrapolate", "extrapolate with the method auto")
-    if any(not 0 <= x <= 1 for x in xi):
-        raise InputError("xi", list(xi), "0 (base) to 1 (tip)")
-    return tuple(_solved(case, method, extrapolate, xi) for case in cases)
+    places = as_numbers(xi)
+    if places is None or any(not 0 <= x <= 1 for x in places):
+        raise InputError("xi", xi, "numbers from 0 (base) to 1 (tip)")
+    cases = tuple(cases)
+    for case in cases:
+        expect("case", case, LoadCase)
+        expect("arm", case.arm, Arm)
+    return tuple(_solved(case, method, extrapolate, places) for case in cases)
 
 
-def _solved(case: LoadCase, method: str, extrapolate: bool, xi: Sequence[float]) -> CaseAtRest | CaseWithoutRest:
+def _solved(case: LoadCase, method: Method, extrapolate: bool, xi: Sequence[float]) -> CaseAtRest | CaseWithoutRest:
     arm, trust = case.arm, None
     found: Equilibrium
     try:
@@ -131,6 +139,7 @@ def _solved(case: LoadCase, method: str, extrapolate: bool, xi: Sequence[float])
     except InputError as error:
         raise error.located(case.where) from None
     pressures = found.pressures_needed(arm)
+    at = Places(arm, xi) if len(xi) else None
     return CaseAtRest(
         tip=found.tip,
         transform=found.frames[-1],
@@ -144,22 +153,25 @@ def _solved(case: LoadCase, method: str, extrapolate: bool, xi: Sequence[float])
         smallest_eigenvalue=found.smallest_eigenvalue,
         growth=found.growth,
         held=found.held,
-        beyond=_beyond(arm, float(found.muscle_tensions.max()), float(pressures.max())),
+        beyond=_beyond(arm, found.muscle_tensions, pressures),
         iterations=found.iterations,
         seconds=found.seconds,
         trust=trust,
-        places=PosesAt(np.array(xi), interpolate(found.frames, arm.length, np.array(xi))) if len(xi) else None,
+        places=PosesAt(at.xi, at.of(found.frames)) if at else None,
     )
 
 
-def _beyond(arm: Arm, tension: float, pressure: float) -> str:
-    """Say what real muscles have not got, of force [N] or pressure [Pa]; empty if they have."""
-    most, force = arm.muscle.max_pressure, arm.muscle.blocked_force
-    if tension > force:
-        return f"a muscle pulls with {tension:.4g} N, more than its blocked force, {force:.0f} N"
-    if pressure > most * (1 + 1e-9):
-        needs = f"{pressure / 1e3:.0f} kPa" if math.isfinite(pressure) else "more than any pressure"
-        return f"a muscle needs {needs}, more than the {most / 1e3:.0f} kPa there are"
+def _beyond(arm: Arm, tensions: Array, pressures: Array) -> str:
+    """Say what real muscles have not got, of forces [N] or pressures [Pa], shape (M,); empty if they have."""
+    ends = np.cumsum([group.routing.count for group in arm.groups])[:-1]
+    for group, own, needed in zip(arm.groups, np.split(tensions, ends), np.split(pressures, ends), strict=False):
+        tension, force = float(own.max()), group.law.blocked_force
+        if tension > force:
+            return f"a muscle pulls with {tension:.4g} N, more than its blocked force, {force:.0f} N"
+        pressure, most = float(needed.max()), group.law.max_pressure
+        if pressure > most * (1 + 1e-9):
+            needs = f"{pressure / 1e3:.0f} kPa" if math.isfinite(pressure) else "more than any pressure"
+            return f"a muscle needs {needs}, more than the {most / 1e3:.0f} kPa there are"
     return ""
 
 

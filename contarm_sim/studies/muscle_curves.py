@@ -8,11 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contarm_sim.errors import InputError
+from contarm_sim.errors import InputError, expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.pneumatics import force
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.mckibben import McKibben
+from contarm_sim.model.parameters import as_numbers, check_count
 
 PRESSURES = (100e3, 200e3, 300e3, 400e3, 500e3, 600e3, 700e3)
 
@@ -40,21 +41,25 @@ class MuscleCurves:
     max_stretch: float
 
 
-def muscle_law(arm: Arm, pressures: Sequence[float] = (), points: int = 9) -> MuscleCurves:
+def muscle_law(arm: Arm, pressures: Sequence[float] | Array = (), points: int = 9) -> MuscleCurves:
     """Return the force of one muscle from its largest stretch to its largest contraction.
 
     Args:
         pressures: gauge [Pa]; default 100 to 700 kPa, as far as the muscle takes them.
-        points: number of contractions.
+        points: number of contractions, at least 2.
 
     Raises:
-        InputError: a pressure below 0 or above the highest that the muscle takes.
+        InputError: too few points, or a pressure below 0 or above the highest that the muscle takes.
     """
-    most = arm.muscle.max_pressure
-    for pressure in pressures:
+    expect("arm", arm, Arm)
+    check_count("points", points, 2)
+    most, asked = arm.muscle.max_pressure, as_numbers(pressures)
+    if asked is None:
+        raise InputError("pressures", pressures, f"a sequence of numbers from 0 to {most:g} Pa")
+    for pressure in asked:
         if not 0 <= pressure <= most:
             raise InputError("pressure", pressure, f"0 to {most:g} Pa")
-    given = np.array(pressures or [p for p in PRESSURES if p <= most] or [most], dtype=float)
+    given = np.array(asked or [p for p in PRESSURES if p <= most] or [most], dtype=float)
     contraction = np.linspace(-arm.muscle.max_stretch, arm.muscle.max_contraction, points)
     return MuscleCurves(
         pressure_pa=given,

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from contarm_sim.errors import expect
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.parameters import check_count
 from contarm_sim.studies.largest_bends import every_bend, fallen_from, held_off, largest_bends_at_rest
 from contarm_sim.studies.progress import Track, quietly
 from contarm_sim.studies.scenarios import under_loads
@@ -60,7 +62,12 @@ def possibility(arm: Arm, planes: int = 12, track: Track = quietly) -> Possibili
     Args:
         planes: number of bending planes, spread evenly from that towards muscle 1.
         track: shows progress.
+
+    Raises:
+        InputError: no planes, or not a whole number of them.
     """
+    expect("arm", arm, Arm)
+    check_count("planes", planes, 1)
     towards = 2 * np.pi * np.arange(planes) / planes
     rows: list[LargestBend] = []
     least: dict[str, float] = {}

@@ -44,12 +44,12 @@ class Scenario:
     checks: Checks | None
 
 
-def dome_grid(grid: int) -> Array:
+def dome_grid(grid: int, max_bend: float = LARGEST_BEND) -> Array:
     """Return bends [rad] over the dome, shape (3 grid^2 + 1, 2).
 
-    Straight, then `grid` angles to 170 deg by 3 `grid` planes.
+    Straight, then `grid` angles to `max_bend` [rad] by 3 `grid` planes.
     """
-    angles = LARGEST_BEND * np.arange(1, grid + 1) / grid
+    angles = max_bend * np.arange(1, grid + 1) / grid
     planes = 2 * np.pi * np.arange(3 * grid) / (3 * grid)
     bends = arc.from_polar(angles[:, None], planes)
     return np.concatenate([np.zeros((1, 2)), bends.reshape(-1, 2)])

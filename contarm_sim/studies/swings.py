@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from contarm_sim.errors import InputError, UnstableError
+from contarm_sim.errors import InputError, UnstableError, expect
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Wrench
 from contarm_sim.motion.modes import SwingModes, swing_modes
@@ -69,10 +69,15 @@ def release(arm: Arm, load: Load = SIDEWAYS, settings: SwingSettings = DEFAULT, 
     half as many. Without muscles energy must not grow.
 
     Raises:
-        EquilibriumError, EquilibriumError: no stable pose to let go from.
-        InputError: settings out of range, a load that cannot be.
+        EquilibriumError: no stable pose to let go from.
+        InputError: settings out of range, an arm of several sections, a load that cannot be.
         DivergenceError: the engine met a bad state; smaller steps help.
     """
+    expect("arm", arm, Arm)
+    expect("load", load, Load)
+    expect("settings", settings, SwingSettings)
+    if len(arm.sections) != 1:
+        raise InputError("sections", f"{len(arm.sections)} of them", "an arm of one section, for `release`")
     _check(settings)
     if not equilibrium(arm, load).stable:
         raise UnstableError("the arm has no stable pose under this load to be let go from")

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from contarm_sim.errors import expect
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.compliance import tip_compliance
@@ -13,6 +14,7 @@ from contarm_sim.mechanics.pneumatics import force_slope, passive_slope
 from contarm_sim.mechanics.statics import holding_pressures
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles, Wrench
+from contarm_sim.model.parameters import check_count
 from contarm_sim.statics.equilibrium import Equilibrium, equilibrium
 from contarm_sim.studies.progress import Track, quietly
 
@@ -75,9 +77,11 @@ def stiffness(arm: Arm, bend: Array, levels: int = 6, track: Track = quietly) ->
         track: shows progress.
 
     Raises:
-        InputError: pressures cannot hold the bend; says what it would take.
+        InputError: fewer than 2 levels, or pressures cannot hold the bend; says what it would take.
     """
-    arm, bend = arm.unloaded, arc.as_bend(bend)
+    expect("arm", arm, Arm)
+    check_count("levels", levels, 2)
+    arm, bend = arm.unloaded, arc.one_bend(bend)
     holding_pressures(bend, arm)
     rows = [_level(arm, bend, i / (levels - 1)) for i in track(range(levels), "levels")]
     drifts = [100 * float(np.linalg.norm(row.tip - rows[0].tip)) / arm.length for row in rows]

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from contarm_sim.errors import InputError, expect
+from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.parameters import check_count
 from contarm_sim.results.document import HIDDEN, INLINE
 from contarm_sim.studies.at_rest import NOT_JUDGED, Failure, Outcome, attempt
 from contarm_sim.studies.convergence import Convergence, NoConvergence, attempt_convergence
@@ -33,17 +36,25 @@ class Validation:
     verdict: str
 
 
-def validate(arm: Arm, grid: int = 8, track: Track = quietly) -> Validation:
+def validate(arm: Arm, grid: int = 8, track: Track = quietly, max_bend: float = LARGEST_BEND) -> Validation:
     """Hold the simulated arm against the constant-curvature model, at rest, over the whole dome.
 
     A scenario in which the arm has no rest pose is a `Failure`, and the others still count.
 
     Args:
         arm: its own gravity and payload, if it has them, take the place of hanging with 100 g.
-        grid: bend angles to 170 deg, with 3 `grid` bending planes each.
+        grid: bend angles to the largest, with 3 `grid` bending planes each.
         track: shows progress.
+        max_bend: largest bend angle [rad]; default 170 deg.
+
+    Raises:
+        InputError: no bend angles, or not a whole number of them, or a largest that is none.
     """
-    bends = dome_grid(grid)
+    expect("arm", arm, Arm)
+    check_count("grid", grid, 1)
+    if isinstance(max_bend, bool) or not isinstance(max_bend, (int, float)) or not 0 < max_bend <= LARGEST_BEND:
+        raise InputError("max_bend", max_bend, f"more than 0 and at most {LARGEST_BEND:.4g} rad (170 deg)")
+    bends = dome_grid(grid, max_bend)
     outcomes = {scenario.name: attempt(scenario, bends, track) for scenario in scenarios(arm)}
     converged = attempt_convergence(arm, bends, track)
     verdicts = {each.verdict for each in (*outcomes.values(), converged)}
