@@ -47,3 +47,11 @@ def discretisation_error(bend: Any, length: float, links: int) -> Array:
     """
     bend = as_vectors(bend, 2, "bend")
     return np.linalg.norm(arc.position(bend, length) - tip(bend, length, links), axis=-1)
+
+
+def richardson(links: int, fewer: int) -> float:
+    """Return what share of (x_N - x_n) is added to x_N by Richardson's extrapolation, N = `links`, n = `fewer`.
+
+    The chain's error is of second order in 1/N: 1/((N/n)^2 - 1).
+    """
+    return 1 / ((links / fewer) ** 2 - 1)

@@ -77,7 +77,7 @@ def chain_tip(bend: Any, arm: Arm, extrapolated: bool = False) -> Array:
     tip, half = form.tip(bend, arm.length, arm.links), arm.links // 2
     if not extrapolated:
         return tip
-    return tip + (tip - form.tip(bend, arm.length, half)) / ((arm.links / half) ** 2 - 1)
+    return tip + chain.richardson(arm.links, half) * (tip - form.tip(bend, arm.length, half))
 
 
 def _guides(arm: Arm) -> spans.Guides:

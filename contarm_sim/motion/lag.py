@@ -9,6 +9,7 @@ import numpy as np
 from contarm_sim.control.base import Controller
 from contarm_sim.control.registry import controller as resolved
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.kinematics.chain import richardson
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.trajectory import Trajectory
@@ -34,5 +35,5 @@ def motion_part(trajectory: Trajectory, poses: int = 100, controller: Controller
     if trajectory.extrapolated:
         half = arm.links // 2
         coarse = poses_at_rest(replace(arm, links=half), reference, driven).tip
-        rest = rest + (rest - coarse) / ((arm.links / half) ** 2 - 1)
+        rest = rest + richardson(arm.links, half) * (rest - coarse)
     return trajectory.time[chosen], np.linalg.norm(trajectory.tip[chosen] - rest, axis=-1)

@@ -12,6 +12,7 @@ import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.kinematics.chain import richardson
 from contarm_sim.results.trajectory import Trajectory
 
 LEAST_LINKS = 8
@@ -41,7 +42,7 @@ def extrapolated(fine: Trajectory, coarse: Trajectory) -> Trajectory:
     count = min(len(fine), len(coarse))
     fine, coarse = fine.first(count), coarse.first(count)
     links, fewer = fine.stations.shape[1] - 1, coarse.stations.shape[1] - 1
-    gain = 1 / ((links / fewer) ** 2 - 1)
+    gain = richardson(links, fewer)
     shape = CubicSpline(np.linspace(0, 1, links + 1), fine.stations, axis=1)(np.linspace(0, 1, fewer + 1))
     difference = CubicSpline(np.linspace(0, 1, fewer + 1), shape - coarse.stations, axis=1)
     here, there = Rotation.from_matrix(fine.tip_rotation), Rotation.from_matrix(coarse.tip_rotation)

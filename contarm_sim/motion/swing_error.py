@@ -10,6 +10,7 @@ import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.kinematics.chain import richardson
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
 from contarm_sim.motion.release import DEFAULT, Swing, SwingSettings, release
@@ -70,7 +71,7 @@ def judged_release(
     # The tip is one more place, the last.
     full, half, quarter, coarse = (np.concatenate([x.positions, x.tip[:, None]], axis=1) for x in swings)
     by_step = full - (8 * quarter - 6 * half + full) / 3
-    by_links = (coarse - full) / ((arm.links / fewer.links) ** 2 - 1)
+    by_links = richardson(arm.links, fewer.links) * (coarse - full)
     ideal = full - by_step - by_links
     differences = [float(np.linalg.norm((x - y)[:, -1], axis=1).mean()) for x, y in ((full, half), (half, quarter))]
     return SwingError(

@@ -8,6 +8,7 @@ import numpy as np
 
 from contarm_sim.errors import InputError, expect
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.kinematics.chain import richardson
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
 from contarm_sim.statics.equilibrium import Equilibrium, equilibrium, pose_at_rest
@@ -75,7 +76,7 @@ def extrapolated(arm: Arm, load: Load | None = None) -> tuple[Extrapolated, Equi
 
 def _gain(fine: Equilibrium, coarse: Equilibrium) -> float:
     """Return 1/(r^2 - 1), r the ratio of link counts."""
-    return 1 / (((len(fine.frames) - 1) / (len(coarse.frames) - 1)) ** 2 - 1)
+    return richardson(len(fine.frames) - 1, len(coarse.frames) - 1)
 
 
 def _frames(fine: Equilibrium, coarse: Equilibrium, gain: float, halved: Arm) -> Array:
