@@ -1,5 +1,7 @@
 """A user's own controller: a subclass, passed to `simulate` and to `poses_at_rest`."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from references import along, resting
@@ -7,6 +9,7 @@ from references import along, resting
 from contarm_sim.control.base import Controller, Feedback, Plan
 from contarm_sim.control.registry import NAMES
 from contarm_sim.control.registry import controller as resolved
+from contarm_sim.control.servo import LengthFeedback, Servo
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.mechanics import routing
@@ -80,3 +83,106 @@ def test_a_controller_without_a_plan_cannot_be_made():
 
     with pytest.raises(TypeError, match="plan"):
         Lazy()
+
+
+class Broken(Pull):
+    """`Pull` with something wrong."""
+
+    def __init__(self, **wrong):
+        self._wrong = wrong
+
+    def plan(self, arm, reference):
+        return replace(super().plan(arm, reference), **{k: v(arm, reference) for k, v in self._wrong.items()})
+
+
+WRONG = {
+    "too few rows": {"setpoint": lambda arm, r: np.ones((3, 3))},
+    "one column": {"setpoint": lambda arm, r: np.ones((len(r), 1))},
+    "not a number": {"setpoint": lambda arm, r: np.full((len(r), 3), np.nan)},
+    "lengths of one sample": {"lengths": lambda arm, r: np.ones(3)},
+    "a start of one muscle": {"start": lambda arm, r: np.ones(1)},
+    "a list": {"setpoint": lambda arm, r: [1.0, 2.0]},
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG.values(), ids=WRONG)
+def test_a_plan_that_does_not_fit_is_refused(wrong):
+    arm = Arm(links=6)
+    for call, reference in ((simulate, along(arm, "circle", 0.2, max_bend=0.3)), (poses_at_rest, resting(arm, BEND))):
+        with pytest.raises(InputError, match=r"plan\."):
+            call(arm, reference, Broken(**wrong))
+
+
+BEND = np.array([[0.2, 0.1], [0.3, 0.0]])
+
+
+class Odd(Servo):
+    """A servo with a feedback that a test makes."""
+
+    def __init__(self, feedback):
+        self._feedback = feedback
+
+    def feedback(self, arm, reference, plan):
+        return self._feedback(arm, plan)
+
+
+def _spoiled(name, value):
+    def feedback(arm, plan):
+        made = LengthFeedback(arm, plan.lengths)
+        setattr(made, name, value)
+        return made
+
+    return feedback
+
+
+class Late(LengthFeedback):
+    """Sums up what is no number after a while."""
+
+    def update(self, index, seen, gain):
+        super().update(index, seen, gain)
+        if index == 5:
+            self.value[1] = np.nan
+
+
+@pytest.mark.parametrize(
+    ("feedback", "said"),
+    [
+        (_spoiled("value", np.zeros(5)), r"feedback\.value is of shape \(5,\)"),
+        (_spoiled("value", [0.0, 0.0, 0.0]), r"feedback\.value"),
+        (_spoiled("time", 0.0), r"feedback\.time is 0"),
+        (_spoiled("time", np.nan), r"feedback\.time is nan"),
+        (lambda arm, plan: Late(arm, plan.lengths), "not a number"),
+    ],
+)
+def test_a_feedback_that_cannot_be_is_refused(feedback, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    arm = Arm(links=6)
+    with pytest.raises(InputError, match=said):
+        simulate(arm, along(arm, "circle", 0.2, max_bend=0.3), Odd(feedback))
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_feedback_that_is_returned_again_starts_anew_in_every_pass():
+    arm, kept = Arm(links=8), {}
+    reference = along(arm, "circle", 0.6, max_bend=0.6)
+
+    def same(arm, plan):
+        return kept.setdefault("one", LengthFeedback(arm, plan.lengths))
+
+    fresh, again = (simulate(arm, reference, Odd(f)) for f in (lambda a, p: LengthFeedback(a, p.lengths), same))
+    assert fresh.timestep < 0.005  # it took more than one pass
+    assert again == fresh
+
+
+def test_controls_are_cut_to_what_muscles_take_and_recorded_so():
+    class Strong(Pull):
+        """Asks for a thousand newtons of muscle 1, and for pushing of muscle 2."""
+
+        def plan(self, arm, reference):
+            plan = super().plan(arm, reference)
+            return replace(plan, setpoint=plan.setpoint + np.array([1000.0, -1000.0, 0.0]))
+
+    arm = Arm(links=6, bending_stiffness=3.0)
+    run = simulate(arm, along(arm, "circle", 0.1, max_bend=0.01), Strong())
+    assert (run.setpoint[:, 0] == arm.muscle.blocked_force).all()
+    assert (run.setpoint[:, 1] == 0).all()

@@ -7,6 +7,7 @@ from contarm_sim import paths
 from contarm_sim.errors import InputError, UnreachableError
 from contarm_sim.kinematics import arc
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.section import Section
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.motion.simulate import simulate
 from contarm_sim.paths.reference import Reference
@@ -88,3 +89,25 @@ def test_references_are_compared_by_value():
     assert one != "reference"
     assert repr(one) == "Reference(3 samples, 0.02 s at 100 Hz, length 0.37 m)"
     assert one.at_rest() == Reference.from_bends(BENDS, ARM)
+
+
+@pytest.mark.parametrize("length", [np.nan, -1, 0, "x", True, np.inf])
+def test_a_length_that_is_none_is_refused(length):
+    with pytest.raises(InputError, match="length"):
+        Reference(np.zeros(3), np.zeros((3, 3)), BENDS, length)
+
+
+def test_values_of_other_types_are_named():
+    reference = Reference.from_bends(BENDS, ARM, np.arange(3) / 100)
+    calls = [
+        lambda: simulate(reference, ARM), lambda: simulate(ARM, None), lambda: simulate(ARM, BENDS),
+        lambda: simulate(ARM, reference, stepping=0.001), lambda: poses_at_rest(ARM, BENDS),
+        lambda: Reference.from_path("circle", ARM), lambda: Reference.from_bends(BENDS, 0.37),
+        lambda: Reference.from_path(paths.named("circle", 0.37), ARM, "fast"),
+        lambda: Reference.from_path(paths.named("circle", 0.37), ARM, 1e12),
+        lambda: poses_at_rest(ARM, reference, ticks=range(2)),
+        lambda: simulate(Arm(sections=(Section(), Section())), reference),
+    ]  # fmt: skip
+    for call in calls:
+        with pytest.raises(InputError):
+            call()

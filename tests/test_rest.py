@@ -93,7 +93,7 @@ def test_one_newton_finds_what_the_controller_at_rest_ends_in(path, twist):
     for _ in range(60):
         solver(orders.setpoint[0] + feedback.value)
         used = orders.setpoint[0] + feedback.value
-        seen = Seen(plant.muscle_lengths, plant.muscle_tensions, plant.muscle_tensions, plant.tip)
+        seen = Seen.of(plant)
         feedback.update(0, seen, gain=1.0)
     samples = _at_rest(arm, bend)
     np.testing.assert_allclose(samples.stations[0, -1], plant.tip, atol=1e-8)

@@ -1,5 +1,7 @@
 """A result knows what it is a result of."""
 
+import copy
+import pickle
 import subprocess
 import sys
 from dataclasses import replace
@@ -28,6 +30,33 @@ def test_it_is_compared_with_its_own_arm(run):
     np.testing.assert_array_equal(compare(run).tip_error, run.tip_error)
     with pytest.raises(InputError, match="of another arm"):
         run.check_arm(Arm(length=0.5))
+
+
+def test_another_arm_in_its_place_is_refused(run):
+    for arm in (replace(ARM, length=0.5), replace(ARM, links=9)):
+        with pytest.raises(InputError, match="stations"):
+            replace(run, arm=arm)
+    for wrong in ({"bend": run.bend[:3]}, {"stations": run.stations[:, :4]}, {"arm": 3}, {"qpos": run.qpos[0]}):
+        with pytest.raises(InputError):
+            replace(run, **wrong)
+    for wrong in ([1, 2], None, run.reference):
+        with pytest.raises(InputError, match="a Trajectory"):
+            compare(wrong)
+
+
+def test_copies_stay_read_only(run):
+    for one in (run, run.reference):
+        for again in (copy.deepcopy(one), pickle.loads(pickle.dumps(one))):
+            assert again == one
+            with pytest.raises(ValueError, match="read-only"):
+                again.bend[0] = 1.0
+
+
+def test_a_place_that_cannot_be_written_to_is_refused(run, tmp_path):
+    for path in (tmp_path / "t", tmp_path, tmp_path / "none" / "t.npz"):
+        with pytest.raises(InputError, match="path"):
+            run.save(path)
+    assert not list(tmp_path.iterdir())
 
 
 def test_what_is_said_of_it_is_two_lines(run):

@@ -5,19 +5,17 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
 
-from contarm_sim.errors import NotConvergedError
+from contarm_sim.errors import InputError, NotConvergedError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.paths.reference import Reference
 
 if TYPE_CHECKING:
     from contarm_sim.engine.plant import Plant
-
-Numbers = Array | list[float]
 
 SETTLED = 1e-9
 """Largest change of a correction, over the largest control, that counts as none."""
@@ -37,23 +35,45 @@ class Plan:
     setpoint: Array
     start: Array
 
+    def checked(self, count: int, muscles: int) -> Self:
+        """Return the plan, if it is one of so many samples and muscles.
+
+        Raises:
+            InputError: arrays of other shapes, or numbers that are not finite.
+        """
+        shapes = {"lengths": (count, muscles), "setpoint": (count, muscles), "start": (muscles,)}
+        for name, shape in shapes.items():
+            array = getattr(self, name)
+            if np.shape(array) != shape:
+                raise InputError(f"plan.{name}", f"of shape {np.shape(array)}", f"an array of shape {shape}")
+            if not np.isfinite(np.asarray(array, dtype=float)).all():
+                raise InputError(f"plan.{name}", "not finite everywhere", "finite numbers")
+        return self
+
 
 @dataclass(slots=True)
 class Seen:
-    """What a feedback sees, of shape (n,) each: muscle lengths [m], tensions [N], what servos pull with [N].
+    """What a feedback sees. Lists and array change with the arm: copy what must last.
 
-    And the tip [m], shape (3,). Tensions are those of servos and of damping along the muscles; pulling > 0.
+    Attributes:
+        lengths: of the muscles [m], n numbers.
+        speeds: their rates [m/s], lengthening > 0.
+        tensions: of servos and of damping along the muscles [N], pulling > 0.
+        pulls: of the servos alone [N], pulling > 0.
+        tip: position [m], shape (3,).
     """
 
-    lengths: Numbers
-    tensions: Numbers
-    pulls: Numbers
+    lengths: list[float]
+    speeds: list[float]
+    tensions: list[float]
+    pulls: list[float]
     tip: Array
 
     @classmethod
     def of(cls, plant: Plant) -> Seen:
         """Return what there is to see of a plant now."""
-        return cls(plant.muscle_lengths, plant.actuator_tensions, plant.servo_pulls, plant.centres[-1])
+        lengths, tensions = plant.muscle_lengths.tolist(), plant.actuator_tensions.tolist()
+        return cls(lengths, plant.data.ten_velocity.tolist(), tensions, plant.servo_pulls.tolist(), plant.centres[-1])
 
 
 Memory = tuple[Array, ...]
@@ -63,15 +83,18 @@ Memory = tuple[Array, ...]
 class Feedback(ABC):
     """Slow corrections of controls.
 
-    `value` is added to the plan's controls. `update` is called once a control tick, with the gain tick / `time`.
+    `value` is added to the plan's controls. `update` is called once a control tick, with gain = tick / `time`; at rest
+    with gain 1, until nothing changes. All that is summed up belongs into `memory`: a simulation takes it over from one
+    feedback to another.
 
     Attributes:
         time: time constant [s].
         value: the present correction, shape (n,), in the controls' unit; changed in place.
     """
 
-    time: float
-    value: Array
+    def __init__(self, time: float, muscles: int) -> None:
+        self.time = time
+        self.value: Array = np.zeros(muscles)
 
     @abstractmethod
     def update(self, index: int, seen: Seen, gain: float) -> None:
@@ -90,9 +113,9 @@ class Feedback(ABC):
 class Controller(ABC):
     """Drives an arm along a reference. Subclass it, give `plan`, and pass an object of it to `simulate`.
 
-    The simulation asks once for the `plan` and once for the `feedback`. It then sends, every control tick,
-    plan.setpoint[i] + feedback.value to the muscles, and lets the feedback see the arm. Between two ticks controls
-    move in a straight line.
+    The simulation asks once for the `plan`, and for the `feedback` before every pass over the motion: it may simulate a
+    motion again in shorter steps. It then sends, every control tick, plan.setpoint[i] + feedback.value to the muscles,
+    cut to the `limits`, and lets the feedback see the arm. Between two ticks controls move in a straight line.
 
     Class attributes:
         name: what it is called in results.
@@ -116,7 +139,7 @@ class Controller(ABC):
         """
 
     def feedback(self, arm: Arm, reference: Reference, plan: Plan) -> Feedback | None:
-        """Return what corrects the plan's controls, or None."""
+        """Return what corrects the plan's controls, a new one at each call, or None."""
         return None
 
     def about(self) -> dict[str, Any]:
@@ -126,9 +149,15 @@ class Controller(ABC):
             "holds_lengths": self.holds_lengths,
         }  # fmt: skip
 
+    def unplanned(self) -> Controller:
+        """Return what to use where a motion is not known in advance, as on the live page; here, the same."""
+        return self
+
     def limits(self, arm: Arm) -> tuple[float, float] | None:
-        """Return the lowest and the highest control there may be, or None."""
-        return None
+        """Return the lowest and the highest control there may be, or None; here, what the muscles can take."""
+        if self.actuation == "pressures":
+            return 0.0, arm.muscle.max_pressure
+        return (0.0, arm.muscle.blocked_force) if self.actuation == "tensions" else None
 
     def resting(self, plant: Plant, reference: Reference) -> Callable[[int], Array]:
         """Return a function that brings a plant to rest in a sample, and returns the controls that hold it.
@@ -141,10 +170,11 @@ class Controller(ABC):
         from contarm_sim.statics.solver import Solver
 
         arm, settle = plant.arm, Solver(plant)
-        plan = self.plan(arm, reference)
+        plan = self.plan(arm, reference).checked(len(reference), plant.control.shape[1])
+        low, high = self.limits(arm) or (-np.inf, np.inf)
 
         def rest(index: int) -> Array:
-            setpoint = plan.setpoint[index]
+            setpoint = plan.setpoint[index].clip(low, high)
             settle(setpoint)
             feedback = self.feedback(arm, reference, plan)
             return setpoint if feedback is None else self._corrected(plant, settle, setpoint, feedback, index)

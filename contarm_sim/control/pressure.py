@@ -73,7 +73,8 @@ class PressureFeedback(Feedback):
     """
 
     def __init__(self, arm: Arm, plan: Plan, bend: Array) -> None:
-        self.time = max(0.4, 3 / arm.bend_frequency)  # half of it lets a hanging arm with 100 g swing up by itself
+        # Half of this time lets a hanging arm with 100 g swing up by itself.
+        super().__init__(max(0.4, 3 / arm.bend_frequency), plan.start.size)
         held = balance(bend, arm)
         J = length_jacobian(bend, arm)
         gram = J.swapaxes(-1, -2) @ J
@@ -87,7 +88,7 @@ class PressureFeedback(Feedback):
         self._by_level = held.cocontraction / held.per_pascal
         self._least = np.maximum(arm.muscle.min_pressure, arm.muscle.min_tension / held.per_pascal)
         self._highest = arm.muscle.max_pressure
-        self._offset, self.value = np.zeros(2), np.zeros(J.shape[-2])
+        self._offset = np.zeros(2)
 
     @property
     def memory(self) -> Memory:

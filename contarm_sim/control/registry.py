@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, get_args
 
 from contarm_sim.errors import InputError
 
 if TYPE_CHECKING:
     from contarm_sim.control.base import Controller
 
-_HOMES = {
+ControllerName = Literal["paper", "chain", "feedforward", "servo", "pressure", "tip"]  # what type checkers know
+
+NAMES: tuple[ControllerName, ...] = get_args(ControllerName)
+"""Each adds one thing to the one before, but `pressure`, which is `servo` through pneumatic muscles."""
+
+_HOMES: dict[ControllerName, str] = {
     "paper": "paper:Paper",
     "chain": "chain:Chain",
     "feedforward": "feedforward:Feedforward",
@@ -18,9 +23,6 @@ _HOMES = {
     "pressure": "pressure:Pressure",
     "tip": "tip:Tip",
 }
-
-NAMES = tuple(_HOMES)
-"""Each adds one thing to the one before, but `pressure`, which is `servo` through pneumatic muscles."""
 
 
 def controller(given: str | Controller) -> Controller:
@@ -33,6 +35,8 @@ def controller(given: str | Controller) -> Controller:
         module, kind = _HOMES[given].split(":")
         made: Controller = getattr(import_module(f"contarm_sim.control.{module}"), kind)()
         return made
-    if hasattr(given, "resting") and not isinstance(given, type):
-        return given  # type: ignore[return-value]
+    from contarm_sim.control.base import Controller
+
+    if isinstance(given, Controller):
+        return given
     raise InputError("controller", repr(given), ", ".join(NAMES) + ", or an object of a subclass of Controller")

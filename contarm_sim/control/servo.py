@@ -59,7 +59,7 @@ class LengthFeedback(Feedback):
 
     def __init__(self, arm: Arm, wanted: Array) -> None:
         # Slow beside the servo: ten times what its integral would swing up at; fast beside a path.
-        self.time = max(0.1, 10 / (max(arm.servo_time, 1e-3) * arm.servo_frequency**2))
+        super().__init__(max(0.1, 10 / (max(arm.servo_time, 1e-3) * arm.servo_frequency**2)), wanted.shape[1])
         self._wanted = wanted.tolist()
         self._least, self._blocked = arm.muscle.min_tension, arm.muscle.blocked_force
         self._per_newton = 1 / arm.servo_stiffness
@@ -69,7 +69,7 @@ class LengthFeedback(Feedback):
         self._fights: list[list[float]] = np.linalg.svd(J)[0][:, 2:].T.tolist()
         self._common: list[float] = cocontraction(straight, arm).tolist()
         self._each = range(len(J))
-        self.shift, self.value = np.zeros(len(J)), np.zeros(len(J))
+        self.shift = np.zeros(len(J))
         shift: Any = memoryview(self.shift)  # type: ignore[arg-type]
         value: Any = memoryview(self.value)  # type: ignore[arg-type]
         self._shift, self._value = shift, value

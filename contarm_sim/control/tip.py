@@ -55,6 +55,10 @@ class Tip(Servo):
         inverse = np.asarray(np.linalg.pinv(arc.jacobian(reference.bend, arm.length)), dtype=float)
         return TipCommands(plan.lengths, plan.setpoint, plan.start, inverse)
 
+    def unplanned(self) -> Tip:
+        """Return the controller that plans with the arc's tip."""
+        return Tip(planned=False)
+
     def feedback(self, arm: Arm, reference: Reference, plan: Plan) -> Feedback:
         """Return the integrals of tip and length errors."""
         assert isinstance(plan, TipCommands)
@@ -87,8 +91,9 @@ class TipFeedback(Feedback):
         self._target, self._to_bend = reference.target, plan.tip_to_bend
         self._spread = length_jacobian(reference.bend, arm)
         self._lengths = LengthFeedback(arm, plan.lengths)
-        self.time = max(0.2, 2 * self._lengths.time)  # half of it shakes an upright arm with 100 g
-        self._offset, self.value = np.zeros(2), np.zeros_like(self._lengths.value)
+        # Half of this time shakes an upright arm with 100 g.
+        super().__init__(max(0.2, 2 * self._lengths.time), plan.start.size)
+        self._offset = np.zeros(2)
 
     @property
     def memory(self) -> Memory:

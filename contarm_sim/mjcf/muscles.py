@@ -13,7 +13,7 @@ import mujoco
 from contarm_sim.errors import InputError
 from contarm_sim.mjcf import names
 from contarm_sim.mjcf.actuators import Actuators
-from contarm_sim.mjcf.mckibben import McKibbenMuscles
+from contarm_sim.mjcf.pressures import PressuredMuscles
 from contarm_sim.mjcf.routing import add_tendons
 from contarm_sim.mjcf.servos import LengthServos
 from contarm_sim.mjcf.tensions import Tensions
@@ -24,7 +24,7 @@ ACTUATIONS: tuple[Actuation, ...] = get_args(Actuation)
 
 ACTUATORS: dict[Actuation, Actuators] = {
     "lengths": LengthServos(),
-    "pressures": McKibbenMuscles(),
+    "pressures": PressuredMuscles(),
     "tensions": Tensions(),
 }
 """What drives the muscles; `none` is a bare backbone."""

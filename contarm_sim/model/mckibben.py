@@ -48,21 +48,12 @@ class McKibben(MuscleLaw):
     )
 
     def __post_init__(self) -> None:
-        check_numbers(self, "muscle.")
-        if self.min_pressure >= self.max_pressure:
-            raise InputError("muscle.min_pressure", self.min_pressure, f"below max_pressure ({self.max_pressure:g} Pa)")
-        if self.mount_contraction >= self.max_contraction:
-            raise InputError(
-                "muscle.mount_contraction", self.mount_contraction, f"below max_contraction ({self.max_contraction:g})"
-            )
+        check_numbers(self, "muscle.")  # the braid's shape, before forces are made of it
         if self.braid_min_diameter >= self.diameter:
             raise InputError(
                 "muscle.braid_min_diameter", self.braid_min_diameter, f"below the bladder's {self.diameter:g} m"
             )
-        if self.min_tension >= self.blocked_force:
-            raise InputError(
-                "muscle.min_tension", self.min_tension, f"below the blocked force, {self.blocked_force:.4g} N"
-            )
+        self.check()
 
     @property
     def diameter(self) -> float:
@@ -115,15 +106,3 @@ class McKibben(MuscleLaw):
         area = np.pi * self.diameter**2 / 4
         slope = np.asarray(pressure, dtype=float) * area * 6 * stretch / (np.tan(self.braid_angle) ** 2 * rest_length)
         return np.where(self.force(1.0, length, rest_length) > 0, slope, 0.0)
-
-    def pressure_for(self, tension: Any, length: Any, rest_length: float) -> NDArray[float64]:
-        """Return the gauge pressure [Pa] at which a muscle of a length [m] has a tension [N], its silicone's included.
-
-        0 where that alone pulls more; inf where no pressure does it.
-        """
-        import numpy as np
-
-        per_pascal = self.force(1.0, length, rest_length)
-        wanted = np.maximum(np.asarray(tension, dtype=float) - self.passive_tension(length, rest_length), 0.0)
-        out = np.full(np.broadcast(wanted, per_pascal).shape, np.inf)
-        return np.divide(wanted, per_pascal, out=out, where=per_pascal > 0)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from contarm_sim.control.base import Controller
+from contarm_sim.control.registry import controller as resolved
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.paths.reference import Reference
@@ -28,7 +29,7 @@ def motion_part(trajectory: Trajectory, poses: int = 100, controller: Controller
     arm, chosen = trajectory.arm, slice(None, None, max(1, len(trajectory) // poses))
     bend, target = trajectory.bend[chosen], trajectory.target[chosen]
     reference = Reference(np.zeros(len(bend)), target, bend, arm.length)
-    driven = controller or trajectory.controller
+    driven = controller or resolved(trajectory.controller)
     rest = poses_at_rest(arm, reference, driven).tip
     if trajectory.extrapolated:
         half = arm.links // 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -13,6 +14,7 @@ import numpy as np
 from contarm_sim.control.base import Feedback, Memory, Plan, Seen
 from contarm_sim.engine.plant import FATAL, Plant
 from contarm_sim.engine.recorder import Recorder
+from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 
 EVERY = 25
@@ -113,11 +115,16 @@ class Pass:
         low, high = self.limits or (-np.inf, np.inf)
         muscles, more = range(count), [range(row * count, (row + 1) * count) for row in range(1, rows)]
 
+        def cut(control: float) -> float:
+            if math.isnan(control):
+                raise InputError("feedback.value", "not a number", "finite corrections of the controls")
+            return min(max(control, low), high)
+
         def send(row: list[float]) -> list[float]:
             for i in muscles:
                 row[i] += value[i]
                 if not low <= row[i] <= high:
-                    row[i] = min(max(row[i], low), high)
+                    row[i] = cut(row[i])
                 control[i] = row[i]
             for again in more:
                 for i in again:
@@ -130,7 +137,7 @@ class Pass:
         """Return a function that brings what the feedback sees up to date, and that."""
         sensors = memoryview(self.plant.data.sensordata)[recorder.muscles]
         count = self.plant.control.shape[1]
-        lengths, tensions, pulls = ([0.0] * count for _ in range(3))
+        lengths, speeds, tensions, pulls = ([0.0] * count for _ in range(4))
         damping, zero = self.plant.damping.tolist(), self.plant.index.zero.tolist()
         muscles = [(i, count + i, 2 * count + i, damping[i], zero[i]) for i in range(count)]
 
@@ -141,7 +148,7 @@ class Pass:
                 tensions[i] = rate * sensed[velocity] - sensed[force]
                 pulls[i] = -sensed[force]
 
-        return look, Seen(lengths, tensions, pulls, self.plant.centres[-1])
+        return look, Seen(lengths, speeds, tensions, pulls, self.plant.centres[-1])
 
     def _ramps(self, start: int, stop: int) -> Array:
         """Return the controls of every engine step before feedback, shape (ticks, substeps, n)."""

@@ -8,10 +8,11 @@ import mujoco
 import numpy as np
 
 from contarm_sim.control.base import Controller
+from contarm_sim.control.registry import ControllerName
 from contarm_sim.control.registry import controller as resolved
 from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.engine.recorder import Recorder
-from contarm_sim.errors import EquilibriumError
+from contarm_sim.errors import EquilibriumError, InputError, expect
 from contarm_sim.kinematics import arc
 from contarm_sim.model.arm import Arm
 from contarm_sim.paths.reference import Reference
@@ -20,7 +21,10 @@ from contarm_sim.versions import versions
 
 
 def poses_at_rest(
-    arm: Arm, reference: Reference, controller: str | Controller = "servo", ticks: Iterable[int] | None = None
+    arm: Arm,
+    reference: Reference,
+    controller: ControllerName | Controller = "servo",
+    ticks: Iterable[int] | None = None,
 ) -> Trajectory:
     """Return the arm's poses at rest under commanded bends, whatever the reference's times.
 
@@ -31,13 +35,15 @@ def poses_at_rest(
         EquilibriumError: no equilibrium that the arm or its muscles can hold; says why.
         InputError: a reference of another arm's length, or a bend that pulling muscles, or pressures, cannot hold.
     """
+    expect("arm", arm, Arm)
+    expect("reference", reference, Reference)
     reference.check_arm(arm)
     chosen, still = resolved(controller), reference.at_rest()
     plant = Plant(arm, chosen.pulls_only, actuation=chosen.actuation)
     count, bend = len(still), still.bend
     recorder, setpoint = Recorder(plant, count), np.empty((count, plant.control.shape[1]))
     with engine_room():
-        rest = chosen.resting(plant, still)
+        rest, visited = chosen.resting(plant, still), 0
         for i in ticks if ticks is not None else range(count):
             plant.reset(bend[i])
             try:
@@ -46,6 +52,9 @@ def poses_at_rest(
                 raise error.located(f"at {arc.described(bend[i])} with {arm.links} links") from None
             mujoco.mj_forward(plant.model, plant.data)  # the sensors
             recorder.take(i)
+            visited += 1
+    if visited != count:
+        raise InputError("ticks", f"an iterable over {visited} poses", f"one over all {count} of them")
     return Trajectory(
         arm=arm, **chosen.about(), status="at rest",
         time=still.time, target=still.target, bend=bend, setpoint=setpoint, **recorder.arrays(count),

@@ -6,9 +6,10 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from contarm_sim.control.base import Controller
+from contarm_sim.control.registry import ControllerName
 from contarm_sim.control.registry import controller as resolved
 from contarm_sim.engine.room import engine_room
-from contarm_sim.errors import InputError, Interrupted
+from contarm_sim.errors import InputError, Interrupted, expect
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.motion_extrapolation import coarser, extrapolated
 from contarm_sim.motion.stepped import STEP_LIMIT, Motion
@@ -25,7 +26,7 @@ CONTROL_RATE = RATE
 def simulate(
     arm: Arm,
     reference: Reference,
-    controller: str | Controller = "servo",
+    controller: ControllerName | Controller = "servo",
     *,
     stepping: Stepping | None = None,
     on_tick: Callable[[int], object] | None = None,
@@ -53,7 +54,11 @@ def simulate(
         InputError: a reference of another arm's length or without times, a bend that pulling muscles cannot hold, a
             time step that does not divide the tick, or an arm that no step suits.
     """
+    expect("arm", arm, Arm)
+    expect("reference", reference, Reference)
     reference.check_arm(arm)
+    if stepping is not None:
+        expect("stepping", stepping, Stepping)
     if len(reference) > 1 and not reference.moving:
         raise InputError("reference", "poses at rest, all at time 0", "one with times; poses_at_rest is for these")
     chosen = resolved(controller)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.errors import InputError, UnreachableError
+from contarm_sim.errors import InputError, UnreachableError, expect
 from contarm_sim.kinematics import arc, dome
 from contarm_sim.kinematics.arrays import Array, as_vectors
 from contarm_sim.model.arm import Arm
@@ -46,10 +46,18 @@ class Reference:
                 "target", f"of shape {target.shape} beside bend of shape {bend.shape}", "(T, 3) and (T, 2)"
             )
         time = _times(self.time, len(bend))
+        length = self.length
+        if isinstance(length, bool) or not isinstance(length, (int, float)) or not 0 < length < np.inf:
+            raise InputError("length", length, "a positive number [m]")
         for name, array in (("time", time), ("target", target), ("bend", bend)):
             own = np.array(array, dtype=float)
             own.setflags(write=False)
             object.__setattr__(self, name, own)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for name, value in state.items():  # copies and unpickled arrays are writable
+            object.__setattr__(self, name, value)
+        self.__post_init__()
 
     def __len__(self) -> int:
         return len(self.bend)
@@ -88,8 +96,9 @@ class Reference:
         """Refuse an arm of another length: its tips lie elsewhere.
 
         Raises:
-            InputError: says both lengths.
+            InputError: says both lengths; or an arm of several sections.
         """
+        _ = arm.section  # of several sections, bends and targets have another meaning
         if arm.length != self.length:
             raise InputError("reference", f"for an arm of {self.length:g} m", f"one for this arm, of {arm.length:g} m")
 
@@ -104,6 +113,8 @@ class Reference:
             UnreachableError: a target off the dome; says how far along the path.
             InputError: a rate that is not positive.
         """
+        expect("path", path, Path)
+        expect("arm", arm, Arm)
         time, target = path.targets(rate)
         try:
             bend = dome.bend_from_tip(target, arm.length, project).bend
@@ -123,6 +134,7 @@ class Reference:
             UnreachableError: a target off the dome, unless projected.
             InputError: as the class.
         """
+        expect("arm", arm, Arm)
         target = as_vectors(target, 3, "target")
         bend = dome.bend_from_tip(target, arm.length, project).bend
         return cls(np.zeros(len(target)) if time is None else time, target, bend, arm.length)
@@ -137,6 +149,7 @@ class Reference:
         Raises:
             InputError: as the class.
         """
+        expect("arm", arm, Arm)
         bend = arc.as_bend(bend)
         target = arc.position(bend, arm.length)
         return cls(np.zeros(len(bend)) if time is None else time, target, bend, arm.length)

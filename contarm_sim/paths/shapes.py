@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +24,9 @@ MOST_TURNS = 100
 
 LONGEST = 3600.0
 """Longest path [s]: an hour of samples still fits in memory."""
+
+FASTEST = 1e5
+"""Highest rate of samples [Hz]."""
 
 Curve = Callable[[Array], Array]
 
@@ -45,7 +49,7 @@ class Path:
 
     def targets(self, rate: float) -> tuple[Array, Array]:
         """Return (times [s], shape (T,); targets [m], shape (T, 3)) at `rate` [Hz], both ends included."""
-        _require("rate", rate, rate > 0, "a positive number [Hz]")
+        _require("rate", rate, 0, FASTEST, f"more than 0 and at most {FASTEST:g} Hz")
         ticks = round(self.duration * rate)
         time = np.arange(ticks + 1) / rate
         if ticks < 1:
@@ -150,12 +154,12 @@ def named(
         InputError: unknown name, or a number out of range.
     """
     require_duration(duration)
-    _require("turns", turns, 0 < turns <= MOST_TURNS, f"more than 0, at most {MOST_TURNS}")
-    _require("max_bend", max_bend, 0 < max_bend < math.pi, "0 < max_bend < pi [rad]")
+    _require("turns", turns, 0, MOST_TURNS, f"more than 0, at most {MOST_TURNS}")
+    _require("max_bend", max_bend, 0, math.nextafter(math.pi, 0), "0 < max_bend < pi [rad]")
     radius = length if sphere_radius is None else sphere_radius
-    _require("sphere_radius", radius, radius > 0, "a positive radius [m]")
+    _require("sphere_radius", radius, 0, 1e9, "a positive radius [m]")
     for value in sphere_centre:
-        _require("sphere_centre", value, abs(value) <= 1e3 * length, "three numbers [m]")
+        _require("sphere_centre", value, -1e3 * length, 1e3 * length, "three numbers [m]")
     if name == "spiral":
         curve = spiral(length, turns, max_bend)
     elif name == "sphere-spiral":
@@ -171,11 +175,11 @@ def named(
     return Path(name, curve, duration)
 
 
-def _require(name: str, value: float, ok: bool, allowed: str) -> None:
-    if not (math.isfinite(value) and ok):
+def _require(name: str, value: Any, above: float, most: float, allowed: str) -> None:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not above < value <= most:
         raise InputError(name, value, allowed)
 
 
 def require_duration(duration: float) -> None:
     """Refuse a duration [s] that is not positive, or absurd."""
-    _require("duration", duration, 0 < duration <= LONGEST, f"more than 0 and at most {LONGEST:g} s")
+    _require("duration", duration, 0, LONGEST, f"more than 0 and at most {LONGEST:g} s")

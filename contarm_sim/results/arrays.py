@@ -14,6 +14,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.errors import InputError
 from contarm_sim.inputs import read_bytes
@@ -34,6 +35,13 @@ _BROKEN = (OSError, EOFError, ValueError, TypeError, RuntimeError, MemoryError, 
 
 Shape = tuple[int | str, ...]
 """A shape whose words are sizes that all arrays share, ("T", 3)."""
+
+SHAPES: dict[str, Shape] = {
+    "time": ("T",), "target": ("T", 3), "bend": ("T", 2), "setpoint": ("T", "M"), "muscle_lengths": ("T", "M"),
+    "muscle_tensions": ("T", "M"), "pressure": ("T", "M"), "stations": ("T", "S", 3), "tip_rotation": ("T", 3, 3),
+    "qpos": ("T", "D"), "step_error": ("T",),
+}  # fmt: skip
+"""Shapes of the arrays: T samples, M muscles, S stations, D joint angles."""
 
 _MOST = {"T": MOST_SAMPLES, "S": MAX_LINKS + 1, "D": 3 * MAX_LINKS, "M": 100}
 """Largest sizes: samples T, stations S, degrees of freedom D, muscles M."""
@@ -67,7 +75,7 @@ def read_arrays(
             for name in wanted:
                 if name not in stored:
                     raise InputError("file", f"one without the array {name!r}", RECORDING, where)
-            _check_shapes({name: _header(archive, stored[name], name, where) for name in wanted}, shapes, where)
+            check_shapes({name: _header(archive, stored[name], name, where) for name in wanted}, shapes, where)
             arrays = {name: _array(archive, stored[name]).astype(float) for name in wanted}
             text = str(_array(archive, stored[words])) if words in stored else None
     except InputError:
@@ -104,7 +112,12 @@ def _header(archive: zipfile.ZipFile, member: str, name: str, where: str) -> tup
     return tuple(shape)
 
 
-def _check_shapes(found: dict[str, tuple[int, ...]], shapes: Mapping[str, Shape], where: str) -> None:
+def check_shapes(found: Mapping[str, tuple[int, ...]], shapes: Mapping[str, Shape], where: str) -> None:
+    """Refuse arrays of other shapes, or whose sizes do not fit together.
+
+    Raises:
+        InputError: names the array.
+    """
     sizes: dict[str, tuple[int, str]] = {}
     for name, shape in found.items():
         wanted = shapes[name]
@@ -148,24 +161,55 @@ def require_arms_own(arm: Arm, arrays: Mapping[str, Array], where: str) -> None:
     if stations.shape[1] != links + 1:
         given = f"of {stations.shape[1] - 1} links"
         raise InputError("stations", given, f"those of {links} links, as its arm has", where)
-    hinges = np.repeat(
-        [2 if s.torsional_stiffness is None else 3 for s in arm.sections], [s.links for s in arm.sections]
-    )
+    hinges = _hinges(arm)
     if qpos.shape[1] != hinges.sum():
         raise InputError("qpos", f"of {qpos.shape[1]} joint angles", f"{hinges.sum()}, as its arm has them", where)
     turned = np.abs(np.einsum("tji,tjk->tik", *[arrays["tip_rotation"]] * 2) - np.eye(3)).max(axis=(1, 2)) > 1e-6
     if turned.any():
         raise InputError("tip_rotation", f"no rotation in sample {int(turned.argmax())}", "rotation matrices", where)
-    # Neighbouring stations lie h cos(theta/2) apart; theta is what the joint between them bends, of its hinges a and b.
-    first, order = np.cumsum(hinges) - hinges, np.arange(links) % 4  # three hinges are in the order xyz, zyx, zyx, xyz
+    found, wanted, slack = _pitches(arm, stations, qpos, hinges)
+    off = np.abs(found - wanted) > wanted * slack
+    if off.any():
+        sample, link = (int(i) for i in np.argwhere(off)[0])
+        given = f"of links of {found[sample, link]:.6g} m in sample {sample}"
+        raise InputError("stations", given, f"links of {wanted[link]:.6g} m, as its arm has them", where)
+
+
+def _hinges(arm: Arm) -> NDArray[np.intp]:
+    """Return the number of hinges of each joint, shape (links,)."""
+    each = [2 if section.torsional_stiffness is None else 3 for section in arm.sections]
+    return np.repeat(each, [section.links for section in arm.sections])
+
+
+def _pitches(arm: Arm, stations: Array, qpos: Array, hinges: NDArray[np.intp]) -> tuple[Array, Array, Array]:
+    """Return link pitches [m], shape (T, links), as recorded; those of the arm, (links,); and what they may be off.
+
+    Neighbouring stations lie h cos(theta/2) apart; theta is what the joint between them bends, of its hinges a and b.
+    """
+    first, order = np.cumsum(hinges) - hinges, np.arange(arm.links) % 4  # three hinges: xyz, zyx, zyx, xyz
     one = first + np.where((hinges == 3) & np.isin(order, (1, 2)), 2, 0)
     cosine = np.cos(qpos[:, one]) * np.cos(qpos[:, first + 1])
     square = np.square(np.arccos(np.clip(cosine, -1, 1)))
-    pitch = np.linalg.norm(np.diff(stations, axis=1), axis=-1) / np.cos(0.5 * np.sqrt(square))
-    slack = 1e-5 + square.max(axis=1, keepdims=True) / 6  # extrapolated ones are off by about a twelfth of it
+    found = np.linalg.norm(np.diff(stations, axis=1), axis=-1) / np.cos(0.5 * np.sqrt(square))
     wanted = np.repeat([s.link_pitch for s in arm.sections], [s.links for s in arm.sections])
-    off = np.abs(pitch - wanted) > wanted * slack
-    if off.any():
-        sample, link = (int(i) for i in np.argwhere(off)[0])
-        given = f"of links of {pitch[sample, link]:.6g} m in sample {sample}"
-        raise InputError("stations", given, f"links of {wanted[link]:.6g} m, as its arm has them", where)
+    return found, wanted, 1e-5 + square.max(axis=1, keepdims=True) / 6  # extrapolated ones are off by a twelfth of it
+
+
+def require_shapes_of(arm: Arm, arrays: Mapping[str, Array], where: str) -> None:
+    """Refuse arrays that cannot be of an arm: of other shapes, or of links of another length in the first sample.
+
+    Raises:
+        InputError: names the array.
+    """
+    check_shapes({name: array.shape for name, array in arrays.items()}, SHAPES, where)
+    links, hinges = arrays["stations"].shape[1] - 1, _hinges(arm)
+    if links != arm.links:
+        raise InputError("stations", f"of {links} links", f"those of {arm.links} links, as the arm has", where)
+    if arrays["qpos"].shape[1] != hinges.sum():
+        given = f"of {arrays['qpos'].shape[1]} joint angles"
+        raise InputError("qpos", given, f"{hinges.sum()}, as the arm has", where)
+    found, wanted, slack = _pitches(arm, arrays["stations"][:1], arrays["qpos"][:1], hinges)
+    ratio = float(np.median(found / wanted))
+    if abs(ratio - 1) > 1e-3 + slack[0, 0]:
+        given = f"of links {ratio:.3g} times as long as the arm's"
+        raise InputError("stations", given, f"those of this arm, of {arm.length:g} m", where)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from contarm_sim.errors import expect
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing
@@ -58,6 +59,7 @@ class Comparison:
 
 def compare(trajectory: Trajectory) -> Comparison:
     """Return the comparison of a trajectory with the closed forms of its own arm."""
+    expect("trajectory", trajectory, Trajectory)
     samples, arm, extrapolated = trajectory, trajectory.arm, trajectory.extrapolated
     bend, length, links = samples.bend, arm.length, arm.links
     analytic, chained = arc.position(bend, length), routing.chain_tip(bend, arm, extrapolated)

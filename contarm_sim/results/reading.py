@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 from pathlib import Path
 from types import NoneType
@@ -12,7 +13,7 @@ import numpy as np
 from contarm_sim.errors import InputError
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import arm_from_dict, arm_to_dict
-from contarm_sim.results.arrays import RECORDING, Shape, read_arrays, require_arms_own
+from contarm_sim.results.arrays import RECORDING, SHAPES, read_arrays, require_arms_own
 from contarm_sim.results.trajectory import ARRAYS, STATUSES, Trajectory
 
 _KINDS: dict[str, Any] = {
@@ -22,21 +23,25 @@ _KINDS: dict[str, Any] = {
 }  # fmt: skip
 """What a trajectory says of itself beside its arm and its arrays."""
 
-SHAPES: dict[str, Shape] = {
-    "time": ("T",), "target": ("T", 3), "bend": ("T", 2), "setpoint": ("T", "M"), "muscle_lengths": ("T", "M"),
-    "muscle_tensions": ("T", "M"), "pressure": ("T", "M"), "stations": ("T", "S", 3), "tip_rotation": ("T", 3, 3),
-    "qpos": ("T", "D"), "step_error": ("T",),
-}  # fmt: skip
-"""Shapes of the arrays: T samples, M muscles, S stations, D joint angles."""
-
 
 def write(trajectory: Trajectory, path: Path) -> None:
-    """Write a trajectory."""
+    """Write a trajectory.
+
+    Raises:
+        InputError: a name that does not end in .npz, a folder that is not there, or a disk that does not take it.
+    """
+    if path.suffix != ".npz":
+        raise InputError("path", path, "a name that ends in .npz")
     about = {name: getattr(trajectory, name) for name in _KINDS} | {"arm": arm_to_dict(trajectory.arm)}
-    arrays = {name: getattr(trajectory, name) for name in ARRAYS}
-    if trajectory.step_error is not None:
-        arrays["step_error"] = trajectory.step_error
-    np.savez_compressed(path, about=np.array(json.dumps(about)), **arrays)
+    arrays = {name: getattr(trajectory, name) for name in (*ARRAYS, "step_error")}
+    arrays = {name: array for name, array in arrays.items() if array is not None}
+    try:
+        with path.open("wb") as file:
+            np.savez_compressed(file, about=np.array(json.dumps(about)), **arrays)
+    except OSError as error:
+        if error.errno == errno.ENOSPC:
+            raise
+        raise InputError("path", f"{path} ({error.strerror})", "a file that can be written") from error
 
 
 def read(path: Path) -> Trajectory:

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
-from contarm_sim.errors import InputError
+from contarm_sim.errors import InputError, expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.paths.reference import Reference
+from contarm_sim.results.arrays import require_shapes_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,7 +50,7 @@ class Trajectory:
         stations: centres of base plate, disks and tip plate [m], shape (T, N + 1, 3).
         tip_rotation: orientation of the tip, shape (T, 3, 3).
         qpos: joint angles [rad], shape (T, dofs).
-        timestep: engine step [s]; None at rest.
+        timestep: engine step [s]; None at rest. Where Ctrl-C came while a shorter step was tried, that of the longer.
         step_error: how far the step puts the tip off [m], estimated from another step; shape (T,), NaN where it was not
             compared. None: nowhere.
         extrapolated: whether the samples are those of infinitely many links, as two chains tell.
@@ -86,6 +87,18 @@ class Trajectory:
                 own = np.array(given, dtype=float)
                 own.setflags(write=False)
                 object.__setattr__(self, name, own)
+        expect("arm", self.arm, Arm)
+        if len(self):
+            require_shapes_of(self.arm, self._arrays(), "trajectory")
+
+    def _arrays(self) -> dict[str, Array]:
+        names = ARRAYS if self.step_error is None else (*ARRAYS, "step_error")
+        return {name: getattr(self, name) for name in names}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for name, value in state.items():  # copies and unpickled arrays are writable
+            object.__setattr__(self, name, value)
+        self.__post_init__()
 
     def __len__(self) -> int:
         return len(self.time)
@@ -137,7 +150,11 @@ class Trajectory:
         return replace(self, **{name: getattr(self, name)[:count] for name in ARRAYS}, step_error=error)
 
     def save(self, path: str | Path) -> None:
-        """Write everything to a compressed .npz: arrays under their own names, the rest as JSON under `about`."""
+        """Write everything to a compressed .npz: arrays under their own names, the rest as JSON under `about`.
+
+        Raises:
+            InputError: a name that does not end in .npz, or a place that cannot be written to.
+        """
         from contarm_sim.results.reading import write
 
         write(self, Path(path))

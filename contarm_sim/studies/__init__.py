@@ -36,7 +36,9 @@ else:
 
         for home, names in _HOMES.items():
             if name in names:
-                return getattr(import_module(f"contarm_sim.{home}"), name)
+                found = getattr(import_module(f"contarm_sim.{home}"), name)
+                globals()[name] = found  # a module of the same name would take its place
+                return found
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import mujoco
 import numpy as np
 
+from contarm_sim.control.registry import ControllerName
 from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.errors import DivergenceError, EquilibriumError
 from contarm_sim.kinematics.arrays import Array
@@ -142,7 +143,7 @@ def attempt(scenario: Scenario, bends: Array, track: Track = quietly) -> Outcome
         return Failure(scenario=scenario, setting=_setting(scenario), reason=reason)
 
 
-def _at_rest(arm: Arm, bends: Array, controller: str, ticks: Iterable[int] | None = None) -> Trajectory:
+def _at_rest(arm: Arm, bends: Array, controller: ControllerName, ticks: Iterable[int] | None = None) -> Trajectory:
     return poses_at_rest(arm, Reference.from_bends(bends, arm), controller, ticks)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from contarm_sim import paths
-from contarm_sim.control.registry import NAMES
+from contarm_sim.control.registry import NAMES, ControllerName
 from contarm_sim.control.tip_motion import plan_rest
 from contarm_sim.errors import DivergenceError, EquilibriumError, InputError, expect
 from contarm_sim.kinematics import arc
@@ -134,7 +134,7 @@ def _reachable(arm: Arm, duration: float) -> Array:
     return np.linalg.pinv(inverse) @ inverse
 
 
-def _row(load: str, arm: Arm, controller: str, duration: float, reach: Array) -> Followed | NotFollowed:
+def _row(load: str, arm: Arm, controller: ControllerName, duration: float, reach: Array) -> Followed | NotFollowed:
     spiral = _spiral(arm, duration)
     time, targets = spiral.time, spiral.target
     try:

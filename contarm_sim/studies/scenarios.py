@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from contarm_sim.control.registry import ControllerName
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.kinematics.arrays import Array
@@ -39,7 +40,7 @@ class Scenario:
     name: str
     meaning: str
     arm: Arm
-    controller: str
+    controller: ControllerName
     checks: Checks | None
 
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from contarm_sim.control.base import Controller, Feedback, Plan, Seen
+from contarm_sim.control.base import Feedback, Plan, Seen
 from contarm_sim.control.registry import controller as resolved
-from contarm_sim.control.tip import Tip
 from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import DivergenceError, InputError
 from contarm_sim.kinematics import arc
@@ -121,7 +120,7 @@ class Session:
         self.reading = self._read()
 
     def _start(self, arm: Arm, controller: str) -> None:
-        driver = _unplanned(controller)
+        driver = resolved(controller).unplanned()
         plant = Plant(arm, driver.pulls_only, actuation=driver.actuation)
         self._substeps = stable_substeps(plant, CONTROL_RATE, np.empty((0, 2)))
         plant.model.opt.timestep = PERIOD / self._substeps
@@ -215,8 +214,3 @@ class Session:
             float(plant.data.time), self.goal.copy(), bend.copy(), arc.position(bend, self.arm.length), plant.tip,
             tensions, pressures,
         )  # fmt: skip
-
-
-def _unplanned(name: str) -> Controller:
-    """Return the controller of a name; motions are not known in advance here, so `tip` must do without planning."""
-    return Tip(planned=False) if name == "tip" else resolved(name)
