@@ -13,8 +13,8 @@ from contarm_sim import Arm, paths
 from contarm_sim.control.servo import Servo
 from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.engine.recorder import Recorder
-from contarm_sim.motion.loop import Pass
 from contarm_sim.motion.simulate import CONTROL_RATE, simulate
+from contarm_sim.motion.stepping_loop import Pass
 from contarm_sim.paths.reference import Reference
 
 DURATION, REPEATS = 2.0, 25

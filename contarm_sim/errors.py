@@ -69,14 +69,18 @@ class InputError(ContarmError, ValueError):
 
 
 def expect(name: str, value: Any, kind: type) -> None:
-    """Check that an argument is of a class.
+    """Refuse a value of another type.
 
     Raises:
-        InputError: it is not; names the class.
+        InputError: names what was given and what is expected.
     """
     if not isinstance(value, kind):
-        article = "an" if kind.__name__[0] in "AEIOU" else "a"
-        raise InputError(name, value, f"{article} {kind.__name__}")
+        given = f"the class {value.__name__}" if isinstance(value, type) else _one(type(value))
+        raise InputError(name, given, _one(kind))
+
+
+def _one(kind: type) -> str:
+    return f"{'an' if kind.__name__[0] in 'AEIOUaeiou' else 'a'} {kind.__name__}"
 
 
 class UnreachableError(InputError):

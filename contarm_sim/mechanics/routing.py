@@ -36,8 +36,12 @@ def section_angles(bend: Any, section: Section, routing: Routing) -> tuple[Array
 
 
 def lengths_from_bend(bend: Any, arm: Arm) -> Array:
-    """Return the muscle lengths [m], shape (..., n), of the uniformly bent chain at bends [rad], shape (..., 2)."""
-    routing = arm.routing
+    """Return the muscle lengths [m], shape (..., n), of the uniformly bent chain at bends [rad], shape (..., 2).
+
+    Raises:
+        InputError: an arm without muscles, or of several sections.
+    """
+    routing = arm.group.routing
     if routing.path == "spans":
         return spans.lengths_from_bend(bend, _guides(arm))
     return arm.length + muscles.deltas_from_bend(hinges.angles(bend, arm.links)[0], routing.radius, routing.angles)

@@ -12,8 +12,8 @@ from contarm_sim.engine.room import engine_room
 from contarm_sim.errors import InputError, Interrupted, expect
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.motion_extrapolation import coarser, extrapolated
-from contarm_sim.motion.stepped import STEP_LIMIT, Motion
-from contarm_sim.motion.stepping import ACCURATE, FAST, Stepping
+from contarm_sim.motion.step_search import STEP_LIMIT, Motion
+from contarm_sim.motion.time_step import ACCURATE, FAST, Stepping
 from contarm_sim.paths.reference import RATE, Reference
 from contarm_sim.results.trajectory import Trajectory
 

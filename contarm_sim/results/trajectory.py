@@ -155,7 +155,7 @@ class Trajectory:
         Raises:
             InputError: a name that does not end in .npz, or a place that cannot be written to.
         """
-        from contarm_sim.results.reading import write
+        from contarm_sim.results.storage import write
 
         write(self, Path(path))
 
@@ -166,7 +166,7 @@ class Trajectory:
         Raises:
             InputError: not such a file, or arrays that do not fit together or hold what is not a number.
         """
-        from contarm_sim.results.reading import read
+        from contarm_sim.results.storage import read
 
         return read(Path(path))
 

@@ -16,7 +16,7 @@ from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.statics.descent import descend
-from contarm_sim.statics.reasons import unsettled, unstable
+from contarm_sim.statics.failures import unsettled, unstable
 from contarm_sim.statics.solver import Solution, Solver
 
 Method = Literal["auto", "newton", "pseudo-transient"]

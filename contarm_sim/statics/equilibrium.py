@@ -23,7 +23,7 @@ from contarm_sim.mjcf import Actuation
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
 from contarm_sim.statics.continuation import Method, solve
-from contarm_sim.statics.reasons import impossible
+from contarm_sim.statics.failures import impossible
 from contarm_sim.statics.solver import Solution, Solver
 
 REUSED = 8

@@ -23,7 +23,7 @@ from contarm_sim.kinematics.muscles import directions
 from contarm_sim.mechanics.pneumatics import force, passive_slope, passive_tension
 from contarm_sim.mechanics.statics import servo_control
 from contarm_sim.statics.descent import descend
-from contarm_sim.statics.reasons import too_much_pressure, too_short, too_strong, unsettled, unstable
+from contarm_sim.statics.failures import too_much_pressure, too_short, too_strong, unsettled, unstable
 from contarm_sim.statics.solver import Solver, tolerance
 from contarm_sim.statics.stiffness import TangentStiffness
 

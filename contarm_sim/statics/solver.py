@@ -19,8 +19,8 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
 from contarm_sim.statics.descent import STEPS, descend
+from contarm_sim.statics.failures import unsettled, unstable
 from contarm_sim.statics.loads import AppliedLoad
-from contarm_sim.statics.reasons import unsettled, unstable
 from contarm_sim.statics.servos import Servos
 from contarm_sim.statics.stability import growth
 from contarm_sim.statics.stiffness import Swing, TangentStiffness

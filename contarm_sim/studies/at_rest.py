@@ -19,7 +19,7 @@ from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.compare import Comparison, compare
 from contarm_sim.results.document import HIDDEN, INLINE, shown_if
-from contarm_sim.results.numbers import ErrorSummary, Spread, spread, summarise
+from contarm_sim.results.summary import ErrorSummary, Spread, spread, summarise
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.explained import RodParts, explain
 from contarm_sim.studies.progress import Track, quietly
@@ -49,7 +49,7 @@ class Setting:
     weight_over_stiffness: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # arrays have no single answer to ==
 class LinkError:
     """How far the tip of the worst pose is from that of infinitely many links, and its bend [rad], shape (2,)."""
 

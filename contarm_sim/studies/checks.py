@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from contarm_sim.model.arm import Arm
-from contarm_sim.results.numbers import ErrorSummary, Spread
+from contarm_sim.results.summary import ErrorSummary, Spread
 from contarm_sim.studies import verdict as limits
 from contarm_sim.studies.explained import RodParts
 from contarm_sim.studies.timestep import TimeStep

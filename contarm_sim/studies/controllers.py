@@ -16,7 +16,7 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.model.parameters import as_number
 from contarm_sim.motion.simulate import simulate
 from contarm_sim.paths.reference import Reference
-from contarm_sim.results.numbers import muscle_use
+from contarm_sim.results.summary import muscle_use
 from contarm_sim.studies.progress import Track, quietly
 from contarm_sim.studies.scenarios import under_loads
 

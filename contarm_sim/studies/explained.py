@@ -16,7 +16,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.rod import MODES, SEGMENTS, STATIONS, polynomials, rod_tips
 from contarm_sim.model.arm import Arm
 from contarm_sim.results.compare import Comparison
-from contarm_sim.results.numbers import Spread, known_spread
+from contarm_sim.results.summary import Spread, known_spread
 from contarm_sim.results.trajectory import Trajectory
 
 
@@ -35,7 +35,7 @@ class RodParts:
     unexplained: Spread | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # arrays have no single answer to ==
 class Explanation:
     """The shape term at K samples, evenly picked, beside the ideal rod; distances [m], NaN where no rod rests.
 

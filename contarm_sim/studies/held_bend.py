@@ -21,7 +21,7 @@ NEAR = math.radians(10)
 """How far from a bend, which is balanced as a whole under load, the simulated arm still counts as held there [rad]."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # arrays have no single answer to ==
 class Hold:
     """What holds a bend, in closed form, and what the simulated arm does under it.
 

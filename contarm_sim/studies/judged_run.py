@@ -14,7 +14,7 @@ from contarm_sim.model.parameters import check_count
 from contarm_sim.motion.lag import motion_part
 from contarm_sim.results.compare import Comparison, compare
 from contarm_sim.results.document import HIDDEN, INLINE
-from contarm_sim.results.numbers import ErrorSummary, Spread, known_spread, summarise
+from contarm_sim.results.summary import ErrorSummary, Spread, known_spread, summarise
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.checks import run_checks
 from contarm_sim.studies.explained import RodParts, explain
@@ -22,7 +22,7 @@ from contarm_sim.studies.timestep import TimeStep, step_summary
 from contarm_sim.studies.verdict import ConstantCurvature, Verdict, constant_curvature, verdict
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # arrays have no single answer to ==
 class JudgedRun:
     """A motion in numbers.
 

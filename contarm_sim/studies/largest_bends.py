@@ -14,7 +14,7 @@ from contarm_sim.mechanics.statics import pressure_needed
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles
 from contarm_sim.statics.equilibrium import equilibrium
-from contarm_sim.studies.resting import Resting
+from contarm_sim.studies.balance_at_rest import RestingBalance
 
 COARSE, FINE = np.radians(1.0), np.radians(0.25)
 """Steps in which bend angles are tried [rad]: all of them coarsely, those after the largest that is held finely."""
@@ -67,10 +67,12 @@ def largest_bends_at_rest(arm: Arm, planes: Array) -> tuple[Array, Array]:
     if not any(arm.gravity):
         return found[0], found[1]
     for i, plane in enumerate(planes):
-        resting = Resting(arm)
+        resting = RestingBalance(arm)
         for which in range(2):
 
-            def room(angle: float, which: int = which, plane: float = plane, resting: Resting = resting) -> float:
+            def room(
+                angle: float, which: int = which, plane: float = plane, resting: RestingBalance = resting
+            ) -> float:
                 return arm.muscle.max_pressure / resting.needed(arc.from_polar(angle, plane))[which] - 1
 
             found[which, i] = _limit(room, float(found[which, i]))
@@ -82,7 +84,7 @@ def fallen_from(arm: Arm, largest: float) -> list[float]:
 
     An arm that stands under too much weight falls over before it is bent far enough to be held again.
     """
-    resting, limit = Resting(arm), arm.muscle.max_pressure
+    resting, limit = RestingBalance(arm), arm.muscle.max_pressure
     angles = [angle for angle in np.radians([1, 15, 30, 45, 60, 90, 120, 150]).tolist() if angle < largest]
     return [angle for angle in angles if not resting.needed(arc.from_polar(angle, 0.0))[1] <= limit]
 
@@ -117,7 +119,7 @@ def held_off(arm: Arm, bend_angle: float, plane_angle: float) -> float | None:
     """
     bend = arc.from_polar(bend_angle, plane_angle)
     try:
-        pressures = Resting(arm).pressures(bend)
+        pressures = RestingBalance(arm).pressures(bend)
         found = equilibrium(arm, Load(muscles=Muscles(kind="pressures", values=tuple(pressures))))
     except EquilibriumError:
         return None

@@ -18,7 +18,7 @@ from contarm_sim.model.parameters import as_numbers, check_count
 PRESSURES = (100e3, 200e3, 300e3, 400e3, 500e3, 600e3, 700e3)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # arrays have no single answer to ==
 class MuscleCurves:
     """The forces of one muscle of an arm.
 

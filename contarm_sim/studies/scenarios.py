@@ -12,7 +12,7 @@ from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
-from contarm_sim.results.numbers import ErrorSummary, Spread
+from contarm_sim.results.summary import ErrorSummary, Spread
 from contarm_sim.studies.checks import ideal_checks, loaded_checks
 from contarm_sim.studies.explained import RodParts
 from contarm_sim.studies.verdict import Check

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contarm_sim.results.numbers import spread
+from contarm_sim.results.summary import spread
 from contarm_sim.results.trajectory import Trajectory
 
 

@@ -28,7 +28,7 @@ RIGID = 1e-7
 """Compliance that is put down to rounding [m/N]."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # arrays have no single answer to ==
 class StiffnessLevel:
     """The tip at one level of co-contraction.
 
@@ -52,7 +52,7 @@ class StiffnessLevel:
     drift_percent: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # arrays have no single answer to ==
 class Stiffness:
     """The tip's stiffness at one bend.
 

@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from contarm_sim.results.numbers import ErrorSummary, Spread
+from contarm_sim.results.summary import ErrorSummary, Spread
 from contarm_sim.studies.explained import RodParts
 
 MODEL_LIMIT = 1.0

@@ -18,7 +18,7 @@ from contarm_sim.mechanics import pneumatics, routing
 from contarm_sim.mechanics.statics import cocontraction, servo_control
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.simulate import CONTROL_RATE
-from contarm_sim.motion.stepping import stable_substeps
+from contarm_sim.motion.time_step import stable_substeps
 from contarm_sim.paths.reference import Reference
 
 PERIOD = 1 / CONTROL_RATE

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from contarm_sim.results.document import document
-from contarm_sim.results.numbers import Spread
+from contarm_sim.results.summary import Spread
 from contarm_sim.studies.at_rest import Failure, Outcome
 from contarm_sim.studies.convergence import Convergence
 from contarm_sim.studies.validation import Validation

@@ -20,8 +20,8 @@ from contarm_sim.engine.recorder import Recorder
 from contarm_sim.errors import DivergenceError, InputError, expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
-from contarm_sim.motion.loop import EVERY, Pass, Snapshot
-from contarm_sim.motion.stepping import Stepping, stable_substeps
+from contarm_sim.motion.stepping_loop import EVERY, Pass, Snapshot
+from contarm_sim.motion.time_step import Stepping, stable_substeps
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.statics.solver import Solver

@@ -19,7 +19,7 @@ _LENGTH, _LEVEL = 1e-8, 1e-2
 """What is left of a length [m], of a tension [N]."""
 
 
-class Resting:
+class RestingBalance:
     """An arm whose servos, which push too, hold muscle lengths: the tensions are those that hold the bend.
 
     A bend is what muscle lengths show of it, the integral of curvature; between, the arm sags as it will.
