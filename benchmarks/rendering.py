@@ -23,7 +23,9 @@ def _bare(shot: Shot, path: Path) -> None:
     """Pose, render and encode, with nothing drawn over the arm."""
     look, samples = shot.look, shot.samples
     with ExitStack() as stack:
-        renderer = stack.enter_context(ArmRenderer(shot.arm, look.width, look.height, look.camera, look.quality))
+        renderer = stack.enter_context(
+            ArmRenderer(shot.samples.arm, look.width, look.height, look.camera, look.quality)
+        )
         add = stack.enter_context(encoding(encoder(), path, (look.height, look.width), shot.fps))
         for i in frame_indices(samples, shot.fps):
             renderer._pose(samples.qpos[i])
@@ -36,7 +38,7 @@ def main() -> None:
     arm = Arm()
     path = paths.named("spiral", arm.length, 4.0, turns=1.0)
     samples = simulate(arm, Reference.from_path(path, arm))
-    shot, ours, bare = Shot(arm, samples, Look()), [], []
+    shot, ours, bare = Shot(samples, Look()), [], []
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(REPEATS):
             for times, job in ((bare, _bare), (ours, write_video)):

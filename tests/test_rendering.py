@@ -77,7 +77,7 @@ def spiral(arm, count=51):
 
 
 def shot(arm, fps=30.0, size=(160, 120), **given):
-    return Shot(arm, spiral(arm), Look(*size), fps, **given)
+    return Shot(spiral(arm), Look(*size), fps, **given)
 
 
 def project(arm, points, width, height, camera="front"):
@@ -416,9 +416,9 @@ def test_a_caption_is_not_clipped(size):
 def test_two_runs_beside_each_other_have_one_scale(arm):
     straight, off = samples_of(arm, np.zeros((5, 2))), samples_of(arm, np.zeros((5, 2)))
     off = moved(off, [0.02, 0.0, 0.0])
-    assert Scale.of((arm, straight)).error == pytest.approx(0.0, abs=1e-12)
-    assert Scale.of((arm, straight), (arm, off)) == Scale.of((arm, off), (arm, straight))
-    assert Scale.of((arm, straight), (arm, off)).error == pytest.approx(0.02)
+    assert Scale.of(straight).error == pytest.approx(0.0, abs=1e-12)
+    assert Scale.of(straight, off) == Scale.of(off, straight)
+    assert Scale.of(straight, off).error == pytest.approx(0.02)
 
 
 def test_frames_show_the_nearest_samples(arm):
@@ -532,10 +532,10 @@ def test_a_webp_has_every_frame(gl, arm, tmp_path):
 @pytest.mark.gl
 def test_two_runs_stand_side_by_side_and_the_shorter_waits(gl, arm, tmp_path):
     longer = samples_of(arm, np.full((101, 2), 0.8))
-    pictures = list(shot(arm, size=(320, 120), beside=(arm, longer)).frames())
+    pictures = list(shot(arm, size=(320, 120), beside=longer).frames())
     assert len(pictures) == 31
     assert {picture.shape for picture in pictures} == {(120, 320, 3)}
-    alone = next(Shot(arm, longer, Look(160, 120)).frames())
+    alone = next(Shot(longer, Look(160, 120)).frames())
     assert same(pictures[0][:, 160:], alone)
     assert same(pictures[-1][:, :160], pictures[15][:, :160])
 
@@ -560,9 +560,9 @@ def test_plots_fill_up_as_time_passes(gl, arm):
     samples = spiral(arm, 101)
     samples = moved(samples, np.linspace(0, 0.01, 101)[:, None] * [1.0, 0.0, 0.0])  # an error that grows
     look = Look(640, 360)
-    early, late = (next(Shot(arm, replace(samples), look).frames(some=1)) for _ in range(2))
-    early, *_, late = Shot(arm, samples, look).frames()
-    plain = list(Shot(arm, samples, replace(look, plots=False)).frames())
+    early, late = (next(Shot(replace(samples), look).frames(some=1)) for _ in range(2))
+    early, *_, late = Shot(samples, look).frames()
+    plain = list(Shot(samples, replace(look, plots=False)).frames())
     for picture, bare in ((early, plain[0]), (late, plain[-1])):
         differs = changed(picture, bare)
         assert differs[-90:, :150].any()

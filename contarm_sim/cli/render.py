@@ -59,13 +59,13 @@ def render(run_dir: str, out: str | None, beside: str | None, camera: str, size:
         raise InputError("fps", fps, "1 to 60")
     if at is not None and target.suffix != ".png":
         raise InputError("time", at, "with a .png only")
-    arm, samples = _recorded(run_dir)
+    samples = _recorded(run_dir)
     check_output(target)
     width, height = SIZES[size]
     other = _recorded(beside) if beside is not None else None
     names = (Path(run_dir).resolve().name, Path(beside).resolve().name) if beside is not None else ("", "")
     look = Look(width, height, camera, quality, not no_plots, noted(Path(run_dir)))
-    shot = Shot(arm, samples, look, fps, speed, other, names)
+    shot = Shot(samples, look, fps, speed, other, names)
     with output_file(target) as scratch:
         if target.suffix == ".png":
             write_still(shot, scratch, float(samples.time[-1]) if at is None else at)
@@ -78,8 +78,8 @@ def render(run_dir: str, out: str | None, beside: str | None, camera: str, size:
     say(f"written: {target}")
 
 
-def _recorded(run_dir: str) -> tuple[Any, Any]:
-    """Return (arm, samples) of a folder that `contarm run` left.
+def _recorded(run_dir: str) -> Any:
+    """Return the trajectory of a folder that `contarm run` left.
 
     Raises:
         InputError: it is no such folder, or a damaged one.
@@ -93,4 +93,4 @@ def _recorded(run_dir: str) -> tuple[Any, Any]:
     arm, samples = load_arm(folder / "arm.toml"), Trajectory.load(folder / "trajectory.npz")
     if samples.arm != arm:
         raise InputError("arm.toml", "another arm than that of trajectory.npz", "the arm that was recorded", run_dir)
-    return arm, samples
+    return samples

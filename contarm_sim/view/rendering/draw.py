@@ -124,7 +124,7 @@ class ArmRenderer:
         if overlays.trace:
             stride = -(-len(samples) // MAX_SEGMENTS)  # the same for all of a film, so that the line does not crawl
             tips = np.vstack([samples.stations[:index:stride, -1], samples.stations[index, -1]])
-            error = tip_error(self.arm, samples)
+            error = samples.tip_error
             tints = trace_colours(error[:index:stride], float(error.max()) if largest is None else largest)
             add_line(scene, self.to_world(tips), 3.2 * pixel, TRACE, tints)
         if overlays.target:
@@ -184,11 +184,6 @@ class ArmRenderer:
         frames = self._base_rotation @ arc.rotation(bend, xi)
         radius = 1.25 * (self.arm.muscle_radius + 0.5 * self.arm.muscle.diameter)
         add_tube(self._renderer.scene, points, frames, radius, GHOST)
-
-
-def tip_error(arm: Arm, samples: Trajectory) -> Array:
-    """Return the distance from simulated to analytic tips [m], shape (T,)."""
-    return np.linalg.norm(samples.stations[:, -1] - arc.position(samples.bend, arm.length), axis=1)
 
 
 def trace_colours(error: Array, largest: float) -> Array:

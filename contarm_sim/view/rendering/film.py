@@ -11,11 +11,9 @@ import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
-from contarm_sim.kinematics.arrays import Array
-from contarm_sim.model.arm import Arm
 from contarm_sim.model.colours import muscle_hex
 from contarm_sim.view.rendering.caption import Caption
-from contarm_sim.view.rendering.draw import PATH, TARGET, ArmRenderer, Pixels, Quality, tip_error, trace_colours
+from contarm_sim.view.rendering.draw import PATH, TARGET, ArmRenderer, Pixels, Quality, trace_colours
 from contarm_sim.view.rendering.panel import Curve, Panel
 
 if TYPE_CHECKING:
@@ -48,11 +46,11 @@ class Scale:
     pressure: float
 
     @classmethod
-    def of(cls, *runs: tuple[Arm, Trajectory]) -> Scale:
+    def of(cls, *runs: Trajectory) -> Scale:
         """Return the scale that shows all of some runs."""
-        finite = [samples.pressure[np.isfinite(samples.pressure)] for _, samples in runs]
+        finite = [samples.pressure[np.isfinite(samples.pressure)] for samples in runs]
         return cls(
-            max(float(tip_error(*run).max()) for run in runs), max(float(each.max(initial=0.0)) for each in finite)
+            max(float(run.tip_error.max()) for run in runs), max(float(each.max(initial=0.0)) for each in finite)
         )
 
 
@@ -78,7 +76,6 @@ def frame_indices(samples: Trajectory, fps: float, speed: float = 1.0) -> list[i
 
 
 def film(
-    arm: Arm,
     samples: Trajectory,
     indices: list[int],
     look: Look,
@@ -96,7 +93,7 @@ def film(
         InputError: an unknown camera or quality, or a size that is no positive whole number.
         RenderingError: no GL library draws here.
     """
-    error, scale = tip_error(arm, samples), scale or Scale.of((arm, samples))
+    arm, error, scale = samples.arm, samples.tip_error, scale or Scale.of(samples)
     moving = bool(samples.time[-1] > samples.time[0])
     angle, plane = (np.round(np.degrees(x)) for x in arc.to_polar(samples.bend))
     texts = [
@@ -106,7 +103,7 @@ def film(
         + f"   bend {angle[i]:.0f}° towards {plane[i] + 0.0:.0f}°"
         for i in indices
     ]
-    panels = _panels(arm, samples, error, look, scale) if moving and look.plots else {}
+    panels = _panels(samples, look, scale) if moving and look.plots else {}
     with ArmRenderer(arm, look.width, look.height, look.camera, look.quality) as renderer:
         colours = trace_colours(np.linspace(0, 1, 24), 1.0)
         legend = {"path": [PATH], f"tip, by error to {1e3 * scale.error:.2g} mm": colours, "analytic": [TARGET]}
@@ -122,8 +119,8 @@ def film(
 
 
 def film_beside(
-    one: tuple[Arm, Trajectory, list[int]],
-    other: tuple[Arm, Trajectory, list[int]],
+    one: tuple[Trajectory, list[int]],
+    other: tuple[Trajectory, list[int]],
     look: Look,
     on_frame: Progress | None = None,
     names: tuple[str, str] = ("", ""),
@@ -133,12 +130,12 @@ def film_beside(
     Raises:
         InputError, RenderingError: as `film`.
     """
-    count = max(len(one[2]), len(other[2]))
+    count = max(len(one[1]), len(other[1]))
     half = replace(look, width=look.width // 2, note="")
-    scale = Scale.of(one[:2], other[:2])
+    scale = Scale.of(one[0], other[0])
     films = [
-        film(arm, samples, indices + indices[-1:] * (count - len(indices)), half, None, scale, name)
-        for (arm, samples, indices), name in zip((one, other), names, strict=True)
+        film(samples, indices + indices[-1:] * (count - len(indices)), half, None, scale, name)
+        for (samples, indices), name in zip((one, other), names, strict=True)
     ]
     for done, pictures in enumerate(zip(*films, strict=True), 1):
         yield np.concatenate(pictures, axis=1)
@@ -146,14 +143,14 @@ def film_beside(
             on_frame(done, count)
 
 
-def _panels(arm: Arm, samples: Trajectory, error: Array, look: Look, scale: Scale) -> dict[str, Panel]:
+def _panels(samples: Trajectory, look: Look, scale: Scale) -> dict[str, Panel]:
     """Return the plots of the lower corners: tip error, and muscle pressures (those needed, under length servos)."""
     size = (round(0.27 * look.width), round(0.25 * look.height))
     if size[0] < 160 or size[1] < 90:
         return {}
-    red = Curve(1e3 * error, "#C0392B")
+    red = Curve(1e3 * samples.tip_error, "#C0392B")
     pressures = [Curve(1e-3 * samples.pressure[:, i], muscle_hex(i)) for i in range(samples.pressure.shape[1])]
-    highest = 1e-3 * arm.muscle.max_pressure
+    highest = 1e-3 * samples.arm.muscle.max_pressure
     limit = highest if scale.pressure > 600 * highest else None
     return {
         "left": Panel(size, samples.time, [red], "tip error [mm]", 1e3 * scale.error),

@@ -30,7 +30,7 @@ def show(
     """
     import mediapy
 
-    shot = Shot(trajectory.arm, trajectory, look or Look(width=640, height=360), fps, speed).checked()
+    shot = Shot(trajectory, look or Look(width=640, height=360), fps, speed).checked()
     if shot.count > _LONGEST:
         raise InputError("speed", speed, f"a speed or fps that makes at most {_LONGEST} frames, not {shot.count}")
     mediapy.set_ffmpeg(encoder())

@@ -13,7 +13,6 @@ import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.files import appearing
-from contarm_sim.model.arm import Arm
 from contarm_sim.view.rendering.draw import Pixels, check_size
 from contarm_sim.view.rendering.encode import encoder, encoding
 from contarm_sim.view.rendering.film import Look, Progress, film, film_beside, frame_indices
@@ -29,7 +28,7 @@ class Shot:
     """What a moving picture shows.
 
     Attributes:
-        arm, samples: a run.
+        samples: a run.
         beside: another run to show on the right of it.
         names: of the two, for their captions.
         fps: frames per second; each shows the sample nearest to its time.
@@ -37,12 +36,11 @@ class Shot:
         look: size [pixels], camera, quality, plots.
     """
 
-    arm: Arm
     samples: Trajectory
     look: Look
     fps: float = 30
     speed: float = 1.0
-    beside: tuple[Arm, Trajectory] | None = None
+    beside: Trajectory | None = None
     names: tuple[str, str] = ("", "")
 
     def frames(self, on_frame: Progress | None = None, some: int | None = None) -> Generator[Pixels, None, None]:
@@ -50,10 +48,9 @@ class Shot:
         indices = frame_indices(self.samples, self.fps, self.speed)
         step = 1 if some is None else -(-len(indices) // some)
         if self.beside is None:
-            return film(self.arm, self.samples, indices[::step], self.look, on_frame)
-        arm, samples = self.beside
-        others = frame_indices(samples, self.fps, self.speed)
-        one, other = (self.arm, self.samples, indices[::step]), (arm, samples, others[::step])
+            return film(self.samples, indices[::step], self.look, on_frame)
+        others = frame_indices(self.beside, self.fps, self.speed)
+        one, other = (self.samples, indices[::step]), (self.beside, others[::step])
         return film_beside(one, other, self.look, on_frame, self.names)
 
     @property
@@ -151,12 +148,8 @@ def write_still(shot: Shot, path: Path, time: float) -> None:
     path, samples = _checked(path, ".png"), shot.checked().samples
     if not samples.time[0] <= time <= samples.time[-1]:
         raise InputError("time", time, f"{samples.time[0]:g} to {samples.time[-1]:g} s")
-    picked = [int(np.abs(each.time - time).argmin()) for each in (samples, shot.beside[1] if shot.beside else samples)]
-    if shot.beside is None:
-        images = film(shot.arm, samples, picked[:1], shot.look)
-    else:
-        arm, other = shot.beside
-        images = film_beside((shot.arm, samples, picked[:1]), (arm, other, picked[1:]), shot.look, None, shot.names)
+    one, *beside = ((each, [int(np.abs(each.time - time).argmin())]) for each in (samples, shot.beside) if each)
+    images = film_beside(one, beside[0], shot.look, None, shot.names) if beside else film(*one, shot.look)
     with appearing(path) as temporary, closing(images):
         Image.fromarray(next(images)).save(temporary, "PNG", optimize=True)
 

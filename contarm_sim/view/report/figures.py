@@ -25,9 +25,9 @@ ROUNDING = 1e-6
 """Distance that is put down to rounding [mm]."""
 
 
-def draw_path(path: Path, arm: Arm, samples: Trajectory, comparison: Comparison) -> None:
+def draw_path(path: Path, samples: Trajectory, comparison: Comparison) -> None:
     """Draw target and simulated tips in three dimensions, with the dome behind and the backbone at the end."""
-    mm = 1e3
+    mm, arm = 1e3, samples.arm
     with figure(path, figsize=(6.0, 5.2)) as fig:
         ax = fig.add_subplot(projection="3d", computed_zorder=False)
         angles, planes = np.linspace(0, np.pi - 1e-9, 13), np.linspace(0, 2 * np.pi, 37)
@@ -48,10 +48,10 @@ def draw_path(path: Path, arm: Arm, samples: Trajectory, comparison: Comparison)
 
 
 def draw_budget(
-    path: Path, arm: Arm, samples: Trajectory, comparison: Comparison, motion: tuple[Array, Array] | None = None
+    path: Path, samples: Trajectory, comparison: Comparison, motion: tuple[Array, Array] | None = None
 ) -> None:
     """Draw tip error and its parts, and orientation error, over time; `motion` is what `motion_part` returned."""
-    t = samples.time
+    t, arm = samples.time, samples.arm
     with figure(path, figsize=(6.4, 4.6)) as fig:
         top, bottom = fig.subplots(2, 1, sharex=True, height_ratios=[2, 1])
         top.plot(t, 1e3 * comparison.tip_error, color=BLACK, label="analytic vs simulated tip")
@@ -72,11 +72,12 @@ def draw_budget(
         bottom.set_xlabel("time [s]")
 
 
-def draw_muscles(path: Path, arm: Arm, samples: Trajectory, comparison: Comparison) -> None:
+def draw_muscles(path: Path, samples: Trajectory, comparison: Comparison) -> None:
     """Draw muscle length changes, analytic and simulated, tensions and pressures over time."""
     from contarm_sim.kinematics.muscles import deltas_from_bend
 
-    t, analytic = samples.time, deltas_from_bend(samples.bend, arm.muscle_radius)
+    t, arm = samples.time, samples.arm
+    analytic = deltas_from_bend(samples.bend, arm.muscle_radius, arm.routing.angles)
     pressure = 1e-3 * np.where(np.isfinite(samples.pressure), samples.pressure, np.nan)
     with figure(path, figsize=(6.4, 5.8)) as fig:
         top, middle, bottom = fig.subplots(3, 1, sharex=True)

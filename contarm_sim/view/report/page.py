@@ -11,7 +11,6 @@ import numpy as np
 
 from contarm_sim.files import write_whole
 from contarm_sim.kinematics import arc
-from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import arm_to_toml
 from contarm_sim.results.compare import Comparison
 from contarm_sim.results.trajectory import Trajectory
@@ -33,7 +32,7 @@ FIGURES = {
 }
 
 
-def write_page(folder: Path, arm: Arm, samples: Trajectory, comparison: Comparison, summary: dict[str, Any]) -> None:
+def write_page(folder: Path, samples: Trajectory, comparison: Comparison, summary: dict[str, Any]) -> None:
     """Write report.html beside the figures and the film that a run's folder holds already."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -57,8 +56,8 @@ def write_page(folder: Path, arm: Arm, samples: Trajectory, comparison: Comparis
         video=embedded(film, float(samples.time[-1] - samples.time[0])) if film.is_file() else None,
         gif=_encoded((folder / "video.gif").read_bytes()) if (folder / "video.gif").is_file() else None,
         no_video=summary["video"],
-        toml=arm_to_toml(arm),
-        traces=_safe_json(_traces(arm, samples, comparison)),
+        toml=arm_to_toml(samples.arm),
+        traces=_safe_json(_traces(samples, comparison)),
         plotly=_encoded(PLOTLY.read_bytes()),
     )
     write_whole(folder / "report.html", text)
@@ -83,11 +82,11 @@ def embedded(film: Path, seconds: float) -> dict[str, Any]:
     return {"data": _encoded(content), "width": width, "height": height}
 
 
-def _traces(arm: Arm, samples: Trajectory, comparison: Comparison) -> dict[str, Any]:
+def _traces(samples: Trajectory, comparison: Comparison) -> dict[str, Any]:
     """Return data and layout of the interactive view; millimetres."""
     step = max(1, len(samples) // POINTS)
     angles, planes = np.linspace(0, np.pi - 1e-9, 25), np.linspace(0, 2 * np.pi, 49)
-    dome = 1e3 * arc.position(arc.from_polar(angles[:, None], planes), arm.length)
+    dome = 1e3 * arc.position(arc.from_polar(angles[:, None], planes), samples.arm.length)
     error = 1e3 * comparison.tip_error[::step]
     hover = "%{x:.1f}, %{y:.1f}, %{z:.1f} mm"
     data = [

@@ -32,23 +32,23 @@ class RunReport:
     """
 
     def __init__(self, run: Trajectory, poses: int = 100, controller: Controller | None = None) -> None:
-        self._arm, self._samples, self._pressures = run.arm, run, run.actuation == "pressures"
+        self._samples, self._pressures = run, run.actuation == "pressures"
         judged = judge_run(run, poses, controller)
         self._comparison, self._motion = judged.comparison, judged.swing
         self.summary: dict[str, Any] = document(judged) | {"versions": versions()}
 
     def write(self, folder: Path) -> None:
         """Write trajectory.npz, samples.csv, arm.xml and arm.toml."""
-        arm, samples, comparison = self._arm, self._samples, self._comparison
+        samples, comparison = self._samples, self._comparison
         samples.save(folder / "trajectory.npz")
         asked = "pressure_asked_pa" if self._pressures else "setpoint_m"
         write_samples(folder / "samples.csv", {"run": (samples, comparison)}, asked)
-        (folder / "arm.xml").write_text(exact_xml(arm_spec(arm, "pressures" if self._pressures else "lengths")))
-        (folder / "arm.toml").write_text(arm_to_toml(arm))
+        (folder / "arm.xml").write_text(exact_xml(arm_spec(samples.arm, "pressures" if self._pressures else "lengths")))
+        (folder / "arm.toml").write_text(arm_to_toml(samples.arm))
 
     def draw(self, folder: Path) -> None:
         """Draw path.png, budget.png and muscles.png, each whole or not at all."""
-        given = self._arm, self._samples, self._comparison
+        given = self._samples, self._comparison
         with appearing(folder / "path.png") as path:
             draw_path(path, *given)
         with appearing(folder / "budget.png") as path:
@@ -60,7 +60,7 @@ class RunReport:
         """Write report.html around the figures and the film that are there; `summary` has more than the report's."""
         from contarm_sim.view.report.page import write_page
 
-        write_page(folder, self._arm, self._samples, self._comparison, summary)
+        write_page(folder, self._samples, self._comparison, summary)
 
     def film(self, folder: Path, on_frame: Callable[[int, int], object]) -> str:
         """Write video.mp4 and return its name; where no encoder works, video.gif, smaller and slower.
@@ -73,9 +73,9 @@ class RunReport:
 
         look = Look(note=in_short(self.summary))
         try:
-            write_video(Shot(self._arm, self._samples, look), folder / "video.mp4", on_frame)
+            write_video(Shot(self._samples, look), folder / "video.mp4", on_frame)
             return "video.mp4"
         except EncodingError:
             small = replace(look, width=640, height=360)
-            write_gif(Shot(self._arm, self._samples, small, fps=10), folder / "video.gif", on_frame)
+            write_gif(Shot(self._samples, small, fps=10), folder / "video.gif", on_frame)
             return "video.gif"
