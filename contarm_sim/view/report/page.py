@@ -45,7 +45,7 @@ def write_page(folder: Path, samples: Trajectory, comparison: Comparison, summar
         summary=summary,
         said=verdict_lines(summary),
         words=explanation(summary),
-        remarks=remarks(summary),
+        remarks=[remark.replace("`", "") for remark in remarks(summary)],
         budget=budget(summary),
         muscles=muscle_words(summary["muscle"]),
         figures=[
