@@ -122,10 +122,10 @@ class Pass:
 
         def send(row: list[float]) -> list[float]:
             for i in muscles:
-                row[i] += value[i]
-                if not low <= row[i] <= high:
-                    row[i] = cut(row[i])
-                control[i] = row[i]
+                sent = row[i] + value[i]
+                if not low <= sent <= high:
+                    sent = cut(sent)
+                row[i] = control[i] = sent
             for again in more:
                 for i in again:
                     control[i] = row[i % count]
