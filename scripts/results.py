@@ -72,7 +72,9 @@ def main() -> None:
     if sys.argv[1:] == ["run"]:
         print(head())
         return
-    print("| simulated | largest tip error against the arc [% of length] | distance from a rod model [% of length] | tensions [N] |")
+    print(
+        "| simulated | largest tip error against the arc [% of length] | distance from a rod model [% of length] | tensions [N] |"
+    )
     print("|---|---|---|---|")
     print("\n".join(line(row) for row in [spiral(), *at_rest()]))
 

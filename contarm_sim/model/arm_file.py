@@ -61,7 +61,7 @@ def _law(name: Any, base: MuscleLaw) -> MuscleLaw:
     if name is None or name == law_name(base):
         return base
     if not isinstance(name, str) or name not in LAWS:
-        raise InputError("muscle.law", name, ", ".join(LAWS))
+        raise InputError("muscle.law", name, f"{', '.join(LAWS)}, or one put into contarm_sim.model.laws.LAWS before")
     return LAWS[name]()
 
 
