@@ -72,9 +72,8 @@ def main() -> None:
     if sys.argv[1:] == ["run"]:
         print(head())
         return
-    print(
-        "| simulated | largest tip error against the arc [% of length] | distance from a rod model [% of length] | tensions [N] |"
-    )
+    columns = "largest tip error against the arc [% of length] | distance from a rod model [% of length]"
+    print(f"| simulated | {columns} | tensions [N] |")
     print("|---|---|---|---|")
     print("\n".join(line(row) for row in [spiral(), *at_rest()]))
 

@@ -3,8 +3,8 @@
     target --IK--> arc tip --discretisation--> chain tip --servo--> chain tip as measured --shape--> simulated tip
 
 `discretisation` is known in closed form; `servo` is what commanded and measured lengths differ by, as tip motion;
-`shape` is what differs at equal muscle lengths: gravity, inertia, torsion, joints that bend unequally. The vectors add up
-to the tip error.
+`shape` is what differs at equal muscle lengths: gravity, inertia, torsion, joints that bend unequally. The vectors add
+up to the tip error.
 """
 
 from __future__ import annotations
