@@ -42,7 +42,9 @@ def loop(arm, substeps):
     with engine_room():
         for _ in range(REPEATS):
             plant.restart(np.zeros(plant.model.nq), plan.start)
-            one = Pass(plant, plan, None, servo.feedback(arm, spiral, plan), CONTROL_RATE, substeps)
+            one = Pass(
+                plant, plan, servo.checked_limits(arm), servo.feedback(arm, spiral, plan), CONTROL_RATE, substeps
+            )
             start = time.process_time()
             one.run(recorder, 0, len(spiral))
             spent = time.process_time() - start

@@ -16,7 +16,7 @@ from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.statics import holding_tensions
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.rest import poses_at_rest
-from contarm_sim.motion.simulate import simulate
+from contarm_sim.motion.simulate import Stepping, simulate
 
 
 class Pull(Controller):
@@ -101,7 +101,8 @@ WRONG = {
     "not a number": {"setpoint": lambda arm, r: np.full((len(r), 3), np.nan)},
     "lengths of one sample": {"lengths": lambda arm, r: np.ones(3)},
     "a start of one muscle": {"start": lambda arm, r: np.ones(1)},
-    "a list": {"setpoint": lambda arm, r: [1.0, 2.0]},
+    "a short list": {"setpoint": lambda arm, r: [1.0, 2.0]},
+    "words": {"setpoint": lambda arm, r: [["a", "b", "c"]] * len(r)},
 }
 
 
@@ -186,3 +187,99 @@ def test_controls_are_cut_to_what_muscles_take_and_recorded_so():
     run = simulate(arm, along(arm, "circle", 0.1, max_bend=0.01), Strong())
     assert (run.setpoint[:, 0] == arm.muscle.blocked_force).all()
     assert (run.setpoint[:, 1] == 0).all()
+
+
+def test_lists_are_plans_too():
+    class Listed(Pull):
+        """The same numbers as lists."""
+
+        def plan(self, arm, reference):
+            plan = super().plan(arm, reference)
+            return Plan(plan.lengths.tolist(), plan.setpoint.tolist(), plan.start.tolist())
+
+    arm, bend = Arm(links=6), np.array([[0.2, 0.1]])
+    reference = along(arm, "circle", 0.2, max_bend=0.3)
+    assert simulate(arm, reference, Listed()) == simulate(arm, reference, Pull())
+    assert poses_at_rest(arm, resting(arm, bend), Listed()) == poses_at_rest(arm, resting(arm, bend), Pull())
+
+
+def test_what_is_no_plan_or_feedback_is_refused_in_motion_and_at_rest():
+    class Nothing(Pull):
+        """Plans nothing."""
+
+        def plan(self, arm, reference):
+            return None
+
+    class Wrong(Pull):
+        """Has a feedback that is none."""
+
+        def feedback(self, arm, reference, plan):
+            return 3
+
+    class Large(Pull):
+        """Corrects five muscles."""
+
+        def feedback(self, arm, reference, plan):
+            return Sized(0.1, 5)
+
+    class Sized(Feedback):
+        """Does nothing."""
+
+        def update(self, index, seen, gain):
+            pass
+
+    arm = Arm(links=6)
+    for call, reference in ((simulate, along(arm, "circle", 0.2, max_bend=0.3)), (poses_at_rest, resting(arm, BEND))):
+        for wrong, said in ((Nothing(), "plan"), (Wrong(), "feedback"), (Large(), r"feedback\.value")):
+            with pytest.raises(InputError, match=said):
+                call(arm, reference, wrong)
+
+
+def test_a_correction_that_is_replaced_instead_of_changed_is_refused():
+    class Replaced(LengthFeedback):
+        """Makes a new array at every tick."""
+
+        def update(self, index, seen, gain):
+            super().update(index, seen, gain)
+            self.value = self.value + 0.0
+
+    arm = Arm(links=6)
+    with pytest.raises(InputError, match="changed in place"):
+        simulate(arm, along(arm, "circle", 0.6, max_bend=0.3), Odd(lambda a, plan: Replaced(a, plan.lengths)))
+
+
+def test_a_feedback_sees_what_the_recording_says():
+    seen_so_far = []
+
+    class Watching(LengthFeedback):
+        """Keeps what it sees."""
+
+        def update(self, index, seen, gain):
+            seen_so_far.append([list(seen.lengths), list(seen.speeds), list(seen.tensions), seen.tip.copy()])
+            super().update(index, seen, gain)
+
+    arm = Arm(links=6)
+    stepping = Stepping(0.005)
+    run = simulate(
+        arm, along(arm, "circle", 0.6, max_bend=0.3), Odd(lambda a, p: Watching(a, p.lengths)), stepping=stepping
+    )
+    lengths, speeds, tensions, tips = (np.array(each) for each in zip(*seen_so_far, strict=True))
+    np.testing.assert_allclose(lengths, run.muscle_lengths, atol=1e-15)
+    np.testing.assert_allclose(tensions, run.muscle_tensions, atol=1e-9)
+    np.testing.assert_array_equal(tips, run.tip)
+    measured = np.gradient(lengths, 0.01, axis=0)
+    np.testing.assert_allclose(speeds[2:-2], measured[2:-2], atol=0.05 * np.abs(measured).max())
+
+
+@pytest.mark.parametrize("limits", [(5.0, 1.0), (np.nan, np.nan), (0.0,), "ab", 5, (0.0, None)])
+def test_limits_that_are_none_are_refused_in_motion_and_at_rest(limits):
+    class Limited(Pull):
+        """Has limits that cannot be."""
+
+        def limits(self, arm):
+            return limits
+
+    arm = Arm(links=6)
+    for call, reference in ((simulate, along(arm, "circle", 0.2, max_bend=0.3)), (poses_at_rest, resting(arm, BEND))):
+        with pytest.raises(InputError, match="limits"):
+            call(arm, reference, Limited())

@@ -9,7 +9,7 @@ from contarm_sim.kinematics import arc
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.section import Section
 from contarm_sim.motion.rest import poses_at_rest
-from contarm_sim.motion.simulate import simulate
+from contarm_sim.motion.simulate import Stepping, simulate
 from contarm_sim.paths.reference import Reference
 
 ARM = Arm(links=6)
@@ -105,7 +105,10 @@ def test_values_of_other_types_are_named():
         lambda: Reference.from_path("circle", ARM), lambda: Reference.from_bends(BENDS, 0.37),
         lambda: Reference.from_path(paths.named("circle", 0.37), ARM, "fast"),
         lambda: Reference.from_path(paths.named("circle", 0.37), ARM, 1e12),
-        lambda: poses_at_rest(ARM, reference, ticks=range(2)),
+        lambda: poses_at_rest(ARM, reference, ticks=range(2)), lambda: poses_at_rest(ARM, reference, ticks=[0, 0, 0]),
+        lambda: reference.first(-1), lambda: reference.first(1.5), lambda: Stepping(0), lambda: Stepping("a"),
+        lambda: Reference.from_bends(BENDS, ARM, np.arange(3) * 1e-12),
+        lambda: Reference.from_bends(BENDS, ARM, np.arange(3) * 1e7),
         lambda: simulate(Arm(sections=(Section(), Section())), reference),
     ]  # fmt: skip
     for call in calls:

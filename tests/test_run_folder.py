@@ -152,7 +152,7 @@ def _of(arm, arrays):
 @pytest.mark.parametrize(
     ("arm", "said"),
     [(Arm(links=5), "stations is of 4 links"), (Arm(links=4, length=0.371), "links of 0.09275 m"),
-     (Arm(links=4, torsional_stiffness=0.1), "qpos is of 8 joint angles; allowed: 12")],
+     (Arm(links=4, torsional_stiffness=0.1), "qpos is of 8 joint angles; allowed: those of 12")],
 )  # fmt: skip
 def test_samples_of_another_arm_are_refused(render, tmp_path, arm, said):
     (tmp_path / "r/arm.toml").write_text(arm_to_toml(arm))

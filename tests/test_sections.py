@@ -306,7 +306,7 @@ def test_each_law_has_its_own_pressures():
         (found,) = equilibria([LoadCase(arm, load)])
         assert found.beyond == ""
         assert found.muscle_pressures == pytest.approx(load.muscles.values, abs=1.0)
-    with pytest.raises(InputError, match=r"muscles pressures .* 400000 Pa for muscles of section 1"):
+    with pytest.raises(InputError, match=r"muscles pressures .* 400000 Pa for muscles of section 2"):
         equilibrium(TWO_LAWS, pressurised(6e5, 0, 0, 6e5, 0, 0))
     (found,) = equilibria([LoadCase(TWO_LAWS, Load(muscles=Muscles(kind="tensions", values=(0, 0, 0, 9e3, 9e3, 9e3))))])
     assert f"{TWO_LAWS.laws[1].blocked_force:.0f} N" in found.beyond

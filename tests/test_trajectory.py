@@ -36,7 +36,16 @@ def test_another_arm_in_its_place_is_refused(run):
     for arm in (replace(ARM, length=0.5), replace(ARM, links=9)):
         with pytest.raises(InputError, match="stations"):
             replace(run, arm=arm)
-    for wrong in ({"bend": run.bend[:3]}, {"stations": run.stations[:, :4]}, {"arm": 3}, {"qpos": run.qpos[0]}):
+    bad = run.stations.copy()
+    bad[3, 2] = np.nan
+    for wrong in (
+        {"stations": bad},
+        {"status": "foo"},
+        {"bend": run.bend[:3]},
+        {"stations": run.stations[:, :4]},
+        {"arm": 3},
+        {"qpos": run.qpos[0]},
+    ):
         with pytest.raises(InputError):
             replace(run, **wrong)
     for wrong in ([1, 2], None, run.reference):

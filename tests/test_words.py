@@ -1,7 +1,12 @@
 """What is said of a run's numbers, word by word, from summaries written by hand."""
 
 import pytest
+from references import along
 
+from contarm_sim.model.arm import Arm
+from contarm_sim.motion.simulate import simulate
+from contarm_sim.results.document import document
+from contarm_sim.studies.judged_run import judge_run
 from contarm_sim.view.report.words import (
     available,
     budget,
@@ -172,3 +177,13 @@ def test_remarks_are_made_only_where_there_is_something_to_say():
     plain = remarks(SUMMARY | {"muscle": MUSCLE | odd, "pulls_only": False})
     assert len(plain) == 2  # plain servos know of no pressure and may push
     assert "not judged" in plain[0]
+
+
+def test_the_summary_by_hand_is_made_of_keys_that_a_run_has():
+    arm = Arm(links=6)
+    real = document(judge_run(simulate(arm, along(arm, "circle", 0.3, max_bend=0.3)), 2))
+    assert set(SUMMARY) - {"arm"} <= set(real)
+    for name in ("muscle", "time_step", "tip_error"):
+        assert set(SUMMARY[name]) <= set(real[name])
+    assert set(TARGETS) == set(real["checks"][0])
+    assert set(SUMMARY["constant_curvature"]) <= set(real["constant_curvature"])

@@ -220,7 +220,8 @@ def _write(out: Path, solutions: list[dict[str, Any]]) -> None:
     from contarm_sim.view.report.output import output_file
 
     header = ["target_x_m", "target_y_m", "target_z_m", "bend_angle_rad", "plane_angle_rad", "curvature_1_per_m"]
-    header += [f"l{i}_m" for i in (1, 2, 3)] + [f"tip_{a}_m" for a in "xyz"] + ["miss_m", "reachable"]
+    muscles = range(1, len(solutions[0]["muscle_deltas"]) + 1)
+    header += [f"l{i}_m" for i in muscles] + [f"tip_{a}_m" for a in "xyz"] + ["miss_m", "reachable"]
     with output_file(out) as scratch, scratch.open("w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(header)

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
 
-from contarm_sim.errors import InputError, NotConvergedError
+from contarm_sim.errors import InputError, NotConvergedError, expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.parameters import as_number
 from contarm_sim.paths.reference import Reference
 
 if TYPE_CHECKING:
@@ -35,6 +36,13 @@ class Plan:
     setpoint: Array
     start: Array
 
+    def __post_init__(self) -> None:
+        for name in ("lengths", "setpoint", "start"):
+            try:
+                object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=float))
+            except (TypeError, ValueError):
+                raise InputError(f"plan.{name}", getattr(self, name), "an array of numbers") from None
+
     def checked(self, count: int, muscles: int) -> Self:
         """Return the plan, if it is one of so many samples and muscles.
 
@@ -46,7 +54,7 @@ class Plan:
             array = getattr(self, name)
             if np.shape(array) != shape:
                 raise InputError(f"plan.{name}", f"of shape {np.shape(array)}", f"an array of shape {shape}")
-            if not np.isfinite(np.asarray(array, dtype=float)).all():
+            if not np.isfinite(array).all():
                 raise InputError(f"plan.{name}", "not finite everywhere", "finite numbers")
         return self
 
@@ -153,6 +161,47 @@ class Controller(ABC):
         """Return what to use where a motion is not known in advance, as on the live page; here, the same."""
         return self
 
+    def checked_plan(self, arm: Arm, reference: Reference, muscles: int) -> Plan:
+        """Return the plan, if it is one for so many muscles.
+
+        Raises:
+            InputError: it is none, or does not fit.
+        """
+        plan = self.plan(arm, reference)
+        expect("plan", plan, Plan)
+        return plan.checked(len(reference), muscles)
+
+    def checked_limits(self, arm: Arm) -> tuple[float, float]:
+        """Return the lowest and the highest control; without limits, infinite ones.
+
+        Raises:
+            InputError: the lowest is above the highest, or one is no number.
+        """
+        limits = self.limits(arm)
+        numbers = (
+            (-np.inf, np.inf) if limits is None else tuple(map(as_number, np.ravel(np.array(limits, dtype=object))))
+        )
+        if len(numbers) != 2 or not numbers[0] <= numbers[1]:
+            raise InputError("limits", limits, "the lowest and the highest control")
+        return numbers[0], numbers[1]
+
+    def checked_feedback(self, arm: Arm, reference: Reference, plan: Plan) -> Feedback | None:
+        """Return the feedback, if its correction and time constant can be.
+
+        Raises:
+            InputError: says which cannot.
+        """
+        feedback = self.feedback(arm, reference, plan)
+        if feedback is None:
+            return None
+        expect("feedback", feedback, Feedback)
+        value, shape = feedback.value, plan.start.shape
+        if not isinstance(value, np.ndarray) or value.dtype != float or value.shape != shape:
+            raise InputError("feedback.value", f"of shape {np.shape(value)}", f"an array of floats, {shape}")
+        if not 0 < feedback.time < np.inf:
+            raise InputError("feedback.time", feedback.time, "a positive time [s]")
+        return feedback
+
     def limits(self, arm: Arm) -> tuple[float, float] | None:
         """Return the lowest and the highest control there may be, or None; here, what the muscles can take."""
         if self.actuation == "pressures":
@@ -170,13 +219,13 @@ class Controller(ABC):
         from contarm_sim.statics.solver import Solver
 
         arm, settle = plant.arm, Solver(plant)
-        plan = self.plan(arm, reference).checked(len(reference), plant.control.shape[1])
-        low, high = self.limits(arm) or (-np.inf, np.inf)
+        plan = self.checked_plan(arm, reference, plant.control.shape[1])
+        low, high = self.checked_limits(arm)
 
         def rest(index: int) -> Array:
             setpoint = plan.setpoint[index].clip(low, high)
             settle(setpoint)
-            feedback = self.feedback(arm, reference, plan)
+            feedback = self.checked_feedback(arm, reference, plan)
             return setpoint if feedback is None else self._corrected(plant, settle, setpoint, feedback, index)
 
         return rest
@@ -184,11 +233,13 @@ class Controller(ABC):
     def _corrected(
         self, plant: Plant, settle: Callable[[Array], float], setpoint: Array, feedback: Feedback, index: int
     ) -> Array:
-        low, high = self.limits(plant.arm) or (-np.inf, np.inf)
+        low, high = self.checked_limits(plant.arm)
         sent, most = setpoint, 2000
         for _ in range(most):
             feedback.update(index, Seen.of(plant), 1.0)
             before, sent = sent, np.clip(setpoint + feedback.value, low, high)
+            if np.isnan(sent).any():
+                raise InputError("feedback.value", "not a number", "finite corrections of the controls")
             settle(sent)
             if np.abs(sent - before).max() <= SETTLED * max(1e-3, float(np.abs(sent).max())):
                 return sent

@@ -17,6 +17,4 @@ class Paper(Controller):
     def plan(self, arm: Arm, reference: Reference) -> Plan:
         """Return the arc's lengths, and these as controls."""
         deltas = muscles.deltas_from_bend(reference.bend, arm.muscle_radius, arm.group.routing.angles)
-        lengths = arm.length + deltas
-        setpoint = lengths - arm.length
-        return Plan(lengths, setpoint, setpoint[0])
+        return Plan(arm.length + deltas, deltas, deltas[0])

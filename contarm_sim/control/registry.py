@@ -39,4 +39,4 @@ def controller(given: str | Controller) -> Controller:
 
     if isinstance(given, Controller):
         return given
-    raise InputError("controller", repr(given), ", ".join(NAMES) + ", or an object of a subclass of Controller")
+    raise InputError("controller", repr(given), ", ".join(NAMES) + ", or an object of your own subclass of Controller")

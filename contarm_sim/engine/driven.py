@@ -109,8 +109,8 @@ class DrivenMuscles:
 
     @property
     def servo_pulls(self) -> Array:
-        """What the actuators alone pull with [N], pulling > 0, shape (3,)."""
-        return np.asarray(-self.data.actuator_force.reshape(-1, self.control.shape[1]).sum(axis=0))
+        """What the actuators alone pull with [N], pulling > 0, shape (M,)."""
+        return np.asarray(-self._force.sum(axis=0))
 
     @property
     def muscle_slopes(self) -> Array:

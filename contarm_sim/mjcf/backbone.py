@@ -194,7 +194,8 @@ def _add_visuals(spec: mujoco.MjSpec, body: mujoco.MjsBody, link: Link) -> None:
         visual, name=f"{body.name}_spine", type=mujoco.mjtGeom.mjGEOM_CAPSULE,
         pos=[0, 0, middle], size=[spine, half, 0], material="spine",
     )  # fmt: skip
-    spans = arm.routings[number].path == "spans"  # their disks guide the muscles
+    # Disks guide the muscles that run in straight spans, those of sections beyond among them.
+    spans = any(group.crosses(number) and group.routing.path == "spans" for group in arm.groups)
     body.add_geom(
         visual, name=f"{body.name}_disk", type=mujoco.mjtGeom.mjGEOM_CYLINDER,
         pos=[0, 0, guide if spans and not plate else 0.0],

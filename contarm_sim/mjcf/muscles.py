@@ -93,4 +93,6 @@ def straight_control(arm: Arm, actuation: Actuation = "lengths") -> float:
     Raises:
         InputError: an arm of several sections, see `straight_controls`.
     """
+    if actuation not in ACTUATORS:
+        raise InputError("actuation", actuation, ", ".join(ACTUATORS))
     return ACTUATORS[actuation].straight_control(arm.group)

@@ -32,8 +32,8 @@ class PressuredMuscles(Actuators):
         laws = {type(one.group.law) for one in strands}
         if len(laws) > 1:
             raise InputError("laws", ", ".join(sorted(law.__name__ for law in laws)), "one law for pressures")
-        for one in strands[:1]:
-            _of(one.group).add(spec, strands)
+        if strands:
+            _of(strands[0].group).add(spec, strands)
 
     def straight_control(self, group: MuscleGroup) -> float:
         """Return a pressure [Pa]."""

@@ -21,7 +21,7 @@ from contarm_sim.model.units import quantity, slip
 MOST_BYTES = 2**20
 """Largest TOML file that is read [bytes]."""
 
-_ROUTED = ("count", "offset")
+_ROUTED = ("count", "offset", "start")
 """Keys of [muscle] beside the parameters that are flags: of the routing, left out where they are the default's."""
 
 

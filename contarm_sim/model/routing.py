@@ -52,7 +52,10 @@ class Routing:
     start: Start = "section"
 
     def __post_init__(self) -> None:
-        check_numbers(self, "muscle_")
+        try:
+            check_numbers(self, "muscle_")
+        except InputError as error:  # TOML says muscle_radius, and offset in [muscle]
+            raise InputError(error.name.replace("_offset", ".offset"), error.given, error.allowed) from None
         try:
             count = -1 if isinstance(self.count, bool) else operator.index(self.count)
         except TypeError:

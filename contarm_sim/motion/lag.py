@@ -8,15 +8,17 @@ import numpy as np
 
 from contarm_sim.control.base import Controller
 from contarm_sim.control.registry import controller as resolved
+from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.chain import richardson
+from contarm_sim.motion.motion_extrapolation import coarser
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.trajectory import Trajectory
 
 
 def motion_part(trajectory: Trajectory, poses: int = 100, controller: Controller | None = None) -> tuple[Array, Array]:
-    """Return what motion adds: (times [s], distances [m]), each of shape (K,), K about `poses`.
+    """Return what motion adds: (times [s], distances [m]), each of shape (K,), K from `poses` to twice that.
 
     Distances are from simulated tips, evenly picked, to where they would rest under the same commanded bend and
     controller: inertia, damping and lag.
@@ -31,9 +33,12 @@ def motion_part(trajectory: Trajectory, poses: int = 100, controller: Controller
     bend, target = trajectory.bend[chosen], trajectory.target[chosen]
     reference = Reference(np.zeros(len(bend)), target, bend, arm.length)
     driven = controller or resolved(trajectory.controller)
+    if driven.actuation != trajectory.actuation:
+        given = f"{driven.name!r}, which drives {driven.actuation}"
+        raise InputError("controller", given, f"the one that drove the {trajectory.actuation} of this trajectory")
     rest = poses_at_rest(arm, reference, driven).tip
     if trajectory.extrapolated:
-        half = arm.links // 2
+        half = coarser(arm.links)
         coarse = poses_at_rest(replace(arm, links=half), reference, driven).tip
         rest = rest + richardson(arm.links, half) * (rest - coarse)
     return trajectory.time[chosen], np.linalg.norm(trajectory.tip[chosen] - rest, axis=-1)

@@ -14,6 +14,7 @@ from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.engine.recorder import Recorder
 from contarm_sim.errors import EquilibriumError, InputError, expect
 from contarm_sim.kinematics import arc
+from contarm_sim.mechanics.pneumatics import pressure_for
 from contarm_sim.model.arm import Arm
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.trajectory import Trajectory
@@ -43,7 +44,7 @@ def poses_at_rest(
     count, bend = len(still), still.bend
     recorder, setpoint = Recorder(plant, count), np.empty((count, plant.control.shape[1]))
     with engine_room():
-        rest, visited = chosen.resting(plant, still), 0
+        rest, felt = chosen.resting(plant, still), {}
         for i in ticks if ticks is not None else range(count):
             plant.reset(bend[i])
             try:
@@ -52,11 +53,16 @@ def poses_at_rest(
                 raise error.located(f"at {arc.described(bend[i])} with {arm.links} links") from None
             mujoco.mj_forward(plant.model, plant.data)  # the sensors
             recorder.take(i)
-            visited += 1
-    if visited != count:
-        raise InputError("ticks", f"an iterable over {visited} poses", f"one over all {count} of them")
+            felt[i] = plant.muscle_lengths, plant.muscle_tensions
+    if sorted(felt) != list(range(count)):
+        raise InputError("ticks", f"an iterable over {len(felt)} poses", f"one over all of range({count})")
+    measured = recorder.arrays(count)
+    if plant.twisted is not None:  # the engine's tendons do not feel what twist adds to the muscles
+        lengths, tensions = (np.array(each) for each in zip(*(felt[i] for i in range(count)), strict=True))
+        measured |= {"muscle_lengths": lengths, "muscle_tensions": tensions}
+        measured["pressure"] = pressure_for(tensions, lengths, arm)
     return Trajectory(
         arm=arm, **chosen.about(), status="at rest",
-        time=still.time, target=still.target, bend=bend, setpoint=setpoint, **recorder.arrays(count),
+        time=still.time, target=still.target, bend=bend, setpoint=setpoint, **measured,
         versions=versions(),
     )  # fmt: skip

@@ -42,7 +42,7 @@ def simulate(
         stepping: how the engine steps; default found for this arm and motion, so that the step's own error stays below
             `STEP_LIMIT` if 400,000 steps are enough for that.
         on_tick: called with the number of samples recorded so far, for progress; starts again with each simulation.
-        check_step: estimate the step's error; default only where the step is found.
+        check_step: estimate the error of a given step; one that is found is estimated always.
         extrapolate: simulate a chain of half the links too, and return what both say of infinitely many.
 
     The same input gives bit-identical samples.

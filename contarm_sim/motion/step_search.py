@@ -14,10 +14,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from contarm_sim.control.base import Controller, Feedback, Memory, Plan
+from contarm_sim.control.base import Controller, Memory
 from contarm_sim.engine.plant import Plant
 from contarm_sim.engine.recorder import Recorder
-from contarm_sim.errors import DivergenceError, InputError, expect
+from contarm_sim.errors import DivergenceError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.stepping_loop import EVERY, Pass, Snapshot
@@ -50,10 +50,8 @@ class Motion:
     ) -> None:
         self._reference, self._controller, self._on_tick = reference, controller, on_tick
         self.arm, self._bend, self._rate = arm, reference.bend, reference.rate
-        self._plan = controller.plan(arm, reference)
         self._plant = Plant(arm, controller.pulls_only, None, stepping.integrator, controller.actuation)
-        expect("plan", self._plan, Plan)
-        self._plan.checked(len(reference), self._plant.control.shape[1])
+        self._plan = controller.checked_plan(arm, reference, self._plant.control.shape[1])
         self._plant.reset(reference.bend[0])
         Solver(self._plant)(self._plan.start)
         self._start = self._plant.data.qpos.copy()
@@ -65,12 +63,11 @@ class Motion:
         plant, plan = self._plant, self._plan
         plant.restart(self._start, plan.start)
         plant.model.opt.timestep = 1 / (self._rate * substeps)
-        feedback = self._controller.feedback(self.arm, self._reference, plan)
+        feedback = self._controller.checked_feedback(self.arm, self._reference, plan)
         if feedback is not None:  # one that a controller returns again would go on from what it summed up
             self._at_first = self._at_first or tuple(part.copy() for part in feedback.memory)
             feedback.memory = self._at_first
-            _check(feedback, plan)
-        return Pass(plant, plan, self._controller.limits(self.arm), feedback, self._rate, substeps)
+        return Pass(plant, plan, self._controller.checked_limits(self.arm), feedback, self._rate, substeps)
 
     def run(self, substeps: int) -> Trajectory:
         """Simulate all of it in so many steps per control tick; less of it where Ctrl-C comes."""
@@ -172,16 +169,3 @@ class Motion:
         longer = max(1.0, remembered * self._rate / max(done, 1))
         error[window.start : window.start + done] = 2 * off * longer
         return error, done == window.stop - window.start
-
-
-def _check(feedback: Feedback, plan: Plan) -> None:
-    """Refuse a feedback whose correction or time constant cannot be.
-
-    Raises:
-        InputError: says which.
-    """
-    value = feedback.value
-    if not isinstance(value, np.ndarray) or value.dtype != float or value.shape != plan.start.shape:
-        raise InputError("feedback.value", f"of shape {np.shape(value)}", f"an array of floats, {plan.start.shape}")
-    if not 0 < feedback.time < np.inf:
-        raise InputError("feedback.time", feedback.time, "a positive time [s]")

@@ -39,7 +39,7 @@ class Pass:
     Attributes:
         plant: the arm, in the state that the motion starts from.
         plan: set-points of all samples.
-        limits: lowest and highest control, or None.
+        limits: lowest and highest control.
         feedback: corrects them, or None.
         rate: control ticks per second [Hz].
         substeps: engine steps per control tick.
@@ -49,7 +49,7 @@ class Pass:
 
     plant: Plant
     plan: Plan
-    limits: tuple[float, float] | None
+    limits: tuple[float, float]
     feedback: Feedback | None
     rate: float
     substeps: int
@@ -67,6 +67,7 @@ class Pass:
             DivergenceError: the engine met a bad state.
         """
         plant, model, data, feedback = self.plant, self.plant.model, self.plant.data, self.feedback
+        self._value = None if feedback is None else feedback.value
         step, warned, (position, velocity, acceleration) = mujoco.mj_step, plant.warned, FATAL
         sensors, centres = data.sensordata, plant.centres
         sensed, stations = recorder.sensed, recorder.stations
@@ -112,7 +113,7 @@ class Pass:
         control: Any = memoryview(self.plant.data.ctrl)
         rows, count = self.plant.control.shape
         value: Any = memoryview(np.zeros(count) if self.feedback is None else self.feedback.value)  # type: ignore[arg-type]
-        low, high = self.limits or (-np.inf, np.inf)
+        low, high = self.limits
         muscles, more = range(count), [range(row * count, (row + 1) * count) for row in range(1, rows)]
 
         def cut(control: float) -> float:
@@ -145,8 +146,9 @@ class Pass:
             sensed = sensors.tolist()
             for i, velocity, force, rate, straight in muscles:
                 lengths[i] = sensed[i] + straight
-                tensions[i] = rate * sensed[velocity] - sensed[force]
-                pulls[i] = -sensed[force]
+                speeds[i] = speed = sensed[velocity]
+                pulls[i] = pull = -sensed[force]
+                tensions[i] = rate * speed + pull
 
         return look, Seen(lengths, speeds, tensions, pulls, self.plant.centres[-1])
 
@@ -158,6 +160,8 @@ class Pass:
         return np.asarray(ramps)
 
     def _snapshot(self, tick: int) -> None:
+        if self.feedback is not None and self.feedback.value is not self._value:
+            raise InputError("feedback.value", "another array than before", "the same one, changed in place")
         state = np.empty(self._size)
         mujoco.mj_getState(self.plant.model, self.plant.data, state, _STATE)
         self.snapshots.append(Snapshot(tick, state, None if self.feedback is None else self.feedback.memory))

@@ -9,10 +9,11 @@ import mujoco
 import numpy as np
 
 from contarm_sim.engine.plant import Plant
-from contarm_sim.errors import InputError
+from contarm_sim.errors import InputError, expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf import TIMESTEP
 from contarm_sim.mjcf.stability import SHORTEST, is_stable, unstable
+from contarm_sim.model.parameters import as_number
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,11 @@ class Stepping:
 
     timestep: float = TIMESTEP
     integrator: mujoco.mjtIntegrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+
+    def __post_init__(self) -> None:
+        if not SHORTEST <= as_number(self.timestep) <= 1.0:
+            raise InputError("timestep", self.timestep, f"{SHORTEST:g} to 1 s")
+        expect("integrator", self.integrator, mujoco.mjtIntegrator)
 
     def substeps(self, rate: float) -> int:
         """Return engine steps per control tick.

@@ -11,7 +11,8 @@ from contarm_sim.errors import InputError, UnreachableError, expect
 from contarm_sim.kinematics import arc, dome
 from contarm_sim.kinematics.arrays import Array, as_vectors
 from contarm_sim.model.arm import Arm
-from contarm_sim.paths.shapes import Path
+from contarm_sim.model.parameters import as_number, check_count
+from contarm_sim.paths.shapes import FASTEST, LONGEST, Path
 
 RATE = 100.0
 """Samples, and control ticks, per second [Hz]."""
@@ -47,7 +48,7 @@ class Reference:
             )
         time = _times(self.time, len(bend))
         length = self.length
-        if isinstance(length, bool) or not isinstance(length, (int, float)) or not 0 < length < np.inf:
+        if not 0 < as_number(length) < np.inf:
             raise InputError("length", length, "a positive number [m]")
         for name, array in (("time", time), ("target", target), ("bend", bend)):
             own = np.array(array, dtype=float)
@@ -85,7 +86,12 @@ class Reference:
         return float(f"{(len(self) - 1) / self.time[-1]:.12g}") if self.moving else RATE
 
     def first(self, count: int) -> Reference:
-        """Return the first `count` samples."""
+        """Return the first `count` samples.
+
+        Raises:
+            InputError: not a whole number, or below 1.
+        """
+        check_count("count", count, 1, "samples")
         return Reference(self.time[:count], self.target[:count], self.bend[:count], self.length)
 
     def at_rest(self) -> Reference:
@@ -163,5 +169,9 @@ def _times(time: Any, count: int) -> Array:
         found = np.full(1, np.nan)
     even = np.linspace(0, found[-1], count) if found.shape == (count,) and np.isfinite(found).all() else None
     if even is None or found[-1] < 0 or np.abs(found - even).max() > _EVEN * found[-1] / max(count - 1, 1):
-        raise InputError("time", f"of shape {found.shape}", f"{count} even times that rise from 0 [s], or zeros")
+        given = "uneven, or not from 0" if found.shape == (count,) else f"of shape {found.shape}"
+        raise InputError("time", given, f"{count} even times that rise from 0 [s], or zeros")
+    if found[-1] > 0 and not count - 1 <= FASTEST * found[-1] <= LONGEST * FASTEST:
+        given = f"{found[-1]:g} s for {count} samples"
+        raise InputError("time", given, f"at most {LONGEST:g} s, and {FASTEST:g} samples a second")
     return found

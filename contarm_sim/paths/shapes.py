@@ -16,6 +16,7 @@ import numpy as np
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.parameters import as_number
 
 RAMP = 0.1
 """Fraction of the duration spent in each of the soft start and stop."""
@@ -176,7 +177,7 @@ def named(
 
 
 def _require(name: str, value: Any, above: float, most: float, allowed: str) -> None:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not above < value <= most:
+    if not above < as_number(value) <= most:
         raise InputError(name, value, allowed)
 
 

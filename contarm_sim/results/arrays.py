@@ -46,7 +46,7 @@ SHAPES: dict[str, Shape] = {
 _MOST = {"T": MOST_SAMPLES, "S": MAX_LINKS + 1, "D": 3 * MAX_LINKS, "M": 100}
 """Largest sizes: samples T, stations S, degrees of freedom D, muscles M."""
 
-_KNOWN = {"pressure": "or inf", "step_error": "or nan"}
+_KNOWN = {"pressure": "or inf", "step_error": "inf or nan"}
 """What arrays may hold besides finite numbers."""
 
 
@@ -138,7 +138,7 @@ def check_shapes(found: Mapping[str, tuple[int, ...]], shapes: Mapping[str, Shap
 
 def _refuse_bad_numbers(name: str, array: Array, where: str) -> None:
     also = _KNOWN.get(name)
-    fine = np.isfinite(array) | (np.isnan(array) if also == "or nan" else (array == np.inf) & (also is not None))
+    fine = np.isfinite(array) | ((array == np.inf) & (also is not None)) | (np.isnan(array) & (also == "inf or nan"))
     if not fine.all():
         place = tuple(int(i) for i in np.argwhere(~fine)[0])
         allowed = "finite numbers" + (f", {also}" if also else "")
@@ -157,17 +157,11 @@ def require_arms_own(arm: Arm, arrays: Mapping[str, Array], where: str) -> None:
     time, stations, qpos = arrays["time"], arrays["stations"], arrays["qpos"]
     if time.any() and not (time[0] >= 0 and (np.diff(time) > 0).all()):
         raise InputError("time", "not rising", "times that rise from 0, or zeros for poses at rest", where)
-    links = arm.links
-    if stations.shape[1] != links + 1:
-        given = f"of {stations.shape[1] - 1} links"
-        raise InputError("stations", given, f"those of {links} links, as its arm has", where)
-    hinges = _hinges(arm)
-    if qpos.shape[1] != hinges.sum():
-        raise InputError("qpos", f"of {qpos.shape[1]} joint angles", f"{hinges.sum()}, as its arm has them", where)
+    require_sizes_of(arm, arrays, where)
     turned = np.abs(np.einsum("tji,tjk->tik", *[arrays["tip_rotation"]] * 2) - np.eye(3)).max(axis=(1, 2)) > 1e-6
     if turned.any():
         raise InputError("tip_rotation", f"no rotation in sample {int(turned.argmax())}", "rotation matrices", where)
-    found, wanted, slack = _pitches(arm, stations, qpos, hinges)
+    found, wanted, slack = _pitches(arm, stations, qpos)
     off = np.abs(found - wanted) > wanted * slack
     if off.any():
         sample, link = (int(i) for i in np.argwhere(off)[0])
@@ -181,12 +175,14 @@ def _hinges(arm: Arm) -> NDArray[np.intp]:
     return np.repeat(each, [section.links for section in arm.sections])
 
 
-def _pitches(arm: Arm, stations: Array, qpos: Array, hinges: NDArray[np.intp]) -> tuple[Array, Array, Array]:
+def _pitches(arm: Arm, stations: Array, qpos: Array) -> tuple[Array, Array, Array]:
     """Return link pitches [m], shape (T, links), as recorded; those of the arm, (links,); and what they may be off.
 
     Neighbouring stations lie h cos(theta/2) apart; theta is what the joint between them bends, of its hinges a and b.
     """
-    first, order = np.cumsum(hinges) - hinges, np.arange(arm.links) % 4  # three hinges: xyz, zyx, zyx, xyz
+    hinges = _hinges(arm)
+    first = np.cumsum(hinges) - hinges
+    order = np.concatenate([np.arange(s.links) % 4 for s in arm.sections])  # three hinges: xyz, zyx, zyx, xyz
     one = first + np.where((hinges == 3) & np.isin(order, (1, 2)), 2, 0)
     cosine = np.cos(qpos[:, one]) * np.cos(qpos[:, first + 1])
     square = np.square(np.arccos(np.clip(cosine, -1, 1)))
@@ -195,20 +191,33 @@ def _pitches(arm: Arm, stations: Array, qpos: Array, hinges: NDArray[np.intp]) -
     return found, wanted, 1e-5 + square.max(axis=1, keepdims=True) / 6  # extrapolated ones are off by a twelfth of it
 
 
-def require_shapes_of(arm: Arm, arrays: Mapping[str, Array], where: str) -> None:
-    """Refuse arrays that cannot be of an arm: of other shapes, or of links of another length in the first sample.
+def require_sizes_of(arm: Arm, arrays: Mapping[str, Array], where: str) -> None:
+    """Refuse arrays of other shapes, or of another number of links, joint angles or muscles than an arm has.
 
     Raises:
         InputError: names the array.
     """
-    check_shapes({name: array.shape for name, array in arrays.items()}, SHAPES, where)
-    links, hinges = arrays["stations"].shape[1] - 1, _hinges(arm)
-    if links != arm.links:
-        raise InputError("stations", f"of {links} links", f"those of {arm.links} links, as the arm has", where)
-    if arrays["qpos"].shape[1] != hinges.sum():
-        given = f"of {arrays['qpos'].shape[1]} joint angles"
-        raise InputError("qpos", given, f"{hinges.sum()}, as the arm has", where)
-    found, wanted, slack = _pitches(arm, arrays["stations"][:1], arrays["qpos"][:1], hinges)
+    check_shapes({name: array.shape for name, array in arrays.items() if name in SHAPES}, SHAPES, where)
+    wanted = {
+        "stations": (arm.links, "links", 1), "qpos": (int(_hinges(arm).sum()), "joint angles", 0),
+        "setpoint": (sum(group.routing.count for group in arm.groups), "muscles", 0),
+    }  # fmt: skip
+    for name, (size, what, more) in wanted.items():
+        found = arrays[name].shape[1] - more
+        if found != size:
+            raise InputError(name, f"of {found} {what}", f"those of {size} {what}, as its arm has", where)
+
+
+def require_links_of(arm: Arm, arrays: Mapping[str, Array], where: str) -> None:
+    """Refuse arrays that cannot be of an arm: of other sizes, or of links of another length in the first sample.
+
+    Raises:
+        InputError: names the array.
+    """
+    require_sizes_of(arm, arrays, where)
+    for name, array in arrays.items():
+        _refuse_bad_numbers(name, array, where)
+    found, wanted, slack = _pitches(arm, arrays["stations"][:1], arrays["qpos"][:1])
     ratio = float(np.median(found / wanted))
     if abs(ratio - 1) > 1e-3 + slack[0, 0]:
         given = f"of links {ratio:.3g} times as long as the arm's"

@@ -11,8 +11,9 @@ import numpy as np
 from contarm_sim.errors import InputError, expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.parameters import check_count
 from contarm_sim.paths.reference import Reference
-from contarm_sim.results.arrays import require_shapes_of
+from contarm_sim.results.arrays import require_links_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -88,8 +89,10 @@ class Trajectory:
                 own.setflags(write=False)
                 object.__setattr__(self, name, own)
         expect("arm", self.arm, Arm)
+        if self.status not in STATUSES:
+            raise InputError("status", self.status, ", ".join(STATUSES))
         if len(self):
-            require_shapes_of(self.arm, self._arrays(), "trajectory")
+            require_links_of(self.arm, self._arrays(), "trajectory")
 
     def _arrays(self) -> dict[str, Array]:
         names = ARRAYS if self.step_error is None else (*ARRAYS, "step_error")
@@ -145,7 +148,12 @@ class Trajectory:
         return self.status != "at rest"
 
     def first(self, count: int) -> Trajectory:
-        """Return the first `count` samples."""
+        """Return the first `count` samples.
+
+        Raises:
+            InputError: not a whole number, or below 0.
+        """
+        check_count("count", count, 0, "samples")
         error = None if self.step_error is None else self.step_error[:count]
         return replace(self, **{name: getattr(self, name)[:count] for name in ARRAYS}, step_error=error)
 

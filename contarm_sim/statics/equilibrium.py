@@ -195,7 +195,7 @@ def _checked_pressures(arm: Arm, pressures: Array) -> Array:
         low, high, end = group.law.min_pressure, group.law.max_pressure, first + group.routing.count
         own, rounding = pressures[first:end], 1e-9 * high
         if np.any((own > high + rounding) | ((own > 0) & (own < low - rounding))):
-            of_section = f" for muscles of section {group.section}" if len(arm.sections) > 1 else ""
+            of_section = f" for muscles of section {group.section + 1}" if len(arm.sections) > 1 else ""
             raise InputError("muscles pressures", own.tolist(), f"0, or {low:g} to {high:g} Pa{of_section}")
         first = end
     return pressures

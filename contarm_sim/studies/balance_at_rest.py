@@ -47,11 +47,12 @@ class RestingBalance:
             plant.reset(bend)
             self._tensions = uniform.at(level_range(uniform, arm)[0])
         setpoint, self._tensions = servo_control(wanted, self._tensions, arm), None
+        J = routing.length_jacobian(bend, arm)
+        bending = J @ np.linalg.pinv(J)  # what of lengths a bend changes; the rest only makes muscles fight
         with engine_room():
             for _ in range(_CORRECTIONS):
                 self._settle(setpoint)
-                off = wanted - plant.muscle_lengths
-                off -= off.mean()
+                off = bending @ (wanted - plant.muscle_lengths)
                 held = self._held(uniform)
                 level = level_range(held, arm)[0] if self._moved_by_level else np.zeros(())
                 if np.abs(off).max() < _LENGTH and abs(level) < _LEVEL:

@@ -58,7 +58,7 @@ def judge_run(run: Trajectory, poses: int = 100, controller: Controller | None =
 
     Args:
         poses: at about as many samples, evenly picked, the rod and the poses at rest are found.
-        controller: what drove the arm; default the one of the trajectory's name.
+        controller: what drove the arm: give it if it was of your own; default the one of the trajectory's name.
     """
     expect("run", run, Trajectory)
     check_count("poses", poses, 1)

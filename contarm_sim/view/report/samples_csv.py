@@ -19,7 +19,8 @@ def write_samples(path: Path, groups: dict[str, tuple[Trajectory, Comparison]], 
     header += [f"{name}_{axis}_m" for name in _VECTORS for axis in "xyz"]
     distances = ("target_error", "miss", "tip_error", "discretisation", "servo", "shape", "backbone_error")
     header += [*(f"{name}_m" for name in distances), "orientation_error_deg"]
-    header += [f"muscle_{i}_{what}" for what in (setpoint, "length_m", "tension_n", "pressure_pa") for i in (1, 2, 3)]
+    muscles = range(1, next(iter(groups.values()))[0].setpoint.shape[1] + 1)
+    header += [f"muscle_{i}_{what}" for what in (setpoint, "length_m", "tension_n", "pressure_pa") for i in muscles]
     with path.open("w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(header)
