@@ -9,7 +9,7 @@ from contarm_sim.paths.reference import Reference
 
 
 class Paper(Controller):
-    """The arc's lengths (design equation l_i = -r b . u_i), no feed-forward, no feedback."""
+    """The arc's lengths (l_i = -r b . u_i), no feed-forward, no feedback."""
 
     name = "paper"
     pulls_only = False

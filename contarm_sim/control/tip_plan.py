@@ -1,6 +1,6 @@
 """Set-points that bring the model's own tip to its targets: statics and dynamics of the whole chain, inverted.
 
-Three lengths steer two of the tip's three coordinates, so each sample is a small least-squares problem: the bend whose
+Muscle lengths steer two of the tip's three coordinates, so each sample is a small least-squares problem: the bend whose
 muscle lengths let the tip, at rest under gravity and load, come nearest to its target. Gauss-Newton solves it, damped
 where that leads away, with the derivative of the resting tip by lengths that the last step of `holding` has found. In
 motion the same problem is solved again with what the planned joint angles take to move, inertia and damping, as forces
@@ -51,11 +51,11 @@ class TipPlan:
         Args:
             bend: about where that is [rad], shape (2,): what the plan falls back to.
             forces: generalised forces on the joints [N m], shape (dofs,).
-            least: tensions that the muscles keep at least [N], shape (3,); default the arm's least.
+            least: tensions that the muscles keep at least [N], shape (n,); default the arm's least.
             checked: refuse set-points that servos at rest cannot follow.
 
         Returns:
-            the set-points [m], shape (3,), and the derivative of the tip by the bend asked for [m/rad], shape (3, 2).
+            the set-points [m], shape (n,), and the derivative of the tip by the bend asked for [m/rad], shape (3, 2).
 
         Raises:
             EquilibriumError: there is no pose at rest at this bend; says why.

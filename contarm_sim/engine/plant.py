@@ -132,7 +132,7 @@ class Plant(DrivenMuscles):
     def tip_jacobian(self) -> Array:
         """Return the tip's velocity and rotation [m/s, rad/s] by joint rates, shape (6, dofs)."""
         J = np.zeros((6, self.model.nv))
-        mujoco.mj_jacBody(self.model, self.data, J[:3], J[3:], self.model.body("tip").id)
+        mujoco.mj_jacBody(self.model, self.data, J[:3], J[3:], self.index.tip)
         return J
 
     def inertial_forces(self, q: Array, v: Array, a: Array) -> Array:

@@ -161,16 +161,15 @@ class Arm(FlatArm):
         routing, section = self.routings[number], self.sections[number]
         first = number if routing.start == "section" else 0
         beyond, world = self.sections[number:], self.world
-        length, mass = _sum(part.length for part in beyond), _sum(part.mass for part in beyond)
-        weight = (0.5 * mass + world.payload) * world.gravity_strength * length
+        length, mass = sum(part.length for part in beyond), sum(part.mass for part in beyond)
         return MuscleGroup(
             section=number,
             first=first,
             routing=routing,
             law=self.laws[number],
-            length=_sum(part.length for part in self.sections[first : number + 1]),
-            bending_resistance=max(section.bending_stiffness / section.length, 0.25 * weight),
-            bend_inertia=(mass / 20 + world.payload / 4) * length**2,
+            length=sum(part.length for part in self.sections[first : number + 1]),
+            bending_resistance=max(section.bending_stiffness / section.length, world.moment(mass, length)),
+            bend_inertia=world.bend_inertia(mass, length),
         )
 
     @cached_property
@@ -206,11 +205,6 @@ def _tuple(name: str, values: Any, kind: type, count: int | None) -> tuple[Any, 
     if not values or (count is not None and len(values) != count):
         raise InputError(name, f"{len(values)} of them", allowed)
     return tuple(values)
-
-
-def _sum(values: Any) -> float:
-    """Return the sum, of one value that value itself, to the bit."""
-    return float(sum(values))
 
 
 def _enclosing(routing: Routing, law: MuscleLaw) -> float:

@@ -183,13 +183,13 @@ class FlatArm:
     @property
     def bending_resistance(self) -> float:
         """What the arm resists a uniform bend with [N m/rad]: EI/L0, or a share of its weight if that is more."""
-        weight = (0.5 * self.mass + self.payload) * self.world.gravity_strength * self.length
-        return max(*(part.bending_stiffness / part.length for part in self.sections), 0.25 * weight)
+        weight = self.world.moment(self.mass, self.length)
+        return max(*(part.bending_stiffness / part.length for part in self.sections), weight)
 
     @property
     def bend_inertia(self) -> float:
         """Inertia of the straight arm's uniform bend [kg m^2], whose tip moves by half a length a radian."""
-        return (self.mass / 20 + self.payload / 4) * self.length**2
+        return self.world.bend_inertia(self.mass, self.length)
 
     @property
     def bend_frequency(self) -> float:

@@ -44,3 +44,16 @@ class World:
     def gravity_strength(self) -> float:
         """Size of gravity [m/s^2]."""
         return math.hypot(*self.gravity)
+
+    def moment(self, mass: float, length: float) -> float:
+        """Return the moment on a uniform bend [N m/rad] that counts for servos: a quarter of weight times length.
+
+        Args:
+            mass: spread evenly [kg]; the payload is at its end.
+            length: of what hangs or stands [m].
+        """
+        return 0.25 * ((0.5 * mass + self.payload) * self.gravity_strength * length)
+
+    def bend_inertia(self, mass: float, length: float) -> float:
+        """Return the inertia of a uniform bend [kg m^2], whose tip moves by half a length a radian."""
+        return (mass / 20 + self.payload / 4) * length**2

@@ -67,7 +67,7 @@ class Holder:
 
         Args:
             meant: what is wanted of them, orthonormal rows, shape (2, n); default the differences that a bend of the
-                arc makes: all but what three lengths have in common.
+                arc makes: all but what the lengths have in common.
 
         Raises:
             EquilibriumError: no pose at rest was found.

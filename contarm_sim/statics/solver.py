@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -158,9 +157,7 @@ class Solver:
 
     def tip_compliance(self) -> Array:
         """Return J K^-1 J^T, shape (6, 6): displacement [m] and rotation [rad] of the tip by force and couple there."""
-        model, data = self.plant.model, self.plant.data
-        J = np.zeros((6, model.nv))
-        mujoco.mj_jacBody(model, data, J[:3], J[3:], self.plant.index.tip)
+        J = self.plant.tip_jacobian()
         return J @ np.linalg.solve(self.stiffness.matrix(self.tensions, self.plant.muscle_slopes), J.T)
 
     def share(self, step: NDArray[np.floating]) -> float:

@@ -70,7 +70,7 @@ class RestingBalance:
         return Balance(tensions, uniform.cocontraction, per_pascal, highest)
 
     def pressures(self, bend: Array) -> Array:
-        """Return the least pressures [Pa] that hold a bend [rad], shape (3,), all muscles inflated.
+        """Return the least pressures [Pa] that hold a bend [rad], shape (n,), all muscles inflated.
 
         They may be more than there are: see `needed`.
         """

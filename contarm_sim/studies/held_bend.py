@@ -27,11 +27,11 @@ class Hold:
 
     Attributes:
         bend: [rad], shape (2,).
-        muscle_lengths: [m], shape (3,).
-        actuator_tensions: [N], pulling > 0, shape (3,).
-        pressures: gauge [Pa], shape (3,).
+        muscle_lengths: [m], shape (n,).
+        actuator_tensions: [N], pulling > 0, shape (n,).
+        pressures: gauge [Pa], shape (n,).
         weight_moment: moment of mass and payload on the bend [N m], shape (2,).
-        cocontraction: tensions that hold the bend by themselves, of mean 1, shape (3,).
+        cocontraction: tensions that hold the bend by themselves, of mean 1, shape (n,).
         level: co-contraction beyond the balance [N].
         level_range: what pressures allow of it [N].
         simulated_off: how far from the bend the simulated arm rests under the pressures [rad]; None if not near.

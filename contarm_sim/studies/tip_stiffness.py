@@ -34,7 +34,7 @@ class StiffnessLevel:
 
     Attributes:
         least_tension_n: of the three muscles [N].
-        pressures_pa: [Pa], shape (3,).
+        pressures_pa: [Pa], shape (n,).
         mean_pressure_pa: [Pa].
         tip: its position [m], shape (3,).
         closed_form_n_per_m: tip stiffness in closed form [N/m], shape (3,), in the order of `DIRECTIONS`; inf where the

@@ -24,8 +24,6 @@ from contarm_sim.paths.reference import Reference
 PERIOD = 1 / CONTROL_RATE
 """Simulated time of a control tick [s]."""
 
-"""Largest bend angle asked for [rad]."""
-
 _LAG = 0.2  # s, of each of two stages: a hand's jump becomes a motion that muscles can follow
 _FASTEST = 2.0  # rad/s
 _ON_ITS_WAY = 0.05  # rad, nearer to the goal, or farther, than where it was refused: it is followed again
