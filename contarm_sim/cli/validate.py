@@ -67,7 +67,7 @@ def _show(found: studies.Validation) -> None:
     table(
         f"{len(found.bends)} poses at rest, bends to {largest:.4g} deg",
         *rows(found),
-        caption="largest values; % of backbone length; open: what an ideal rod does not explain",
+        caption="largest values; % of backbone length; rod: distance from an ideal rod's tip; turn: of the tip frame",
     )
     study = found.convergence
     if isinstance(study, Convergence):

@@ -15,7 +15,7 @@ from contarm_sim.view.report.figures import draw_convergence, draw_error_maps
 from contarm_sim.view.report.samples_csv import write_samples
 from contarm_sim.view.report.words import curvature_words, simulation_words
 
-COLUMNS = ["scenario", "tip [mm]", "[%]", "discr. [%]", "servo [%]", "shape [%]", "open [%]", "turn [deg]", "force [N]",
+COLUMNS = ["scenario", "tip [mm]", "[%]", "discr. [%]", "servo [%]", "shape [%]", "rod [%]", "turn [deg]", "force [N]",
            "pushes [%]"]  # fmt: skip
 
 
