@@ -32,7 +32,9 @@ class Section:
     links: int = field(
         default=24, metadata={"unit": "-", "help": f"joints of the rigid-link backbone, 2 to {MAX_LINKS}"}
     )
-    mass: float = number(0.3, "kg", "mass of the whole section, spread evenly", above=0)
+    mass: float = number(
+        0.3, "kg", "mass of the section (of the whole arm, if it is the only one), spread evenly", above=0
+    )
     bending_stiffness: float = number(0.1, "N m^2", "EI of backbone and passive muscles", above=0)
     torsional_stiffness: float | None = number(None, "N m^2", "GJ; omitted: rigid, as the paper claims", above=0)
     damping_time: float = number(0.05, "s", "Kelvin-Voigt time: joint damping over joint stiffness", least=0)
