@@ -28,9 +28,9 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
     from contarm_sim import paths as paths
     from contarm_sim import studies as studies
     from contarm_sim.control.base import Controller as Controller
-    from contarm_sim.control.base import Feedback as Feedback
-    from contarm_sim.control.base import Plan as Plan
-    from contarm_sim.control.base import Seen as Seen
+    from contarm_sim.control.feedback import Feedback as Feedback
+    from contarm_sim.control.feedback import Seen as Seen
+    from contarm_sim.control.plan import Plan as Plan
     from contarm_sim.errors import ContarmError as ContarmError
     from contarm_sim.errors import DivergenceError as DivergenceError
     from contarm_sim.errors import EquilibriumError as EquilibriumError
@@ -89,9 +89,9 @@ _HOMES = {
     "Reference": "paths.reference",
     "Trajectory": "results.trajectory",
     "Controller": "control.base",
-    "Feedback": "control.base",
-    "Plan": "control.base",
-    "Seen": "control.base",
+    "Feedback": "control.feedback",
+    "Plan": "control.plan",
+    "Seen": "control.feedback",
 }
 _MODULES = ("envs", "kinematics", "mechanics", "mjcf", "paths", "studies")
 

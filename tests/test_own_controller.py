@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from references import along, resting
 
-from contarm_sim.control.base import Controller, Feedback, Plan
+from contarm_sim.control.base import Controller
+from contarm_sim.control.feedback import Feedback
+from contarm_sim.control.plan import Plan
 from contarm_sim.control.registry import NAMES
 from contarm_sim.control.registry import controller as resolved
 from contarm_sim.control.servo import LengthFeedback, Servo

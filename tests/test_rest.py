@@ -8,7 +8,7 @@ from random_arms import can_stand, random_arm
 from references import moving, resting
 from rod import parallel_rod
 
-from contarm_sim.control.base import Seen
+from contarm_sim.control.feedback import Seen
 from contarm_sim.control.servo import LengthFeedback, Servo
 from contarm_sim.control.tip_motion import plan_motion, plan_rest
 from contarm_sim.engine.plant import Plant

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
+from contarm_sim.control.feedback import Feedback, Seen
+from contarm_sim.control.plan import Plan
 from contarm_sim.errors import InputError, NotConvergedError, expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
@@ -20,102 +21,6 @@ if TYPE_CHECKING:
 
 SETTLED = 1e-9
 """Largest change of a correction, over the largest control, that counts as none."""
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What a controller works from, computed for all samples at once.
-
-    Attributes:
-        lengths: muscle lengths asked for [m], shape (T, n).
-        setpoint: controls before feedback, shape (T, n): length changes [m], pressures [Pa] or tensions [N].
-        start: controls that hold the first sample at rest, shape (n,).
-    """
-
-    lengths: Array
-    setpoint: Array
-    start: Array
-
-    def __post_init__(self) -> None:
-        for name in ("lengths", "setpoint", "start"):
-            try:
-                object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=float))
-            except (TypeError, ValueError):
-                raise InputError(f"plan.{name}", getattr(self, name), "an array of numbers") from None
-
-    def checked(self, count: int, muscles: int) -> Self:
-        """Return the plan, if it is one of so many samples and muscles.
-
-        Raises:
-            InputError: arrays of other shapes, or numbers that are not finite.
-        """
-        shapes = {"lengths": (count, muscles), "setpoint": (count, muscles), "start": (muscles,)}
-        for name, shape in shapes.items():
-            array = getattr(self, name)
-            if np.shape(array) != shape:
-                raise InputError(f"plan.{name}", f"of shape {np.shape(array)}", f"an array of shape {shape}")
-            if not np.isfinite(array).all():
-                raise InputError(f"plan.{name}", "not finite everywhere", "finite numbers")
-        return self
-
-
-@dataclass(slots=True)
-class Seen:
-    """What a feedback sees. Lists and array change with the arm: copy what must last.
-
-    Attributes:
-        lengths: of the muscles [m], n numbers.
-        speeds: their rates [m/s], lengthening > 0.
-        tensions: of servos and of damping along the muscles [N], pulling > 0.
-        pulls: of the servos alone [N], pulling > 0.
-        tip: position [m], shape (3,).
-    """
-
-    lengths: list[float]
-    speeds: list[float]
-    tensions: list[float]
-    pulls: list[float]
-    tip: Array
-
-    @classmethod
-    def of(cls, plant: Plant) -> Seen:
-        """Return what there is to see of a plant now."""
-        lengths, tensions = plant.muscle_lengths.tolist(), plant.actuator_tensions.tolist()
-        return cls(lengths, plant.data.ten_velocity.tolist(), tensions, plant.servo_pulls.tolist(), plant.centres[-1])
-
-
-Memory = tuple[Array, ...]
-"""What a feedback has summed up so far; assigned to another of its kind, that goes on from there."""
-
-
-class Feedback(ABC):
-    """Slow corrections of controls.
-
-    `value` is added to the plan's controls. `update` is called once a control tick, with gain = tick / `time`; at rest
-    with gain 1, until nothing changes. All that is summed up belongs into `memory`: a simulation takes it over from one
-    feedback to another.
-
-    Attributes:
-        time: time constant [s].
-        value: the present correction, shape (n,), in the controls' unit; changed in place.
-    """
-
-    def __init__(self, time: float, muscles: int) -> None:
-        self.time = time
-        self.value: Array = np.zeros(muscles)
-
-    @abstractmethod
-    def update(self, index: int, seen: Seen, gain: float) -> None:
-        """Integrate one interval of sample `index`: change `value` in place."""
-
-    @property
-    def memory(self) -> Memory:
-        """What has been summed up; override both if that is more than `value`."""
-        return (self.value.copy(),)
-
-    @memory.setter
-    def memory(self, memory: Memory) -> None:
-        self.value[:] = memory[0]
 
 
 class Controller(ABC):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from contarm_sim.control.base import Controller, Plan
+from contarm_sim.control.base import Controller
+from contarm_sim.control.plan import Plan
 from contarm_sim.mechanics import routing
 from contarm_sim.model.arm import Arm
 from contarm_sim.paths.reference import Reference

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from contarm_sim.control.base import Controller, Plan
+from contarm_sim.control.base import Controller
+from contarm_sim.control.plan import Plan
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.statics import holding_tensions, servo_control

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contarm_sim.control.base import Controller, Feedback, Memory, Plan, Seen
+from contarm_sim.control.base import Controller
+from contarm_sim.control.feedback import Feedback, Memory, Seen
+from contarm_sim.control.plan import Plan
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import pneumatics, routing
 from contarm_sim.mechanics.routing import length_jacobian

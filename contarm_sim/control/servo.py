@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from contarm_sim.control.base import Feedback, Memory, Plan, Seen
+from contarm_sim.control.feedback import Feedback, Memory, Seen
 from contarm_sim.control.feedforward import Feedforward
+from contarm_sim.control.plan import Plan
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.routing import length_jacobian
 from contarm_sim.mechanics.statics import SERVO_SHARE, cocontraction, servo_tensions

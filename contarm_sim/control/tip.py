@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contarm_sim.control.base import Feedback, Memory, Plan, Seen
+from contarm_sim.control.feedback import Feedback, Memory, Seen
+from contarm_sim.control.plan import Plan
 from contarm_sim.control.servo import LengthFeedback, Servo
 from contarm_sim.control.tip_motion import TipCommands, plan_motion, plan_rest, planner
 from contarm_sim.errors import EquilibriumError

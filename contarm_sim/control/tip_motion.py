@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from contarm_sim.control.base import Plan
+from contarm_sim.control.plan import Plan
 from contarm_sim.control.servo import Servo
 from contarm_sim.control.tip_plan import TipPlan
 from contarm_sim.engine.plant import Plant

@@ -14,7 +14,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from contarm_sim.control.base import Controller, Memory
+from contarm_sim.control.base import Controller
+from contarm_sim.control.feedback import Memory
 from contarm_sim.engine.plant import Plant
 from contarm_sim.engine.recorder import Recorder
 from contarm_sim.errors import DivergenceError

@@ -11,7 +11,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from contarm_sim.control.base import Feedback, Memory, Plan, Seen
+from contarm_sim.control.feedback import Feedback, Memory, Seen
+from contarm_sim.control.plan import Plan
 from contarm_sim.engine.plant import FATAL, Plant
 from contarm_sim.engine.recorder import Recorder
 from contarm_sim.errors import InputError

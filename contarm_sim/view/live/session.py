@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from contarm_sim.control.base import Feedback, Plan, Seen
+from contarm_sim.control.feedback import Feedback, Seen
+from contarm_sim.control.plan import Plan
 from contarm_sim.control.registry import controller as resolved
 from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import DivergenceError, InputError
