@@ -33,3 +33,20 @@ def typed(tmp_path_factory):
         return done[line]
 
     return once
+
+
+@pytest.fixture
+def contarm(monkeypatch, capsys, tmp_path):
+    """Run `contarm` in this process in a folder of its own; returns exit code, stdout and stderr."""
+    from contarm_sim.cli.main import main
+
+    monkeypatch.chdir(tmp_path)
+
+    def call(*words):
+        monkeypatch.setattr(sys, "argv", ["contarm", *map(str, words)])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        printed = capsys.readouterr()
+        return ended.value.code, printed.out, printed.err
+
+    return call

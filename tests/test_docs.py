@@ -42,7 +42,7 @@ CHEAPER = {
 """Commands whose whole output is not shown, or that take long: what to add, and what their output must contain."""
 
 ELSEWHERE = ("compare-controllers", "possibility")
-"""Commands that take long at any size, and that test_cli runs."""
+"""Commands that take long at any size, and that test_cli_studies runs."""
 
 FINDINGS = ("run --path sphere-spiral", "compare-controllers", "doctor")
 """Commands that may find that something fails: exit code 1."""

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 from waiting import PATIENCE, wait_for
 
-from contarm_sim.cli.main import main
 from contarm_sim.errors import InputError
 from contarm_sim.files import appearing, remove_leftovers, write_whole
 from contarm_sim.stopping import SIGNALS, break_off, breakable, came, exit_code, listening, unbroken
@@ -23,20 +22,6 @@ from contarm_sim.view.report.output import check_output, output_file
 NUMBERS = {"summary.json", "samples.csv", "trajectory.npz", "arm.xml", "arm.toml"}
 FIGURES = {"path.png", "budget.png", "muscles.png"}
 RUN = ["run", "--duration", "1", "--turns", "0.2", "--out", "r"]
-
-
-@pytest.fixture
-def contarm(monkeypatch, capsys, tmp_path):
-    monkeypatch.chdir(tmp_path)
-
-    def call(*words):
-        monkeypatch.setattr(sys, "argv", ["contarm", *words])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        printed = capsys.readouterr()
-        return ended.value.code, printed.out, printed.err
-
-    return call
 
 
 def test_a_signal_waits_for_an_unbroken_block_and_not_for_a_breakable_part():

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_cli import contarm  # noqa: F401
 
 from contarm_sim import studies
 from contarm_sim.errors import EquilibriumError, InputError
@@ -71,7 +70,7 @@ def _untimed(value):
 
 
 @pytest.mark.parametrize("line", LINES)
-def test_a_command_prints_what_its_study_returns(contarm, line):  # noqa: F811
+def test_a_command_prints_what_its_study_returns(contarm, line):
     printed = json.loads(contarm(*line.split(), "--links", 8, "--json")[1])
     found: Any = LINES[line]()
     made = _untimed(document(found))
