@@ -16,7 +16,8 @@ def doctor(as_json: bool) -> int:
 
     Exit code 1 if pictures or video cannot be made here; numbers can all the same.
     """
-    from contarm_sim.view.report.output import to_json, versions
+    from contarm_sim.versions import versions
+    from contarm_sim.view.report.output import to_json
 
     found: dict[str, Any] = {"versions": versions(), "cores": _cores(), "gl": _gl(), "encoder": _encoder()}
     found["verdict"] = "pass" if found["gl"]["backend"] and found["encoder"]["works"] else "fail"

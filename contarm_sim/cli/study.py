@@ -26,7 +26,7 @@ def signed(result: Any) -> dict[str, Any]:
     """Return a study's result as a document, with the versions and the command that it comes from."""
     from contarm_sim.cli.terminal import command_line
     from contarm_sim.results.document import document
-    from contarm_sim.view.report.output import versions
+    from contarm_sim.versions import versions
 
     made: dict[str, Any] = document(result)
     return made | {"versions": versions(), "command": command_line()}

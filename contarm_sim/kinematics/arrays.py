@@ -122,3 +122,20 @@ def _closed(y: Number) -> tuple[Number, Number]:
     x = np.sqrt(y)
     c = np.sin(x) / x
     return c, (np.cos(x) - c) / y
+
+
+class ReadOnly:
+    """A frozen dataclass that keeps its arrays to itself: copied when it is made, read-only, in copies of it too."""
+
+    def _keep(self, name: str, array: Any) -> None:
+        own = np.array(array, dtype=float)
+        own.setflags(write=False)
+        object.__setattr__(self, name, own)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for name, value in state.items():  # copies and unpickled arrays are writable
+            object.__setattr__(self, name, value)
+        self.__post_init__()
+
+    def __post_init__(self) -> None:
+        """Check what was given, and `_keep` the arrays."""

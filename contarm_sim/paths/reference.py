@@ -9,7 +9,7 @@ import numpy as np
 
 from contarm_sim.errors import InputError, UnreachableError, expect
 from contarm_sim.kinematics import arc, dome
-from contarm_sim.kinematics.arrays import Array, as_vectors
+from contarm_sim.kinematics.arrays import Array, ReadOnly, as_vectors
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.parameters import as_number, check_count
 from contarm_sim.paths.shapes import FASTEST, LONGEST, Path
@@ -22,7 +22,7 @@ _EVEN = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Reference:
+class Reference(ReadOnly):
     """What an arm of one length is asked to do. Arrays are copied and read-only.
 
     Attributes:
@@ -51,14 +51,7 @@ class Reference:
         if not 0 < as_number(length) < np.inf:
             raise InputError("length", length, "a positive number [m]")
         for name, array in (("time", time), ("target", target), ("bend", bend)):
-            own = np.array(array, dtype=float)
-            own.setflags(write=False)
-            object.__setattr__(self, name, own)
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        for name, value in state.items():  # copies and unpickled arrays are writable
-            object.__setattr__(self, name, value)
-        self.__post_init__()
+            self._keep(name, array)
 
     def __len__(self) -> int:
         return len(self.bend)

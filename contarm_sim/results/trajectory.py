@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 
 from contarm_sim.errors import InputError, expect
-from contarm_sim.kinematics.arrays import Array
+from contarm_sim.kinematics.arrays import Array, ReadOnly
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.parameters import check_count
 from contarm_sim.paths.reference import Reference
@@ -29,7 +29,7 @@ ARRAYS = (
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Trajectory:
+class Trajectory(ReadOnly):
     """T sampled states of an arm with N links and n muscles, in the base frame. Arrays are read-only.
 
     Attributes:
@@ -85,9 +85,7 @@ class Trajectory:
         for name in (*ARRAYS, "step_error"):
             given = getattr(self, name)
             if given is not None:
-                own = np.array(given, dtype=float)
-                own.setflags(write=False)
-                object.__setattr__(self, name, own)
+                self._keep(name, given)
         expect("arm", self.arm, Arm)
         if self.status not in STATUSES:
             raise InputError("status", self.status, ", ".join(STATUSES))
@@ -97,11 +95,6 @@ class Trajectory:
     def _arrays(self) -> dict[str, Array]:
         names = ARRAYS if self.step_error is None else (*ARRAYS, "step_error")
         return {name: getattr(self, name) for name in names}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        for name, value in state.items():  # copies and unpickled arrays are writable
-            object.__setattr__(self, name, value)
-        self.__post_init__()
 
     def __len__(self) -> int:
         return len(self.time)

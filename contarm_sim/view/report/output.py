@@ -15,7 +15,6 @@ from typing import Any
 from contarm_sim.errors import InputError
 from contarm_sim.files import appearing, claim, remove_leftovers, scratch_name
 from contarm_sim.stopping import unbroken
-from contarm_sim.versions import versions as versions
 
 
 def default_folder(command: str) -> Path:

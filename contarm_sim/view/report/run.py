@@ -15,8 +15,8 @@ from contarm_sim.model.arm_file import arm_to_toml
 from contarm_sim.results.document import document
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.judged_run import judge_run
+from contarm_sim.versions import versions
 from contarm_sim.view.report.figures import draw_budget, draw_muscles, draw_path
-from contarm_sim.view.report.output import versions
 from contarm_sim.view.report.samples_csv import write_samples
 from contarm_sim.view.report.words import in_short
 
