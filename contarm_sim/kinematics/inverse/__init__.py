@@ -1,0 +1,1 @@
+"""Inverse kinematics of several sections: closed form as far as it goes, least squares on the Jacobian beyond."""
