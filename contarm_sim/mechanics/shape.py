@@ -18,7 +18,6 @@ from contarm_sim.kinematics.backbone import LARGEST, Backbone
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.section import Section
 
-
 LEAST = 1e-6
 """Least limit of a bend angle [rad]."""
 
