@@ -21,6 +21,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.envs.ranges import action_range
 from contarm_sim.errors import InputError
@@ -111,28 +112,32 @@ class Actions:
     def within(self, bends: Array) -> Array:
         """Return bends [rad], shape (T, 2 S), all shortened alike until the muscles, driven in this mode, hold them."""
         for _ in range(100):
-            if self._hold(bends):
+            if self.hold(bends).all():
                 break
             bends = 0.97 * bends
         return bends
 
-    def _hold(self, bends: Array) -> bool:
+    def hold(self, bends: Array) -> NDArray[np.bool_]:
+        """Tell which bends [rad], shape (T, 2 S), the muscles hold, driven in this mode, shape (T,)."""
         try:
             return self._held(bends)
-        except InputError:  # of several sections: no pulling muscles hold these bends together
+        except InputError:  # of several sections: no pulling muscles hold some of these bends
             if len(self.arm.sections) == 1:
                 raise
-            return False
+            if len(bends) == 1:
+                return np.zeros(1, dtype=bool)
+            return np.concatenate([self.hold(bend[None]) for bend in bends])
 
-    def _held(self, bends: Array) -> bool:
+    def _held(self, bends: Array) -> NDArray[np.bool_]:
         if self.mode == "pressures":
             low, high = level_range(balance(bends, self.arm), self.arm)
-            return bool(np.all(low <= high))
+            return np.asarray((low <= high).all(axis=-1))
         if self.mode == "tensions":
-            return bool(np.all(holding_tensions(bends, self.arm) <= self.middle + self.half))
-        ranges = [muscles.each(self.arm, lambda group, end=end: group.setpoint_range[end]) for end in (0, 1)]
+            return np.asarray((holding_tensions(bends, self.arm) <= self.middle + self.half).all(axis=-1))
+        lowest = muscles.each(self.arm, lambda group: group.setpoint_range[0])
+        highest = muscles.each(self.arm, lambda group: group.setpoint_range[1])
         setpoints = self.setpoints(bends)
-        return bool(np.all((setpoints >= ranges[0]) & (setpoints <= ranges[1])))
+        return np.asarray(((setpoints >= lowest) & (setpoints <= highest)).all(axis=-1))
 
     def asking(self, values: Array) -> Array:
         """Return the actions, shape (B, size), that ask for values in the mode's unit, as near as [-1, 1] allows."""

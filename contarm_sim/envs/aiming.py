@@ -1,14 +1,15 @@
 """Bends of several sections whose tip is at a point: damped least squares from the bends that the arm has.
 
 There are more bends than coordinates of a point; steps are the shortest that lead to it, so the arm ends near where it
-begins. The tip is the simulated chain's at rest without load.
+begins. Where the muscles do not hold that, other solutions are sought from other starts. The tip is the simulated
+chain's at rest without load.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from contarm_sim.envs.actions import shortened
+from contarm_sim.envs.actions import Actions, shortened
 from contarm_sim.envs.ranges import scattered_bends
 from contarm_sim.kinematics import arc, sections
 from contarm_sim.kinematics.arrays import Array
@@ -21,37 +22,51 @@ CLOSE = 1e-6
 STEPS = 40
 """Most steps from one start."""
 
-STARTS = 24
-"""Further starts for points that the first one does not lead to."""
+STARTS = 40
+"""Further starts for points that the first one does not lead to by bends that the muscles hold."""
 
 _DAMPING = 1e-9  # of squares of the tip's way by bends [lengths^2/rad^2]
 _LONGEST = 0.5  # longest step [rad]
+_UNHELD, _MISSED = 1e3, 1e6  # what is worse than any distance of bends, and worse still
 
 
-def nearest_bends(targets: Array, near: Array, arm: Arm) -> Array:
-    """Return bends to 170 deg [rad], shape (B, 2 S), whose tips are nearest to points; of several, about those near.
+def nearest_bends(targets: Array, near: Array, actions: Actions) -> Array:
+    """Return bends to 170 deg [rad], shape (B, 2 S), whose tips are at points, or as near to them as was found.
+
+    Of several solutions one that the muscles hold, about the nearest to bends that are given.
 
     Args:
         targets: points in the base frame [m], shape (B, 3).
         near: bends to begin from [rad], shape (B, 2 S).
+        actions: what drives the arm.
     """
-    bends = _descend(targets, near, arm)
-    left = np.flatnonzero(_miss(targets, bends, arm) > CLOSE * arm.length)
+    arm, bends = actions.arm, _descend(targets, near, actions.arm)
+    cost = _cost(targets, near, bends, actions)
+    left = np.flatnonzero(cost >= _UNHELD)
     if not len(left):
         return bends
-    starts = scattered_bends(len(arm.sections), STARTS)
-    starts = starts * np.sqrt((np.arange(STARTS) + 0.5) / STARTS)[:, None]
-    count, own = len(left), np.repeat(targets[left], STARTS, axis=0)
-    found = _descend(own, np.tile(starts, (count, 1)), arm)
-    miss = _miss(own, found, arm).reshape(count, STARTS)
-    far = np.linalg.norm(found.reshape(count, STARTS, -1) - near[left, None], axis=-1)
-    # Where some reach the point, the nearest of these; else what comes nearest to the point.
-    cost = np.where(miss <= CLOSE * arm.length, far, 1e3 * (1 + miss / arm.length))
-    best = cost.argmin(axis=1)
-    new, better = found.reshape(count, STARTS, -1)[np.arange(count), best], miss[np.arange(count), best]
-    closer = better < _miss(targets[left], bends[left], arm)
-    bends[left[closer]] = new[closer]
+    starts = scattered_bends(len(arm.sections), STARTS) * np.repeat(np.sqrt(_shares(len(arm.sections))), 2, axis=1)
+    own, ref = (np.repeat(array[left], STARTS, axis=0) for array in (targets, near))
+    found = _descend(own, np.tile(starts, (len(left), 1)), arm)
+    costs = _cost(own, ref, found, actions).reshape(len(left), STARTS)
+    rows, best = np.arange(len(left)), costs.argmin(axis=1)
+    better = costs[rows, best] < cost[left]
+    bends[left[better]] = found.reshape(len(left), STARTS, -1)[rows, best][better]
     return bends
+
+
+def _shares(count: int) -> Array:
+    """Return numbers from 0 to 1 for each section of each start, shape (STARTS, S), spread evenly."""
+    steps = np.sqrt([17.0, 19.0, 23.0, 29.0, 31.0, 37.0])[:count]
+    return np.asarray(np.modf(steps * np.arange(1, STARTS + 1)[:, None])[0])
+
+
+def _cost(targets: Array, near: Array, bends: Array, actions: Actions) -> Array:
+    """Return the way of the bends [rad], shape (B,), and more where no muscles hold them or the tip is not there."""
+    far = np.linalg.norm(bends - near, axis=-1)
+    miss = _miss(targets, bends, actions.arm) / actions.arm.length
+    missed = np.where(miss > CLOSE, _MISSED * (1 + miss), 0.0)
+    return np.asarray(far + missed + np.where(actions.hold(bends), 0.0, _UNHELD))
 
 
 def _descend(targets: Array, start: Array, arm: Arm) -> Array:
@@ -69,7 +84,7 @@ def _descend(targets: Array, start: Array, arm: Arm) -> Array:
         gram = slope @ slope.swapaxes(-1, -2) + damping[rows, None, None] * np.eye(3)
         step = (slope.swapaxes(-1, -2) @ np.linalg.solve(gram, off[..., None]))[..., 0]
         longest = np.linalg.norm(step, axis=-1, keepdims=True)
-        trial = shortened(own + step * np.minimum(1.0, _LONGEST / np.maximum(longest, _LONGEST)))
+        trial = shortened(own + step * (_LONGEST / np.maximum(longest, _LONGEST)))
         found = _miss(targets[rows], trial, arm)
         better = found < miss[rows]
         bends[rows[better]], miss[rows[better]] = trial[better], found[better]

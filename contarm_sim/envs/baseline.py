@@ -36,6 +36,9 @@ REMEMBERED = 10_000
 JUMP = 0.1
 """Way of a target between two actions that means another episode [lengths]: bends are sought anew."""
 
+RELAX = 0.97
+"""What bends are shortened by before they follow a target: of all that reach it, the arm goes to less bent ones."""
+
 MARGIN = 1.02
 """Stiffness that the baseline of `hold` goes for, over what is asked for."""
 
@@ -115,7 +118,7 @@ class _SteerSections(_Steer):
         if new.any():
             self._last[new] = routing.bend_from_lengths(seen["muscle_lengths"][new], self._arm)[0]
         if moved.any():
-            self._last[moved] = self._definition.task.resting.bends(targets[moved], self._last[moved])
+            self._last[moved] = self._definition.task.resting.bends(targets[moved], RELAX * self._last[moved])
         self._targets = targets.copy()
         return self._last
 

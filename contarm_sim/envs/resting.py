@@ -20,7 +20,6 @@ from contarm_sim.kinematics import arc, dome
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.muscles import bend_of_lengths
 from contarm_sim.mechanics import routing, shape
-from contarm_sim.model.arm import Arm
 from contarm_sim.statics.solver import Solver
 
 CORRECTIONS = 8
@@ -31,10 +30,15 @@ SHORTEN = 0.9
 
 
 class Resting:
-    """Poses at rest of one arm under the set-points of the action mode `bend`."""
+    """Poses at rest of one arm under the set-points of the action mode `bend`.
 
-    def __init__(self, arm: Arm) -> None:
-        self._arm, self._actions = arm, Actions(arm, "bend")
+    Args:
+        actions: what drives the arm; of several sections, bends are sought that it can hold so.
+    """
+
+    def __init__(self, actions: Actions) -> None:
+        self._arm, self._driven = actions.arm, actions
+        self._actions = Actions(actions.arm, "bend")
 
     @property
     def loaded(self) -> bool:
@@ -74,7 +78,7 @@ class Resting:
         """
         if len(self._arm.sections) > 1:
             near = np.zeros((len(targets), 2 * len(self._arm.sections))) if near is None else near
-            bends = nearest_bends(targets, near, self._arm)
+            bends = nearest_bends(targets, near, self._driven)
         else:
             bends = shortened(dome.bend_from_tip(targets, self._arm.length, "nearest").bend)
         if not self.loaded:

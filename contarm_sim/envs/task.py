@@ -60,7 +60,7 @@ class Task(ABC):
     @cached_property
     def resting(self) -> Resting:
         """Where the arm's tip rests under set-points of bends."""
-        return Resting(self.arm)
+        return Resting(self.actions)
 
     @abstractmethod
     def draw(self, random: np.random.RandomState) -> dict[str, Any]:

@@ -41,7 +41,7 @@ class Track(Task):
     name: ClassVar[str] = "track"
     time_limit: ClassVar[float] = 10.0
     modes: ClassVar[tuple[Mode, ...]] = ("bend", "lengths", "tensions", "pressures")
-    drawn = ("path", "max_bend", "turn")
+    drawn: tuple[str, ...] = ("path", "max_bend", "turn")
     over_time: ClassVar[bool] = True
 
     def __init__(self, arm: Arm, mode: Mode) -> None:
@@ -87,7 +87,9 @@ class Track(Task):
     def _of_sections(self, values: dict[str, Any]) -> Array:
         """Return the resting tips [m], shape (T, 3), of bends that go around ellipses."""
         share = np.linspace(0.0, 1.0, round(self.time_limit / CONTROL_PERIOD) + 1)
-        bends = self.actions.within(around(values["max_bend"], values["ellipses"], share, len(self.arm.sections)))
+        bends = around(values["max_bend"], values["ellipses"], share, len(self.arm.sections))
+        some = bends[::EVERY]
+        bends = bends * (np.linalg.norm(self.actions.within(some)) / np.linalg.norm(some))
         return self._rested(bends) if self.resting.loaded else self.resting.tips(bends)
 
     def _laid_out(self, points: Array) -> Goals:

@@ -108,14 +108,10 @@ def _varied_sections(variations: Mapping[str, Any], arm: Arm, current: Arm, rand
         owner, now = _part(arm, kind, number), _part(current, kind, number)
         value = evaluate(variations[name], getattr(owner, field), getattr(now, field), random)
         changed.setdefault((kind, number), {})[field] = value
-    made: dict[str, Any] = {"sections": list(arm.sections), "laws": list(arm.laws), "world": arm.world}
+    made: dict[str, list[Any]] = {"sections": list(arm.sections), "laws": list(arm.laws), "world": [arm.world]}
     for (kind, number), values in changed.items():
-        part = replace(_part(arm, kind, number), **values)
-        if kind == "world":
-            made[kind] = part
-        else:
-            made[kind][number] = part
-    return replace(arm, **{kind: tuple(part) if kind != "world" else part for kind, part in made.items()})
+        made[kind][number] = replace(made[kind][number], **values)
+    return replace(arm, sections=tuple(made["sections"]), laws=tuple(made["laws"]), world=made["world"][0])
 
 
 def _part(arm: Arm, kind: str, number: int) -> Any:
