@@ -26,7 +26,7 @@ def init(arm: Arm, file: str, as_json: bool) -> None:
     """
     from contarm_sim.cli.terminal import say
     from contarm_sim.errors import InputError
-    from contarm_sim.model.arm_file import arm_template
+    from contarm_sim.model.template import arm_template
     from contarm_sim.view.report.output import output_file, to_json
 
     target = Path(file)

@@ -110,7 +110,7 @@ class Controller(ABC):
     def limits(self, arm: Arm) -> tuple[float, float] | None:
         """Return the lowest and the highest control there may be, or None; here, what the muscles can take."""
         if self.actuation == "pressures":
-            return 0.0, arm.muscle.max_pressure
+            return 0.0, arm.pneumatics.max_pressure
         return (0.0, arm.muscle.blocked_force) if self.actuation == "tensions" else None
 
     def resting(self, plant: Plant, reference: Reference) -> Callable[[int], Array]:

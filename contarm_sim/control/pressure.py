@@ -29,7 +29,7 @@ class Pressure(Controller):
 
     def limits(self, arm: Arm) -> tuple[float, float]:
         """Return the lowest and the highest pressure [Pa]."""
-        return arm.muscle.min_pressure, arm.muscle.max_pressure
+        return arm.pneumatics.min_pressure, arm.pneumatics.max_pressure
 
     def plan(self, arm: Arm, reference: Reference) -> Plan:
         """Return lengths and pressures; in motion these lead the valves, and carry the backbone's damping."""
@@ -40,7 +40,7 @@ class Pressure(Controller):
             return Plan(lengths, held, held[0])
         period = 1 / reference.rate
         setpoint = holding_pressures(bend, arm, rate=np.gradient(bend, period, axis=0))
-        setpoint = setpoint + arm.muscle.valve_time * np.gradient(setpoint, period, axis=0)
+        setpoint = setpoint + arm.pneumatics.valve_time * np.gradient(setpoint, period, axis=0)
         return Plan(lengths, setpoint, holding_pressures(bend[:1], arm)[0])
 
     def feedback(self, arm: Arm, reference: Reference, plan: Plan) -> Feedback:
@@ -57,7 +57,7 @@ class Pressure(Controller):
         def rest(index: int) -> Array:
             lengths = plan.lengths[index]
             per_pascal = pneumatics.force(1.0, lengths, arm)
-            holder.least_pressures = np.maximum(arm.muscle.min_pressure, arm.muscle.min_tension / per_pascal)
+            holder.least_pressures = np.maximum(arm.pneumatics.min_pressure, arm.muscle.min_tension / per_pascal)
             holder.tensions = plan.setpoint[index] * per_pascal
             holder(lengths, np.linalg.qr(length_jacobian(reference.bend[index], arm))[0].T)
             plant.pressure[:] = plant.control[:] = setpoint = holder.pressures()
@@ -88,8 +88,8 @@ class PressureFeedback(Feedback):
         self._to_bend = inverse
         self._by_bend = -(inverse.swapaxes(-1, -2) @ stiffness) / held.per_pascal[..., None]
         self._by_level = held.cocontraction / held.per_pascal
-        self._least = np.maximum(arm.muscle.min_pressure, arm.muscle.min_tension / held.per_pascal)
-        self._highest = arm.muscle.max_pressure
+        self._least = np.maximum(arm.pneumatics.min_pressure, arm.muscle.min_tension / held.per_pascal)
+        self._highest = arm.pneumatics.max_pressure
         self._offset = np.zeros(2)
 
     @property

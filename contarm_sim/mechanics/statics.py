@@ -176,8 +176,8 @@ def level_range(held: Balance, arm: Arm) -> tuple[Array, Array]:
     The lowest also keeps `min_tension`; the highest stays below what buckles the arm between its disks. Where the
     lowest is higher, no pressures hold the bend.
     """
-    low = held.level(np.maximum(arm.muscle.min_tension, arm.muscle.min_pressure * held.per_pascal))
-    room = (arm.muscle.max_pressure * held.per_pascal - held.tensions) / held.cocontraction
+    low = held.level(np.maximum(arm.muscle.min_tension, arm.pneumatics.min_pressure * held.per_pascal))
+    room = (arm.pneumatics.max_pressure * held.per_pascal - held.tensions) / held.cocontraction
     high = np.where(held.per_pascal.min(axis=-1) > 0, room.min(axis=-1), -np.inf)
     return low, np.minimum(high, held.highest)
 
@@ -201,7 +201,7 @@ def balance_pressure(held: Balance, arm: Arm) -> tuple[Array, Array]:
         for i in range(held.tensions.shape[-1]):
             level = -held.tensions[..., i] / held.cocontraction[..., i]
             others = np.delete(held.at(level) / held.per_pascal, i, axis=-1)
-            allowed = (others >= arm.muscle.min_pressure).all(axis=-1) & np.isfinite(others).all(axis=-1)
+            allowed = (others >= arm.pneumatics.min_pressure).all(axis=-1) & np.isfinite(others).all(axis=-1)
             allowed &= (held.per_pascal > 0).all(axis=-1) & (level <= held.highest)
             least = np.minimum(least, np.where(allowed, others.max(axis=-1), np.inf))
     return inflated, least
@@ -226,7 +226,7 @@ def holding_pressures(bend: Any, arm: Arm, share: float = 0.0, rate: Any = None)
 
 def _refusal(held: Balance, low: Array, arm: Arm) -> tuple[str, str]:
     """Say what the first bend that no pressures hold needs, and what is allowed."""
-    pressures = f"{arm.muscle.min_pressure / 1e3:.4g} to {arm.muscle.max_pressure / 1e3:.4g} kPa"
+    pressures = f"{arm.pneumatics.min_pressure / 1e3:.4g} to {arm.pneumatics.max_pressure / 1e3:.4g} kPa"
     if not np.all(held.per_pascal > 0):
         shortest, longest = (1e3 * length for length in arm.muscle_length_range)
         return (

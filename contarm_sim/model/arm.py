@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import InitVar, dataclass, replace
 from functools import cached_property
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 from contarm_sim.errors import InputError
@@ -18,8 +19,8 @@ from contarm_sim.model.law import MuscleLaw
 from contarm_sim.model.mckibben import McKibben
 from contarm_sim.model.muscle_group import MuscleGroup
 from contarm_sim.model.parameters import Quaternion, Vector
-from contarm_sim.model.routing import Path, Routing
-from contarm_sim.model.section import MAX_LINKS, Section
+from contarm_sim.model.routing import Path, Routing, coinciding
+from contarm_sim.model.section import MAX_LINKS, MAX_SECTIONS, Section
 from contarm_sim.model.world import World
 
 LEAST_INERTIA = 1e-15
@@ -127,12 +128,16 @@ class Arm(FlatArm):
         self._check()
 
     def _check(self) -> None:
+        if len(self.sections) > MAX_SECTIONS:
+            raise InputError("sections", f"{len(self.sections)} of them", f"at most {MAX_SECTIONS}")
         if sum(section.links for section in self.sections) > MAX_LINKS:
             raise InputError("links", self.links, f"at most {MAX_LINKS} in all")
-        for section, routing in zip(self.sections, self.routings, strict=True):
+        for number, (section, routing) in enumerate(zip(self.sections, self.routings, strict=True)):
             if routing.radius * math.pi >= section.length:
-                raise InputError("muscle_radius", routing.radius, f"below length/pi, {section.length / math.pi:.4g} m")
-        for section, disks in zip(self.sections, self.disk_radii, strict=True):
+                allowed = f"below length/pi, {section.length / math.pi:.4g} m"
+                raise InputError("muscle_radius", routing.radius, allowed, self._said_of(number))
+        self._check_places()
+        for number, (section, disks) in enumerate(zip(self.sections, self.disk_radii, strict=True)):
             radius = section.section_radius or disks
             thin, thick = (
                 radius**2 / 4,
@@ -140,7 +145,27 @@ class Arm(FlatArm):
             )  # half a link about axis and diameter
             least = LEAST_INERTIA * section.links / min(thin, thick)
             if section.mass <= least:
-                raise InputError("mass", section.mass, f"more than {least:.3g} kg, for links that the engine can turn")
+                allowed = f"more than {least:.3g} kg, for links that the engine can turn"
+                raise InputError("mass", section.mass, allowed, self._said_of(number))
+
+    def _check_places(self) -> None:
+        """Refuse muscles of two sections that run at the same place through a section.
+
+        Raises:
+            InputError: names the two.
+        """
+        for group, other in combinations(self.groups, 2):
+            shared = other.crosses(group.section) and coinciding(group.routing.points, *other.routing.points)
+            if shared:
+                said = [
+                    f"{x + 1} of section {which.section + 1}" for x, which in zip(shared, (group, other), strict=True)
+                ]
+                allowed = "another muscle_offset, muscle_angles or muscle_radius for one of the two"
+                raise InputError("sections", f"an arm whose muscles {' and '.join(said)} coincide", allowed)
+
+    def _said_of(self, number: int) -> str | None:
+        """Return what a message begins with that speaks of a section, numbered from 0."""
+        return f"section {number + 1}" if len(self.sections) > 1 else None
 
     def in_world(self, world: World) -> Arm:
         """Return the same arm in another world."""

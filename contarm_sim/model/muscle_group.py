@@ -51,7 +51,7 @@ class MuscleGroup:
 
     @property
     def length_range(self) -> tuple[float, float]:
-        """Shortest and longest length [m] that a muscle can take: full contraction, closed braid."""
+        """Shortest and longest length [m] that a muscle can take, such as full contraction and closed braid."""
         rest = self.rest_length
         return rest * (1 - self.law.max_contraction), rest * (1 + self.law.max_stretch)
 
@@ -63,8 +63,9 @@ class MuscleGroup:
     @property
     def servo_stiffness(self) -> float:
         """Gain of the length servos [N/m]: the law's, or `SERVO_RATIO` times what the bent section resists with."""
-        if self.law.servo_stiffness is not None:
-            return self.law.servo_stiffness
+        gain = self.law.servo_gain(self.length)
+        if gain is not None:
+            return gain
         return float(f"{SERVO_RATIO * self.bending_resistance / self.stiffness_share:.1e}")  # two digits say enough
 
     @property

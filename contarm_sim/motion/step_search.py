@@ -142,7 +142,7 @@ class Motion:
     @property
     def _rubs(self) -> bool:
         """Whether dry friction, which sticks and slips, makes a window tell little of the whole."""
-        return self.arm.joint_friction is not None or self.arm.muscle.braid_friction is not None
+        return self.arm.joint_friction is not None or self.arm.muscle.dry_friction is not None
 
     def _in_a_window(self, run: Trajectory, substeps: int) -> tuple[Array, bool]:
         """Estimate the step's error [m] where the tip accelerates most, by simulating that again in half the step.

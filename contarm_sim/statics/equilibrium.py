@@ -22,6 +22,7 @@ from contarm_sim.mechanics.statics import holding_tensions, servo_control
 from contarm_sim.mjcf import Actuation
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
+from contarm_sim.model.pneumatic_law import as_pneumatic
 from contarm_sim.statics.continuation import Method, solve
 from contarm_sim.statics.failures import impossible
 from contarm_sim.statics.solver import Solution, Solver
@@ -192,7 +193,8 @@ def _held(plant: Plant) -> bool:
 def _checked_pressures(arm: Arm, pressures: Array) -> Array:
     first = 0
     for group in arm.groups:
-        low, high, end = group.law.min_pressure, group.law.max_pressure, first + group.routing.count
+        law, end = as_pneumatic(group.law), first + group.routing.count
+        low, high = law.pressure_limits
         own, rounding = pressures[first:end], 1e-9 * high
         if np.any((own > high + rounding) | ((own > 0) & (own < low - rounding))):
             of_section = f" for muscles of section {group.section + 1}" if len(arm.sections) > 1 else ""

@@ -126,7 +126,7 @@ def too_short(arm: Arm, control: float) -> NoEquilibriumError:
 
 def too_much_pressure(arm: Arm, needed: float) -> NoEquilibriumError:
     """Return the error of a pose that takes more pressure [Pa] than there is."""
-    limit = arm.muscle.max_pressure
+    limit = arm.pneumatics.max_pressure
     said = f"would need {1e-3 * needed:.4g} kPa" if math.isfinite(needed) else "is too short to pull at any pressure"
     return NoEquilibriumError(
         f"a muscle {said}, the most is {1e-3 * limit:.4g} kPa; bend or carry less, or take a larger muscle radius, "

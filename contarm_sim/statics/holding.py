@@ -121,7 +121,7 @@ class Holder:
         arm = self.plant.arm
         per_pascal = force(1.0, self.plant.muscle_lengths, arm)
         pressures = np.divide(self.tensions, per_pascal, out=np.full(len(per_pascal), np.inf), where=per_pascal > 0)
-        if pressures.max() > arm.muscle.max_pressure:
+        if pressures.max() > arm.pneumatics.max_pressure:
             raise too_much_pressure(arm, float(pressures.max()))
         return pressures
 

@@ -92,7 +92,7 @@ def draw_muscles(path: Path, samples: Trajectory, comparison: Comparison) -> Non
         middle.axhline(arm.muscle.min_tension, color="#888888", linewidth=0.8, linestyle="--")
         middle.set_ylim(bottom=min(0.0, float(samples.muscle_tensions.min())))
         middle.set_ylabel("tension [N]")
-        bottom.axhline(arm.muscle.min_pressure / 1e3, color="#888888", linewidth=0.8, linestyle="--")
+        bottom.axhline(arm.muscle.pressure_limits[0] / 1e3, color="#888888", linewidth=0.8, linestyle="--")
         bottom.set_ylim(bottom=0)
         bottom.set_ylabel("pressure\nneeded [kPa]")
         bottom.set_xlabel("time [s]")
