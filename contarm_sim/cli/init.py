@@ -22,6 +22,7 @@ def init(arm: Arm, file: str, as_json: bool) -> None:
     \b
     contarm init my_arm.toml
     contarm init my_arm.toml --length 250mm --links 32
+    contarm init my_arm.toml --preset two
     contarm run --arm my_arm.toml
     """
     from contarm_sim.cli.terminal import say

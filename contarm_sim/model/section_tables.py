@@ -10,6 +10,7 @@ from typing import Any
 from contarm_sim.errors import InputError
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.law import MuscleLaw
+from contarm_sim.model.laws import law_name
 from contarm_sim.model.mckibben import McKibben
 from contarm_sim.model.muscle_table import (
     ROUTED,
@@ -108,8 +109,7 @@ def sections_to_tables(arm: Arm) -> dict[str, Any]:
         table = plain({name: getattr(section, name) for name in SECTION})
         own = {name: x for name, x in law_to_table(law).items() if shared.get(name) != x}
         if type(law) is not type(arm.laws[0]):
-            own = law_to_table(law)
-            own.setdefault("law", "mckibben")
+            own = {"law": law_name(law)} | law_to_table(law)
         placed = {name: getattr(routing, field) for name, field in PLACED.items()}
         if routing.at is not None or routing.count not in (0, *COUNTS):
             del placed["muscle_count"]
