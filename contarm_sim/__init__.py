@@ -65,8 +65,8 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
 __all__ = [
     "Arm", "ContarmError", "Controller", "DivergenceError", "EquilibriumError", "Feedback", "Ideal", "InputError",
     "Interrupted", "Load", "McKibben", "Muscles", "Plan", "Reference", "Routing", "Section", "Seen", "Tendon",
-    "Trajectory", "World", "Wrench", "arm_spec", "compare", "envs", "equilibrium", "kinematics", "load_arm", "mechanics",
-    "mjcf", "paths", "poses_at_rest", "presets", "scene_spec", "simulate", "spec", "studies",
+    "Trajectory", "World", "Wrench", "arm_spec", "compare", "envs", "equilibrium", "kinematics", "load_arm",
+    "mechanics", "mjcf", "paths", "poses_at_rest", "presets", "scene_spec", "simulate", "spec", "studies",
 ]  # fmt: skip
 
 _HOMES = {

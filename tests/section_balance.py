@@ -1,8 +1,8 @@
 """What muscles of arms of several sections pull with in bends of constant curvature, by virtual work alone.
 
-Nothing of the package's mechanics or engine is used but the closed-form poses and the law: gravity's work is differenced
-along the bends, the backbone's is (EI/L) bend, and a muscle along the backbone at radius r works r T (u . dbend) in every
-section that it crosses.
+Nothing of the package's mechanics or engine is used but the closed-form poses and the law: gravity's work is
+differenced along the bends, the backbone's is (EI/L) bend, and a muscle along the backbone at radius r works
+r T (u . dbend) in every section that it crosses.
 """
 
 import numpy as np
@@ -61,7 +61,7 @@ def random_bends(rng, count, arm, largest=np.pi / 2):
 
 
 def inflated_pressures(bends, arm):
-    """Return pressures [Pa], shape (..., M), that hold bends with every muscle inflated; the least of a group the lowest.
+    """Return pressures [Pa], shape (..., M), that hold bends with all muscles inflated, one of a group at the lowest.
 
     For pneumatic muscles that each run through their own section alone, parallel to the backbone.
     """

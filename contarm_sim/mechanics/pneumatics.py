@@ -27,6 +27,17 @@ def force(pressure: Any, length: Any, arm: Arm) -> Array:
     return _each(lambda group, p, x: as_pneumatic(group.law).force(p, x, group.rest_length), arm, pressure, length)
 
 
+def force_per_pascal(length: Any, arm: Arm) -> Array:
+    """Return pulling forces by gauge pressure [N/Pa]; 0 for muscles that no pressure drives."""
+
+    def one(group: MuscleGroup, at: Any) -> Array:
+        if isinstance(group.law, PneumaticLaw):
+            return group.law.force(1.0, at, group.rest_length)
+        return np.zeros(np.shape(at))
+
+    return _each(one, arm, length)
+
+
 def force_slope(pressure: Any, length: Any, arm: Arm) -> Array:
     """Return dF/dL [N/m] of `force` at constant pressure.
 

@@ -128,7 +128,7 @@ def balance(bend: Any, arm: Arm, rate: Any = None, load: Any = 0.0) -> Balance:
     moment = moment + np.einsum("...ij,...i->...j", J, pneumatics.passive_tension(lengths, arm))
     gram = J.swapaxes(-1, -2) @ J
     tensions = -(J @ np.linalg.solve(gram, moment[..., None]))[..., 0]
-    per_pascal = np.where(lengths <= arm.muscle_length_range[1], pneumatics.force(1.0, lengths, arm), 0.0)
+    per_pascal = np.where(lengths <= arm.muscle_length_range[1], pneumatics.force_per_pascal(lengths, arm), 0.0)
     buckling = BUCKLING_SHARE * buckling_tension(arm)
     return Balance(tensions, null, per_pascal, (buckling - tensions.sum(axis=-1)) / arm.routing.count)
 

@@ -157,11 +157,9 @@ class Arm(FlatArm):
         for group, other in combinations(self.groups, 2):
             shared = other.crosses(group.section) and coinciding(group.routing.points, *other.routing.points)
             if shared:
-                said = [
-                    f"{x + 1} of section {which.section + 1}" for x, which in zip(shared, (group, other), strict=True)
-                ]
-                allowed = "another muscle_offset, muscle_angles or muscle_radius for one of the two"
-                raise InputError("sections", f"an arm whose muscles {' and '.join(said)} coincide", allowed)
+                name = f"muscle {shared[1] + 1} of section {other.section + 1}"
+                given = f"where muscle {shared[0] + 1} of section {group.section + 1} is: muscles that coincide"
+                raise InputError(name, given, "another muscle_offset, muscle_angles or muscle_radius of one of the two")
 
     def _said_of(self, number: int) -> str | None:
         """Return what a message begins with that speaks of a section, numbered from 0."""

@@ -59,7 +59,7 @@ def tendon() -> Arm:
             Section(length=0.14, links=12, mass=0.05, bending_stiffness=0.02),
         ),
         routings=tuple(Routing(offset=number * turn, start="base") for number in range(3)),
-        laws=(Tendon(), Tendon(), Tendon()),
+        laws=(Tendon(diameter=0.002),) * 3,  # in sheaths of 2 mm
         world=HANGING,
     )
 
