@@ -26,6 +26,9 @@ from contarm_sim.model.world import World
 LEAST_INERTIA = 1e-15
 """Smallest moment of inertia that the engine accepts [kg m^2]."""
 
+LEAST_SHARE = 1e-14
+"""Smallest moment of inertia of half a link over that of all that it carries: less is lost in the engine's rounding."""
+
 
 class _Omitted:
     """Says that an argument was not given: None is a value of some."""
@@ -137,16 +140,33 @@ class Arm(FlatArm):
                 allowed = f"below length/pi, {section.length / math.pi:.4g} m"
                 raise InputError("muscle_radius", routing.radius, allowed, self._said_of(number))
         self._check_places()
-        for number, (section, disks) in enumerate(zip(self.sections, self.disk_radii, strict=True)):
-            radius = section.section_radius or disks
-            thin, thick = (
-                radius**2 / 4,
-                radius**2 / 8 + section.link_pitch**2 / 96,
-            )  # half a link about axis and diameter
-            least = LEAST_INERTIA * section.links / min(thin, thick)
-            if section.mass <= least:
-                allowed = f"more than {least:.3g} kg, for links that the engine can turn"
-                raise InputError("mass", section.mass, allowed, self._said_of(number))
+        for number in range(len(self.sections)):
+            self._check_inertia(number)
+
+    def _check_inertia(self, number: int) -> None:
+        """Refuse a section whose links the engine cannot turn: too light for it, or beside what they carry.
+
+        Raises:
+            InputError: the mass that it takes.
+        """
+        section = self.sections[number]
+        radius = section.section_radius or self.disk_radii[number]
+        thin = radius**2 / 4  # of half a link about its axis
+        thick = radius**2 / 8 + section.link_pitch**2 / 96  # and about its diameter
+        beyond = self.sections[number + 1 :]
+        carried = self.payload + sum(part.mass for part in beyond)
+        reach = sum(part.length for part in (section, *beyond))
+        turning = thick if section.torsional_stiffness is None else min(thin, thick)
+        light = LEAST_INERTIA * section.links / min(thin, thick)
+        beside = LEAST_SHARE * carried * reach**2 * section.links / turning
+        if section.mass <= max(light, beside):
+            what = (
+                "links that the engine can turn"
+                if light >= beside
+                else "links that are not lost beside what they carry"
+            )
+            allowed = f"more than {max(light, beside):.3g} kg, for {what}"
+            raise InputError("mass", section.mass, allowed, self._said_of(number))
 
     def _check_places(self) -> None:
         """Refuse muscles of two sections that run at the same place through a section.
