@@ -15,7 +15,7 @@ from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.muscle_group import MuscleGroup
-from contarm_sim.model.pneumatic_law import PneumaticLaw, as_pneumatic
+from contarm_sim.model.pneumatic_law import PneumaticLaw
 
 
 def force(pressure: Any, length: Any, arm: Arm) -> Array:
@@ -24,7 +24,7 @@ def force(pressure: Any, length: Any, arm: Arm) -> Array:
     Raises:
         InputError: a law that has no pressures.
     """
-    return _each(lambda group, p, x: as_pneumatic(group.law).force(p, x, group.rest_length), arm, pressure, length)
+    return _each(lambda group, p, x: group.pneumatics.force(p, x, group.rest_length), arm, pressure, length)
 
 
 def force_per_pascal(length: Any, arm: Arm) -> Array:
@@ -32,7 +32,7 @@ def force_per_pascal(length: Any, arm: Arm) -> Array:
 
     def one(group: MuscleGroup, at: Any) -> Array:
         if isinstance(group.law, PneumaticLaw):
-            return group.law.force(1.0, at, group.rest_length)
+            return group.pneumatics.force(1.0, at, group.rest_length)
         return np.zeros(np.shape(at))
 
     return _each(one, arm, length)
@@ -44,7 +44,7 @@ def force_slope(pressure: Any, length: Any, arm: Arm) -> Array:
     Raises:
         InputError: a law that has no pressures.
     """
-    return _each(lambda group, p, x: as_pneumatic(group.law).slope(p, x, group.rest_length), arm, pressure, length)
+    return _each(lambda group, p, x: group.pneumatics.slope(p, x, group.rest_length), arm, pressure, length)
 
 
 def passive_tension(length: Any, arm: Arm) -> Array:

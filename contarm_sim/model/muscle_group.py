@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from contarm_sim.model.law import MuscleLaw
+from contarm_sim.model.pneumatic_law import PneumaticLaw, as_pneumatic
 from contarm_sim.model.routing import Routing
 
 SERVO_RATIO = 180.0
@@ -43,6 +44,15 @@ class MuscleGroup:
     def crosses(self, section: int) -> bool:
         """Tell whether the muscles run through a section, numbered from 0."""
         return self.first <= section <= self.section
+
+    @property
+    def pneumatics(self) -> PneumaticLaw:
+        """The law, if pressure drives the muscles.
+
+        Raises:
+            InputError: it has no pressures.
+        """
+        return as_pneumatic(self.law)
 
     @property
     def rest_length(self) -> float:
