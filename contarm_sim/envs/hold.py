@@ -35,6 +35,7 @@ from contarm_sim.mechanics.pressures import level_range
 from contarm_sim.mechanics.routing import length_jacobian
 from contarm_sim.mechanics.statics import Balance, balance
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.pneumatic_law import PneumaticLaw
 
 MAX_BEND = float(np.radians(80))
 MAX_FORCE, MAX_COUPLE = 0.3, 0.02
@@ -58,8 +59,8 @@ class Hold(Task):
     @classmethod
     def needs(cls, arm: Arm) -> str | None:
         """Say that the stiffness asked for is that of three muscles about one section."""
-        fits = len(arm.sections) == 1 and arm.routings[0].count == 3
-        return None if fits else "an arm of one section with three muscles"
+        fits = len(arm.sections) == 1 and arm.routings[0].count == 3 and isinstance(arm.laws[0], PneumaticLaw)
+        return None if fits else "an arm of one section with three pneumatic muscles"
 
     def draw(self, random: np.random.RandomState) -> dict[str, Any]:
         """Draw bend [rad], force [N], couple [N m] and the share of co-contraction."""
@@ -107,7 +108,7 @@ class Hold(Task):
     def scales(self) -> dict[str, tuple[float, float]]:
         """See the table above."""
         arm = self.arm
-        slope = float(force_slope(arm.muscle.max_pressure, arm.length, arm))
+        slope = float(force_slope(arm.pneumatics.max_pressure, arm.length, arm))
         most = arm.bending_stiffness / arm.length + 1.5 * arm.muscle_radius**2 * slope
         return {
             "bend_asked": (0.0, np.pi),

@@ -13,6 +13,7 @@ from contarm_sim.mechanics import muscles
 from contarm_sim.mechanics.statics import holding_tensions
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.muscle_group import MuscleGroup
+from contarm_sim.model.pneumatic_law import as_pneumatic
 
 PLANES = np.radians(np.arange(0, 360, 15))
 """Planes in which the tensions of the largest bends are sought [rad]."""
@@ -25,12 +26,13 @@ def action_range(arm: Arm, mode: Literal["bend", "lengths", "tensions", "pressur
     """Return what -1 and 1 mean for each number of an action, in the mode's unit, two arrays of shape (size,).
 
     Raises:
-        InputError: an arm that no pulling muscles hold with its sections bent by 170 deg.
+        InputError: an arm that no pulling muscles hold with its sections bent by 170 deg; pressures for muscles that
+            have none.
     """
     if mode == "lengths":
         return _each(arm, _lowest_length), _each(arm, _highest_length)
     if mode == "pressures":
-        return _each(arm, lambda group: group.law.min_pressure), _each(arm, lambda group: group.law.max_pressure)
+        return _each(arm, _lowest_pressure), _each(arm, _highest_pressure)
     most = holding_tensions(largest_bends(len(arm.sections)), arm).max(axis=0)
     if mode == "tensions":
         own = zip(arm.groups, muscles.slices(arm), strict=True)
@@ -67,6 +69,14 @@ def _lowest_length(group: MuscleGroup) -> float:
 
 def _highest_length(group: MuscleGroup) -> float:
     return min(group.setpoint_range[1], half_turn(group))
+
+
+def _lowest_pressure(group: MuscleGroup) -> float:
+    return as_pneumatic(group.law).min_pressure
+
+
+def _highest_pressure(group: MuscleGroup) -> float:
+    return as_pneumatic(group.law).max_pressure
 
 
 def half_turn(group: MuscleGroup) -> float:

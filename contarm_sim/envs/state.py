@@ -90,7 +90,7 @@ def scales(arm: Arm) -> dict[str, tuple[Any, Any]]:
         "muscle_lengths": (muscles.each(arm, lambda group: group.length), muscles.each(arm, half_turn)),
         "muscle_velocities": (0.0, 1.0),
         "actuator_tensions": (0.0, muscles.each(arm, lambda group: group.law.blocked_force)),
-        "pressures": (0.0, muscles.each(arm, lambda group: group.law.max_pressure)),
+        "pressures": (0.0, muscles.each(arm, lambda group: group.law.pressure_limits[1])),
         "joint_angles": (0.0, np.concatenate(angles)),
         "tip_position": (0.0, arm.length),
         "tip_orientation": (0.0, 1.0),

@@ -11,7 +11,7 @@ dm_control.composer.variation.distributions work unchanged in every front end; s
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -42,9 +42,9 @@ def varied(arm: Arm) -> tuple[str, ...]:
         return VARIED
     found = list(_WORLD)
     for number, law in enumerate(arm.laws):
-        for name in VARIED:
+        for name in (*VARIED, "muscle.friction"):
             place, _, field = name.rpartition(".")
-            if name not in _WORLD and (not place or hasattr(law, field)):
+            if name not in _WORLD and (not place or field in {item.name for item in fields(law)}):
                 found.append(f"section_{number + 1}.{name}")
     return tuple(found)
 
@@ -92,6 +92,10 @@ def varied_arm(variations: Mapping[str, Any], arm: Arm, current: Arm, random: np
         if name in VARIED:
             place, _, field = name.rpartition(".")
             owner, now = (arm.muscle, current.muscle) if place else (arm, current)
+            if not hasattr(owner, field):
+                raise InputError(
+                    f"variation {name!r}", f"of a {type(owner).__name__}, which has none", "a parameter of it"
+                )
             value = evaluate(variation, getattr(owner, field), getattr(now, field), random)
             (muscle if place else own)[field] = value
     return arm_from_dict({**own, "muscle": muscle}, base=arm) if own or muscle else arm
