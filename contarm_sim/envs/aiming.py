@@ -22,7 +22,7 @@ CLOSE = 1e-6
 STEPS = 40
 """Most steps from one start."""
 
-STARTS = 40
+STARTS = 60
 """Further starts for points that the first one does not lead to by bends that the muscles hold."""
 
 _DAMPING = 1e-9  # of squares of the tip's way by bends [lengths^2/rad^2]
@@ -45,7 +45,7 @@ def nearest_bends(targets: Array, near: Array, actions: Actions) -> Array:
     left = np.flatnonzero(cost >= _UNHELD)
     if not len(left):
         return bends
-    starts = scattered_bends(len(arm.sections), STARTS) * np.repeat(np.sqrt(_shares(len(arm.sections))), 2, axis=1)
+    starts = _starts(arm)
     own, ref = (np.repeat(array[left], STARTS, axis=0) for array in (targets, near))
     found = _descend(own, np.tile(starts, (len(left), 1)), arm)
     costs = _cost(own, ref, found, actions).reshape(len(left), STARTS)
@@ -55,10 +55,12 @@ def nearest_bends(targets: Array, near: Array, actions: Actions) -> Array:
     return bends
 
 
-def _shares(count: int) -> Array:
-    """Return numbers from 0 to 1 for each section of each start, shape (STARTS, S), spread evenly."""
-    steps = np.sqrt([17.0, 19.0, 23.0, 29.0, 31.0, 37.0])[:count]
-    return np.asarray(np.modf(steps * np.arange(1, STARTS + 1)[:, None])[0])
+def _starts(arm: Arm) -> Array:
+    """Return bends spread over what muscles of sections can take the lengths of [rad], shape (STARTS, 2 S)."""
+    count = len(arm.sections)
+    shares = np.modf(np.sqrt([17.0, 19.0, 23.0, 29.0, 31.0, 37.0])[:count] * np.arange(1, STARTS + 1)[:, None])[0]
+    limits = np.minimum(np.array(shape.bend_limits(arm)) / arc.LARGEST_BEND, 1.0)
+    return scattered_bends(count, STARTS) * np.repeat(limits * np.sqrt(shares), 2, axis=1)
 
 
 def _cost(targets: Array, near: Array, bends: Array, actions: Actions) -> Array:

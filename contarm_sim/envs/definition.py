@@ -149,7 +149,7 @@ def define(
             task's own.
 
     Raises:
-        InputError: an unknown name, or a value that cannot be.
+        InputError: an unknown name, an arm that the task is not for, or a value that cannot be.
     """
     _check_name("task", name, tuple(TASKS))
     if arm is not None and not isinstance(arm, Arm):
