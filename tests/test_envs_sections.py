@@ -1,5 +1,6 @@
 """Environments for arms of two and three sections: sizes, bits, targets that the muscles hold, baselines, refusals."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -176,9 +177,10 @@ def test_targets_are_in_the_volume_that_the_muscles_hold(mode):
     targets = np.array([task.draw(random)["target"] for _ in range(40)])
     bends = nearest_bends(targets, np.zeros((40, 4)), task.actions)
     assert np.linalg.norm(shape.chain_tip(bends, TWO) - targets, axis=1).max() < 1e-6
-    assert task.actions.hold(bends).sum() >= 39  # drawn at the edge of what is held, one may not be found
+    held = task.actions.hold(bends)
+    assert held.sum() >= 39  # drawn at the edge of what is held, one may not be found
     if mode == "pressures":
-        assert (pressure_needed(bends, TWO)[0] <= TWO.laws[0].max_pressure * (1 + 1e-9)).all()
+        np.testing.assert_array_equal(pressure_needed(bends, TWO)[0] <= TWO.laws[0].max_pressure * (1 + 1e-9), held)
     radii = np.linalg.norm(targets, axis=1)
     assert np.ptp(radii[targets[:, 2] > 0.15]) > 0.1 * TWO.length
 
@@ -322,3 +324,22 @@ def test_pictures_show_the_arm_and_the_target():
     two = env.render()
     assert 20 < (one != two).any(axis=2).sum() < 20_000
     env.close()
+
+
+def test_contarm_envs_lists_what_an_arm_of_two_sections_has(tmp_path):
+    from click.testing import CliRunner
+
+    from contarm_sim.cli.main import main
+    from contarm_sim.model.arm_file import arm_to_toml
+
+    file = tmp_path / "two.toml"
+    file.write_text(arm_to_toml(TWO))
+    done = CliRunner().invoke(main, ["envs", "--no-scores", "--arm", str(file)])
+    assert done.exit_code == 0, done.output
+    assert "hold needs an arm of one section with three pneumatic muscles" in done.output
+    found = json.loads(CliRunner().invoke(main, ["envs", "--seeds", "1", "--json", "--arm", str(file)]).stdout)
+    assert [row["task"] for row in found["tasks"]] == ["reach", "track"]
+    assert found["tasks"][0]["action_size"] == 4
+    assert found["tasks"][0]["observation"]["section_ends"] == 3
+    assert "hold" in found["left_out"]
+    assert found["tasks"][0]["scores"]["baseline"]["solved"] == 1
