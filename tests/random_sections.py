@@ -12,8 +12,6 @@ from contarm_sim.model.routing import Routing
 from contarm_sim.model.section import Section
 from contarm_sim.statics.equilibrium import equilibrium
 
-DRIVES = ("moments", "tensions", "pressures")
-
 LARGEST_BEND = np.radians(150)
 """Largest integral of bending over a section of a kept case [rad]."""
 
@@ -23,30 +21,41 @@ class Case:
     """An arm with its gravity and payload, and a load on it.
 
     Attributes:
-        drive: moments (about the material axes, and a follower at the tip), tensions, or pressures.
         rod: its equilibrium.
     """
 
     arm: Arm
     load: Load
-    drive: str
     rod: Rod
 
-    def at(self, links):
-        """Return the arm with so many links in each section."""
-        return replace(self.arm, sections=tuple(replace(section, links=links) for section in self.arm.sections))
+    def at(self, links, path="parallel"):
+        """Return the arm with so many links in each section, or as many as a tuple says."""
+        counts = links if isinstance(links, tuple) else (links,) * len(self.arm.sections)
+        parts = [replace(section, links=count) for section, count in zip(self.arm.sections, counts, strict=True)]
+        return replace(self.arm, sections=parts, routings=[replace(line, path=path) for line in self.arm.routings])
 
-    def error(self, links):
+    def error(self, links, path="parallel"):
         """Return the largest distance of a simulated arm's stations from the rod [% of length]."""
-        arm = self.at(links)
+        arm = self.at(links, path)
         found = equilibrium(arm, self.load)
         pitches = [section.link_pitch for section in arm.sections for _ in range(section.links)]
         points, _ = self.rod.at(np.cumsum([0.0, *pitches]))
         return 100 * np.linalg.norm(found.frames[:, :3, 3] - points, axis=1).max() / arm.length
 
+    def under(self, *wrenches):
+        """Return the case with other wrenches, and its rod."""
+        load = replace(self.load, wrenches=wrenches)
+        return replace(self, load=load, rod=_rod(self.arm, load))
+
 
 def random_cases(seed, count, drive, size=2, start="section", twist=False):
-    """Return `count` cases of arms of `size` sections, their muscles from `start`; more of them begin with these."""
+    """Return `count` cases of arms of `size` sections; more of them begin with these.
+
+    Args:
+        drive: moments (about the material axes, and a follower at the tip), tensions, or pressures.
+        start: where muscles begin, section or base.
+        twist: whether sections have a torsional stiffness.
+    """
     return list(islice(_kept(np.random.default_rng(seed), drive, size, start, twist), count))
 
 
@@ -85,22 +94,24 @@ def _load(rng, drive, arm):
     return Load(wrenches=wrenches, muscles=Muscles(kind=drive, values=tuple(values)))
 
 
+def _rod(arm, load):
+    driven = {} if load.muscles.kind == "off" else {load.muscles.kind: load.muscles.values}
+    dead = [(wrench.xi, wrench.force, wrench.moment) for wrench in load.wrenches]
+    moments = {"actuation_moment": load.actuation_moment, "follower_moment": load.follower_moment}
+    return rod(arm, wrenches=dead, **moments, **driven)
+
+
 def _kept(rng, drive, size, start, twist):
     """Yield the random cases whose loads, raised in proportion from none, lead to a rod that is not bent too far."""
     while True:
         arm = _arm(rng, size, start, twist)
         load = _load(rng, drive, arm)
-        driven = {} if drive == "moments" else {drive: load.muscles.values}
-        wrenches = [(wrench.xi, wrench.force, wrench.moment) for wrench in load.wrenches]
         try:
-            found = rod(
-                arm, wrenches=wrenches, actuation_moment=load.actuation_moment, follower_moment=load.follower_moment,
-                **driven,
-            )  # fmt: skip
+            found = _rod(arm, load)
         except NoEquilibriumError:
             continue
         if found.bends.max() < LARGEST_BEND and _usable(found, arm):
-            yield Case(arm, load, drive, found)
+            yield Case(arm, load, found)
 
 
 def _usable(found, arm):
