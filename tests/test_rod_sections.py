@@ -140,6 +140,13 @@ def test_arms_of_several_sections_converge_to_the_rod_with_second_order():
     _converges([case for few in FEW for case in random_cases(51, 1, *few)])
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [2, 3])
+@pytest.mark.parametrize(("drive", "start"), DRIVEN)
+def test_so_do_many_that_twist_or_do_not(drive, start, size):
+    _converges([case for twist in (False, True) for case in random_cases(2051, 4, drive, size, start, twist)])
+
+
 @pytest.mark.parametrize("few", FEW[2::2], ids=str)
 def test_lengths_tensions_turns_and_compliance_are_the_rods(few):
     (case,) = random_cases(53, 1, *few)
@@ -166,13 +173,6 @@ def test_loads_about_the_end_of_a_section_are_in_their_place(past):
     coarse, middle, fine = (loaded.error((12 * times, 16 * times)) for times in (1, 2, 4))
     assert middle < 0.1
     assert np.log2(coarse / fine) == pytest.approx(4, abs=0.6)  # over two doublings
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("size", [2, 3])
-@pytest.mark.parametrize(("drive", "start"), DRIVEN)
-def test_so_do_many_that_twist_or_do_not(drive, start, size):
-    _converges([case for twist in (False, True) for case in random_cases(2051, 4, drive, size, start, twist)])
 
 
 @pytest.mark.parametrize("start", ["section", "base"])
