@@ -8,7 +8,8 @@ from references import resting
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
-from contarm_sim.mechanics.statics import holding_pressures, holding_tensions
+from contarm_sim.mechanics.pressures import holding_pressures
+from contarm_sim.mechanics.statics import holding_tensions
 from contarm_sim.mjcf import arm_spec
 from contarm_sim.model import laws
 from contarm_sim.model.arm import Arm

@@ -15,7 +15,7 @@ from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import EquilibriumError
 from contarm_sim.kinematics import arc
 from contarm_sim.mechanics import pneumatics, routing
-from contarm_sim.mechanics.statics import servo_tensions
+from contarm_sim.mechanics.servos import servo_tensions
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.statics.solver import Solver, tolerance

@@ -23,7 +23,9 @@ from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing
-from contarm_sim.mechanics.statics import balance, holding_tensions, level_range, servo_control
+from contarm_sim.mechanics.pressures import level_range
+from contarm_sim.mechanics.servos import servo_control
+from contarm_sim.mechanics.statics import balance, holding_tensions
 from contarm_sim.mjcf import Actuation
 from contarm_sim.model.arm import Arm
 

@@ -194,7 +194,10 @@ class FlatArm:
     @property
     def bend_frequency(self) -> float:
         """Angular frequency [rad/s] at which the arm's uniform bend swings by itself, muscles off, without gravity."""
-        return math.sqrt(self.section.bending_stiffness / self.length / self.bend_inertia)
+        if len(self.sections) == 1:
+            return math.sqrt(self.section.bending_stiffness / self.length / self.bend_inertia)
+        softness = sum(section.length / section.bending_stiffness for section in self.sections)
+        return math.sqrt(1 / softness / self.bend_inertia)
 
     @property
     def servo_stiffness(self) -> float:

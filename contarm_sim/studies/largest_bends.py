@@ -10,7 +10,7 @@ from contarm_sim.errors import EquilibriumError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing
-from contarm_sim.mechanics.statics import pressure_needed
+from contarm_sim.mechanics.pressures import pressure_needed
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles
 from contarm_sim.statics.equilibrium import equilibrium

@@ -9,7 +9,7 @@ import numpy as np
 from contarm_sim.kinematics import arc, muscles
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing
-from contarm_sim.mechanics.statics import pressure_needed
+from contarm_sim.mechanics.pressures import pressure_needed
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.paths.reference import Reference

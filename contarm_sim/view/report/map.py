@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from contarm_sim.kinematics import arc, muscles
-from contarm_sim.mechanics.statics import pressure_needed
+from contarm_sim.mechanics.pressures import pressure_needed
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.report.style import BLACK, RED, Files, figure
 
