@@ -5,6 +5,7 @@ from itertools import islice
 
 import numpy as np
 from rod_sections import NoEquilibriumError, Rod, rod
+from rod_spans import spans_of_sections
 
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles, Wrench
@@ -36,10 +37,17 @@ class Case:
 
     def error(self, links, path="parallel"):
         """Return the largest distance of a simulated arm's stations from the rod [% of length]."""
-        arm = self.at(links, path)
+        return self._from(self.rod, self.at(links, path))
+
+    def span_error(self, links):
+        """Return the same of an arm with straight spans, from the rod with disks at its stations."""
+        arm = self.at(links, "spans")
+        return self._from(spans_of_sections(arm, **_dead(self.load), **_driven(self.load)), arm, arm.length)
+
+    def _from(self, true, arm, unit=1.0):
         found = equilibrium(arm, self.load)
         pitches = [section.link_pitch for section in arm.sections for _ in range(section.links)]
-        points, _ = self.rod.at(np.cumsum([0.0, *pitches]))
+        points, _ = true.at(np.cumsum([0.0, *pitches]) / unit)
         return 100 * np.linalg.norm(found.frames[:, :3, 3] - points, axis=1).max() / arm.length
 
     def under(self, *wrenches):
@@ -95,10 +103,16 @@ def _load(rng, drive, arm):
 
 
 def _rod(arm, load):
-    driven = {} if load.muscles.kind == "off" else {load.muscles.kind: load.muscles.values}
-    dead = [(wrench.xi, wrench.force, wrench.moment) for wrench in load.wrenches]
     moments = {"actuation_moment": load.actuation_moment, "follower_moment": load.follower_moment}
-    return rod(arm, wrenches=dead, **moments, **driven)
+    return rod(arm, **_dead(load), **moments, **_driven(load))
+
+
+def _dead(load):
+    return {"wrenches": [(wrench.xi, wrench.force, wrench.moment) for wrench in load.wrenches]}
+
+
+def _driven(load):
+    return {} if load.muscles.kind == "off" else {load.muscles.kind: load.muscles.values}
 
 
 def _kept(rng, drive, size, start, twist):

@@ -173,13 +173,3 @@ def test_loads_about_the_end_of_a_section_are_in_their_place(past):
     coarse, middle, fine = (loaded.error((12 * times, 16 * times)) for times in (1, 2, 4))
     assert middle < 0.1
     assert np.log2(coarse / fine) == pytest.approx(4, abs=0.6)  # over two doublings
-
-
-@pytest.mark.parametrize("start", ["section", "base"])
-@pytest.mark.parametrize(("size", "drive"), [(2, "tensions"), (3, "pressures")])
-def test_straight_spans_come_to_the_rod_too_as_their_disks_become_many(size, drive, start):
-    """Between few disks they pull another way: up to 3 % of length off at 24 links a section."""
-    (case,) = random_cases(52, 1, drive, size, start)
-    coarse, fine = (case.error(links, "spans") for links in (24, 48))
-    assert coarse < 5
-    assert np.log2(coarse / fine) == pytest.approx(2, abs=0.1)
