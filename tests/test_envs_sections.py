@@ -1,6 +1,8 @@
 """Environments for arms of two and three sections: sizes, bits, targets that the muscles hold, baselines, refusals."""
 
 import json
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -26,6 +28,7 @@ from contarm_sim.kinematics import sections  # noqa: E402
 from contarm_sim.mechanics import muscles, shape  # noqa: E402
 from contarm_sim.mechanics.pressures import pressure_needed  # noqa: E402
 from contarm_sim.model.arm import Arm  # noqa: E402
+from contarm_sim.model.arm_file import arm_to_toml  # noqa: E402
 from contarm_sim.model.load import Load, Muscles  # noqa: E402
 from contarm_sim.model.mckibben import McKibben  # noqa: E402
 from contarm_sim.model.routing import Routing  # noqa: E402
@@ -180,7 +183,7 @@ def test_targets_are_in_the_volume_that_the_muscles_hold(mode):
     held = task.actions.hold(bends)
     assert held.sum() >= 39  # drawn at the edge of what is held, one may not be found
     if mode == "pressures":
-        np.testing.assert_array_equal(pressure_needed(bends, TWO)[0] <= TWO.laws[0].max_pressure * (1 + 1e-9), held)
+        np.testing.assert_array_equal(pressure_needed(bends, TWO)[0] <= McKibben().max_pressure * (1 + 1e-9), held)
     radii = np.linalg.norm(targets, axis=1)
     assert np.ptp(radii[targets[:, 2] > 0.15]) > 0.1 * TWO.length
 
@@ -233,7 +236,7 @@ def test_variations_give_the_model_of_the_varied_arm():
     assert arm == replace(
         TWO,
         sections=(replace(TWO.sections[0], mass=0.2), replace(TWO.sections[1], bending_stiffness=stiffness)),
-        laws=(replace(TWO.laws[0], braid_friction=0.1), TWO.laws[1]),
+        laws=(McKibben(braid_friction=0.1), TWO.laws[1]),
         world=replace(TWO.world, gravity=(0.0, 1.0, 9.0), payload=arm.payload),
     )
     assert model.body("payload").mass[0] == arm.payload > 0
@@ -327,17 +330,17 @@ def test_pictures_show_the_arm_and_the_target():
 
 
 def test_contarm_envs_lists_what_an_arm_of_two_sections_has(tmp_path):
-    from click.testing import CliRunner
-
-    from contarm_sim.cli.main import main
-    from contarm_sim.model.arm_file import arm_to_toml
-
     file = tmp_path / "two.toml"
     file.write_text(arm_to_toml(TWO))
-    done = CliRunner().invoke(main, ["envs", "--no-scores", "--arm", str(file)])
-    assert done.exit_code == 0, done.output
-    assert "hold needs an arm of one section with three pneumatic muscles" in done.output
-    found = json.loads(CliRunner().invoke(main, ["envs", "--seeds", "1", "--json", "--arm", str(file)]).stdout)
+
+    def contarm(*words):
+        words = [sys.executable, "-m", "contarm_sim", "envs", *words, "--arm", str(file)]
+        return subprocess.run(words, capture_output=True, text=True)
+
+    done = contarm("--no-scores")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "hold needs an arm of one section with three pneumatic muscles" in done.stdout
+    found = json.loads(contarm("--seeds", "1", "--json").stdout)
     assert [row["task"] for row in found["tasks"]] == ["reach", "track"]
     assert found["tasks"][0]["action_size"] == 4
     assert found["tasks"][0]["observation"]["section_ends"] == 3
