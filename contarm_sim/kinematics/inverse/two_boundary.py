@@ -24,6 +24,7 @@ _COUNT = 129  # bend angles of the table
 _REACH = 0.03  # distance from one place of the table to the next, in units of length, with room
 _APART = 0.15  # bend angle [rad] from which candidates count as two
 _STEPS, _DIFFERENCE = 40, 1e-4
+_FLAT = 1e-12  # smallest second derivative that a step divides by: at a fold, near the boundary, there is next to none
 
 
 class _Table(NamedTuple):
@@ -158,7 +159,7 @@ def _descended(pair: Pair, angles: Array, target: Array) -> tuple[Array, Array]:
         H[:, 0, 1][stuck.any(axis=1)] = 0.0
         a, d, b = np.where(stuck[:, 0], 1.0, H[:, 0, 0]), np.where(stuck[:, 1], 1.0, H[:, 1, 1]), H[:, 0, 1]
         lowest = 0.5 * (a + d - np.hypot(a - d, 2 * b))
-        shift = np.where(lowest < 1e-9, 1e-9 - 1.5 * lowest, 0.0)
+        shift = np.where(lowest < _FLAT, _FLAT - 1.5 * lowest, 0.0)
         a, d = a + shift, d + shift
         step = np.stack([d * gradient[:, 0] - b * gradient[:, 1], a * gradient[:, 1] - b * gradient[:, 0]], axis=-1)
         step *= (-reach[left] / (a * d - b * b))[:, None]

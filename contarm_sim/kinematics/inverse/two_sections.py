@@ -17,15 +17,18 @@ from contarm_sim.kinematics.backbone import Backbone, as_bends
 from contarm_sim.kinematics.inverse import two_boundary, two_curve, two_pieces, two_polish, two_tip
 from contarm_sim.kinematics.inverse.result import ANGLE_LENGTH, TOLERANCE, Inverse
 from contarm_sim.kinematics.inverse.scalars import Index
-from contarm_sim.kinematics.inverse.two_equations import as_targets
+from contarm_sim.kinematics.inverse.two_equations import Targets, as_targets
 from contarm_sim.kinematics.inverse.two_family import Family, family
 from contarm_sim.kinematics.inverse.two_pair import Pair, as_pair
+from contarm_sim.kinematics.inverse.two_pieces import Pieces
 
 CHOICES = ("least-bend", "least-largest", "farthest", "nearest")
 """Choices among the poses that reach a position."""
 
 _BLOCK = 512  # targets at once: their samples stay in the processor's cache
 _DOUBTFUL = 1e-12  # miss, in units of length, from which the boundary is asked too
+_SAME = 1e-9  # bend angles [rad] this close are one
+_STRAIGHT = 1e-7  # bend angle [rad] of a pose that rounding does not tell from the straight one
 
 __all__ = ["CHOICES", "Family", "family", "nearest", "solve_direction", "solve_position"]
 
@@ -41,8 +44,9 @@ def solve_position(target: Any, backbone: Backbone, choose: str = "least-bend", 
         near: bends [rad], shape (2, 2) or (..., 2, 2), for "nearest".
 
     Returns:
-        Poses within the limits. `solutions` is -1 where they are a continuum, 1 on the boundary, 0 where none reaches
-        the target; `bends` are then those of the nearest reachable position.
+        Poses within the limits. `solutions` is -1 where they are a continuum (on the axis, a circle: one of them is
+        returned), 1 or 2 (a pose and its mirror image) on the boundary, 0 where none reaches the target; `bends` are
+        then those of the nearest reachable position.
 
     Raises:
         InputError: a target that is not finite, a backbone of other than two sections, a choice that is none.
@@ -158,10 +162,23 @@ def _block(points: Array, pair: Pair, choose: str | None, off: Residual | None) 
         found, left = two_polish.polish(pair, points[some], found)
         if off is not None:
             found, left = two_polish.slide(pair, points[some], found, left, lambda b, rows: off(b, some[rows]))
-        bends[some], miss[some], solutions[some] = found, left, -1
+        bends[some], miss[some], solutions[some] = found, left, _counted(targets, pieces, some, found)
     rest = np.flatnonzero(miss > _DOUBTFUL)
     if rest.size:
         found, left = two_polish.polish(pair, points[rest], two_boundary.nearest_bends(pair, points[rest]))
         better = left < miss[rest]
         bends[rest[better]], miss[rest[better]], solutions[rest[better]] = found[better], left[better], 1
     return bends, miss, solutions
+
+
+def _counted(targets: Targets, pieces: Pieces, owner: Index, bends: Array) -> Index:
+    """Return how many solutions there are: -1, or 1 or 2 where the pieces are single places."""
+    wide = np.zeros(len(targets.z))
+    np.maximum.at(wide, pieces.owner, pieces.high - pieces.low)
+    one, two = bends[:, 0], bends[:, 1]
+    angle = np.hypot(bends[..., 0], bends[..., 1])
+    planar = np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]) <= _SAME * np.maximum(
+        angle[:, 0] * angle[:, 1], _SAME
+    )
+    single = (angle.max(axis=-1) < _STRAIGHT) | ((wide[owner] < _SAME) & (targets.rho[owner] >= two_curve.ON_AXIS))
+    return np.where(single, np.where(planar, 1, 2), -1)
