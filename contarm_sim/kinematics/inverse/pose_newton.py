@@ -21,8 +21,8 @@ _LONGEST = 0.5  # of a step [rad]
 
 
 def newton(position: Array, rotation: Array, bends: Array, backbone: Backbone,
-           least_singular: float = 0.0) -> tuple[Array, Array]:  # fmt: skip
-    """Return bends that reach the pose [rad], and their misses as fractions of the length, shape (n,).
+           least_singular: float = 0.0) -> tuple[Array, Array, Array]:  # fmt: skip
+    """Return bends that reach the pose [rad], their misses as fractions of the length, shape (n,), and Jacobians.
 
     Args:
         position: targets [m], shape (n, 3).
@@ -31,17 +31,19 @@ def newton(position: Array, rotation: Array, bends: Array, backbone: Backbone,
         backbone: three sections, no connectors.
         least_singular: directions of smaller singular values, as a fraction of the largest, are left alone.
     """
-    best, least = bends, np.full(len(bends), np.inf)
+    best, least, jacobians = bends, np.full(len(bends), np.inf), np.zeros((len(bends), 6, 6))
     at, going = bends, np.arange(len(bends))
     for _ in range(_STEPS):
         off, J = misses(position[going], rotation[going], at, backbone)
         size = np.sqrt(np.sum(off * off, axis=-1))
         better = size < least[going]
         if better.all() and len(going) == len(bends):
-            best, least = at, size
+            best, least, jacobians = at, size, J
         else:
-            best, least = best.copy(), least.copy()
-            best[going[better]], least[going[better]] = at[better], size[better]
+            if len(going) == len(bends):
+                best, least, jacobians = best.copy(), least.copy(), jacobians.copy()
+            which = going[better]
+            best[which], least[which], jacobians[which] = at[better], size[better], J[better]
         # A step from 1e-8 leaves rounding; what stays above it is nearly singular, and comes closer by halves.
         on = (size > _ROUNDING) & (better | (size > SOLVED)) & (size < 10)
         if not on.any():
@@ -49,7 +51,7 @@ def newton(position: Array, rotation: Array, bends: Array, backbone: Backbone,
         if not on.all():
             going, at, off, J = going[on], at[on], off[on], J[on]
         at = at - _short(_solved(J, off, least_singular)).reshape(at.shape)
-    return best, least
+    return best, least, jacobians
 
 
 def misses(position: Array, rotation: Array, bends: Array, backbone: Backbone) -> tuple[Array, Array]:

@@ -21,7 +21,7 @@ NODES = 96
 SAME = 1e-6
 """Bends that differ by less are one solution [rad]."""
 
-_WEAK = 6e-3  # singular value of the Jacobian over the length, sections being alike, from which a fold is near
+_WEAK = 0.012  # singular value of the Jacobian over the length, sections being alike, from which a fold is near
 
 _AT_ONCE = 48  # rows of a search: what it holds at a time stays in the processor's cache
 _BLOCK = 2048
@@ -74,45 +74,48 @@ def _found(position: Array, rotation: Array, backbone: Backbone, nodes: int) -> 
     if near.size:
         seen += [(near, bend) for bend in nearly_straight(position[near], rotation[near], backbone)]
     rows, bends = (np.concatenate(each) for each in zip(*seen, strict=True))
-    rows, bends = _solved(position, rotation, rows, bends, backbone)
-    paired, beyond = _beyond_folds(position[rows], rotation[rows], bends, backbone)
+    rows, bends, J = _solved(position, rotation, rows, bends, backbone)
+    paired = _nearly_singular(J, backbone)
     if paired.size:
-        more, others = _solved(position, rotation, rows[paired], beyond, backbone)
+        near = rows[paired]
+        beyond = _beyond_fold(position[near], rotation[near], bends[paired], J[paired], backbone)
+        more, others, _ = _solved(position, rotation, near, beyond, backbone)
         rows, bends = np.concatenate([rows, more]), np.concatenate([bends, others])
     return rows, bends
 
 
-def _solved(position: Array, rotation: Array, rows: Index, bends: Array, backbone: Backbone) -> tuple[Index, Array]:
-    """Return rows and solutions of those starts that lead to one."""
+def _solved(position: Array, rotation: Array, rows: Index, bends: Array,
+            backbone: Backbone) -> tuple[Index, Array, Array]:  # fmt: skip
+    """Return rows, solutions and Jacobians of those starts that lead to a solution."""
     given = bends
-    bends, miss = newton(position[rows], rotation[rows], given, backbone)
+    bends, miss, J = newton(position[rows], rotation[rows], given, backbone)
     arc = np.flatnonzero(one_arc(position, rotation, backbone)[rows])
     if arc.size:  # rounding over a singular value of nothing would carry it along the continuum
         which = rows[arc]
-        bends[arc], miss[arc] = newton(position[which], rotation[which], given[arc], backbone, 1e-9)
+        bends[arc], miss[arc], J[arc] = newton(position[which], rotation[which], given[arc], backbone, 1e-9)
     solved = miss <= SOLVED
-    return rows[solved], bends[solved]
+    return rows[solved], bends[solved], J[solved]
 
 
-def _beyond_folds(position: Array, rotation: Array, bends: Array, backbone: Backbone) -> tuple[Index, Array]:
-    """Return which solutions are nearly singular, and starts for those that they are paired with."""
-    _, J = misses(position, rotation, bends, backbone)
+def _nearly_singular(J: Array, backbone: Backbone) -> Index:
+    """Return which solutions have a fold nearby, by their Jacobians."""
     # The norm of the inverse is one over the least singular value, nearly; where that is rounding, a continuum solves.
     proper = np.linalg.det(J) != 0
     inverse = np.linalg.inv(np.where(proper[:, None, None], J, np.eye(6)))
-    weak = 3 * _WEAK * min(backbone.lengths) / backbone.length
     size = np.sqrt(np.sum(inverse * inverse, axis=(-1, -2)))
-    which = np.flatnonzero(proper & (size > 1 / weak) & (size < 1e9))
-    if not which.size:
-        return which, bends[which]
-    J, step = J[which], 1e-4
+    weak = 3 * _WEAK * min(backbone.lengths) / backbone.length
+    return np.flatnonzero(proper & (size > 1 / weak) & (size < 1e9))
+
+
+def _beyond_fold(position: Array, rotation: Array, bends: Array, J: Array, backbone: Backbone) -> Array:
+    """Return starts for the solutions that nearly singular ones are paired with."""
+    step = 1e-4
     left, least, right = np.linalg.svd(J)
     u, least, along = left[..., -1], least[:, -1], right[:, -1]
-    beside = bends[which] + step * along.reshape(-1, 3, 2)
-    _, J_beside = misses(position[which], rotation[which], beside, backbone)
-    curved = np.einsum("ni,nij,nj->n", u, J_beside - J, along) / step
+    _, beside = misses(position, rotation, bends + step * along.reshape(-1, 3, 2), backbone)
+    curved = np.einsum("ni,nij,nj->n", u, beside - J, along) / step
     far = np.clip(-2 * least / np.where(curved == 0, 1.0, curved), -1.0, 1.0)
-    return which, bends[which] + far[:, None, None] * along.reshape(-1, 3, 2)
+    return np.asarray(bends + far[:, None, None] * along.reshape(-1, 3, 2))
 
 
 def _within(rows: Index, bends: Array, backbone: Backbone, count: int) -> tuple[Array, Index]:

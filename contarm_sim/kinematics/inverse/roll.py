@@ -40,7 +40,7 @@ def rotation_to(direction: Array) -> Array:
 
 
 def best_rolls(position: Array, rotation: Array, backbone: Backbone, rank: Rank, near: Array | None = None) -> Array:
-    """Return the best bends over all rolls about the last columns of rotations, shape (n, 3, 2), NaN where there are none.
+    """Return the best bends over all rolls about the last columns of rotations, shape (n, 3, 2), NaN where none is.
 
     Args:
         position: of the end of section 3 [m], shape (n, 3).

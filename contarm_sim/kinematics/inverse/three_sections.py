@@ -61,7 +61,7 @@ def solve_pose(position: Any, rotation: Any, backbone: Backbone, choose: str = "
         InputError: as `all_poses`, or a choice that is none, or one of the nearest to nothing.
     """
     position, rotation, shape = targets(position, rotation, backbone)
-    to, rank = _rank(choose, near, backbone, shape)
+    _, rank = _rank(choose, near, backbone, shape)
     bare, end = _bare(backbone), _without_tool(position, rotation[:, :, 2], backbone)
     found, count = solutions(end, rotation, bare)
     ranks, (row, place) = np.full(found.shape[:2], np.inf), np.nonzero(np.isfinite(found[..., 0, 0]))
