@@ -34,7 +34,6 @@ def solve_general(
     near: Array | None = None,
     seeds: Array | None = None,
     starts: int = STARTS,
-    further: bool = True,
 ) -> Inverse:
     """Return one answer for each goal, of any number of sections and any goals.
 
@@ -46,13 +45,12 @@ def solve_general(
         near: bends [rad], shape (n, S, 2), for the choice `nearest`; a start in any case.
         seeds: other starts [rad], shape (n, K, S, 2); NaN for none.
         starts: how many of each goal come first; the choice is among what they lead to.
-        further: whether goals that they leave unsolved get the starts of `MORE`.
     """
     parts = []
     for first in range(0, len(goals), _BLOCK):
         block = slice(first, first + _BLOCK)
         own, more = None if near is None else near[block], None if seeds is None else seeds[block]
-        parts.append(_solve(goals.take(block), backbone, choose, own, more, starts, MORE if further else MORE[:2]))
+        parts.append(_solve(goals.take(block), backbone, choose, own, more, starts))
     if not parts:
         none = np.zeros(0)
         return Inverse(np.zeros((0, len(backbone), 2)), none, none, none.astype(bool), none.astype(np.intp))
@@ -67,7 +65,6 @@ def _solve(
     near: Array | None,
     seeds: Array | None,
     starts: int,
-    rounds: tuple[int, ...],
 ) -> Inverse:
     count, size = len(goals), len(backbone)
     given = [np.broadcast_to(spread(starts, backbone), (count, starts, size, 2))]
@@ -78,7 +75,7 @@ def _solve(
     bends, good = _from_starts(goals, backbone, np.concatenate(given, axis=1))
     best, found = _chosen(goals, backbone, bends, good, choose, near)
     first = starts
-    for more in rounds:
+    for more in MORE:
         rows = np.flatnonzero(~found)
         if not len(rows):
             break

@@ -107,7 +107,7 @@ def _solve(goals: Goals, backbone: Backbone, choose: Choice, near: Array | None)
 
         if goals.rotation is not None:
             return three_sections.solve_pose(goals.position, goals.rotation, backbone, choose=choose, near=near)
-        answer = solve_general(goals, backbone, choose, near, further=False)
+        answer = solve_general(goals, backbone, choose, near)
         rows = np.flatnonzero(~answer.reachable)
         if len(rows):
             own, left = None if near is None else near[rows], goals.take(rows)
