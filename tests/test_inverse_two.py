@@ -277,7 +277,7 @@ def test_no_sampled_pose_comes_nearer_to_what_is_out_of_reach(name):
 @pytest.mark.slow
 @names
 def test_the_floor_of_what_is_out_of_reach(name):
-    assert check_unreachable(name, 20_000, 60, (121, 121, 61)) > 5000
+    assert check_unreachable(name, 20_000, 20, (91, 91, 46)) > 5000
 
 
 def test_the_cavity_is_out_of_reach_and_nearest_is_solve_position():
