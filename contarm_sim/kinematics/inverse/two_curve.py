@@ -125,42 +125,47 @@ def _least_total(pair: Pair, of: Targets, low: Array, high: Array, total: Callab
 def least(pair: Pair, targets: Targets, pieces: Pieces, objective: Objective) -> Places:
     """Return the place of each target that has pieces where an objective is least, on both branches."""
     tau, of = np.linspace(0, np.pi, _NODES), targets.at(pieces.owner)
-    cosine = np.cos(tau)[None, None]
-    x = _places(pieces, cosine)
-    branches = np.array([1.0, -1.0])[None, :, None]
+    cosine, branches = np.cos(tau)[None, None], np.array([1.0, -1.0])[None, :, None]
     wide = Targets(*(t[:, None, None] for t in of))
-    f = objective(bends_at(pair, wide, x, cosine, branches), pieces.owner)
+    f = objective(bends_at(pair, wide, _places(pieces, cosine), cosine, branches), pieces.owner)
     ends = planar_ends(pair, of, pieces)
-    # past a planar end the other branch goes on, a limit is the end
-    around = [np.where(end[:, None], f[:, ::-1, k], np.inf) for end, k in zip(ends, (1, -2), strict=True)]
-    wide_f = np.concatenate([around[0][..., None], f, around[1][..., None]], axis=-1)
-    before, after = wide_f[..., :-2], wide_f[..., 2:]
-    lowest = np.full(len(targets.z), np.inf)
-    np.minimum.at(lowest, pieces.owner, f.min(axis=(1, 2)))
-    # a parabola through three samples goes below the middle one by an eighth of its second difference at most
-    drop = np.where(np.isinf(before), after, before) + np.where(np.isinf(after), before, after) - 2 * f
-    drop *= 0.25
-    row, side, k = np.nonzero((f <= before) & (f <= after) & (f - drop <= lowest[pieces.owner][:, None, None]))
-    owner, branch, step = pieces.owner[row], branches[0, side, 0], tau[1]
-    own, some = pieces.at(row), of.at(row)
-    flips = np.stack([ends[0][row], ends[1][row]])
+    row, side, k, (before, middle, after) = _lowest(f, ends, pieces.owner, len(targets.z))
+    own, some, owner, branch = pieces.at(row), of.at(row), pieces.owner[row], branches[0, side, 0]
+    flips = ends[0][row], ends[1][row]
 
     def at(angle: Array, index: Index) -> tuple[Array, Array, Array]:
-        """Return beta1, cos(tau) and branch at angles tau that may lie past the ends."""
-        turned = (flips[0, index] & (angle < 0)) | (flips[1, index] & (angle > np.pi))
+        """Return beta1, cos(tau) and branch at angles tau that may lie past planar ends."""
+        turned = (flips[0][index] & (angle < 0)) | (flips[1][index] & (angle > np.pi))
         cosine = np.cos(angle)
-        x = _places(own.at(index), cosine)
-        return x, cosine, np.where(turned, -branch[index], branch[index])
+        return _places(own.at(index), cosine), cosine, np.where(turned, -branch[index], branch[index])
 
     def value(angle: Array, index: Index) -> Array:
         return objective(bends_at(pair, some.at(index), *at(angle, index)), owner[index])
 
-    values = before[row, side, k], f[row, side, k], after[row, side, k]
-    low, high = (np.where(np.isinf(x), tau[k], tau[k] + d) for x, d in ((values[0], -step), (values[2], step)))
-    values = tuple(np.where(np.isinf(x), values[1], x) for x in values)  # type: ignore[assignment]
+    low, high = tau[k] - np.where(np.isinf(before), 0, tau[1]), tau[k] + np.where(np.isinf(after), 0, tau[1])
+    values = np.where(np.isinf(before), middle, before), middle, np.where(np.isinf(after), middle, after)
     angle, reached = minima(value, low, tau[k], high, values)
     best = _best(owner, reached)
     return Places(owner[best], *at(angle[best], best))
+
+
+Samples = tuple[Index, Index, Index, tuple[Array, Array, Array]]
+"""Piece, branch and sample, and the values before, at, and after it."""
+
+
+def _lowest(f: Array, planar: tuple[NDArray[np.bool_], NDArray[np.bool_]], owner: Index, count: int) -> Samples:
+    """Return the samples about which an objective may be least of all, of values f of shape (pieces, 2, samples)."""
+    # past a planar end the other branch goes on, a limit is the end
+    past = [np.where(end[:, None], f[:, ::-1, k], np.inf)[..., None] for end, k in zip(planar, (1, -2), strict=True)]
+    around = np.concatenate([past[0], f, past[1]], axis=-1)
+    before, after = around[..., :-2], around[..., 2:]
+    lowest = np.full(count, np.inf)
+    np.minimum.at(lowest, owner, f.min(axis=(1, 2)))
+    # a parabola through three samples goes below the middle one by an eighth of its second difference at most
+    drop = np.where(np.isinf(before), after, before) + np.where(np.isinf(after), before, after) - 2 * f
+    drop *= 0.25
+    row, side, k = at = np.nonzero((f <= before) & (f <= after) & (f - drop <= lowest[owner][:, None, None]))
+    return row, side, k, (before[at], f[at], after[at])
 
 
 def planar_ends(pair: Pair, of: Targets, pieces: Pieces) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

@@ -113,7 +113,7 @@ def second_half(pair: Pair, corner: Array, value: Array) -> tuple[Array, Array]:
 def _fitted(pair: Pair, corner: Array, y: Array) -> tuple[Array, Array]:
     """Return the fit's value of r2^2 + 2 t1 b2 at y, and its slope."""
     if y.size <= _FEW:
-        every = np.power(y[..., None], pair.powers) @ pair.few
+        every = np.power(y[..., None], pair.powers) @ pair.columns
         return every[..., 0] + corner * every[..., 1], every[..., 2] + corner * every[..., 3]
     (s, b), *rest = pair.fit
     f = corner * b
@@ -135,7 +135,7 @@ def _fitted(pair: Pair, corner: Array, y: Array) -> tuple[Array, Array]:
 def _slope_of_b(pair: Pair, y: Array) -> Array:
     """Return the fit's slope of b2 by y."""
     if y.size <= _FEW:
-        return np.asarray(np.power(y[..., None], pair.powers) @ pair.few[:, 3])
+        return np.asarray(np.power(y[..., None], pair.powers) @ pair.columns[:, 3])
     return polynomial([k * b for k, (_, b) in zip(range(len(pair.fit) - 1, 0, -1), pair.fit[:-1], strict=True)], y)
 
 

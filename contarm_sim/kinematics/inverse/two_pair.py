@@ -73,10 +73,10 @@ class Pair:
         gap, tool: the connectors e and f.
         limits: largest bend angles [rad].
         ends: r2^2 and b2 of section 2 when it is straight, and at its limit.
-        powers: of the close ones.
-        few: the close ones and their slopes as columns: few places are faster by a product of matrices.
-        start, fit: coefficients of r2^2 and b2 as polynomials in y: quadratics, lowest first; and close ones, highest
-            first.
+        start: coefficients of r2^2 and b2 as quadratics in y = (beta2/2)^2, lowest first.
+        fit: coefficients of close polynomials, highest first.
+        powers: of y in these.
+        columns: these and their slopes as columns; few places are faster by a product of matrices.
     """
 
     first: Section
@@ -88,12 +88,7 @@ class Pair:
     start: tuple[tuple[float, float], ...]
     fit: tuple[tuple[float, float], ...]
     powers: Array = field(default_factory=lambda: np.arange(_DEGREE, -1, -1.0), compare=False, repr=False)
-    few: Array = field(default_factory=lambda: np.zeros((0, 4)), compare=False, repr=False)
-
-    @property
-    def nearest_chord(self) -> float:
-        """r2 at the limit of section 2."""
-        return float(np.sqrt(self.ends[1][0]))
+    columns: Array = field(default_factory=lambda: np.zeros((0, 4)), compare=False, repr=False)
 
     def far(self, h: Array) -> tuple[Array, Array]:
         """Return r2^2 and b2 at half bend angles h of section 2."""
@@ -123,14 +118,14 @@ def as_pair(backbone: Backbone) -> Pair:
     gap, tool = (x / unit for x in backbone.connectors)
     limits = backbone.limits[0], backbone.limits[1]
     bare = Pair(first, second, gap, tool, limits, ((0.0, 0.0), (0.0, 0.0)), (), ())
-    most = 0.25 * limits[1] ** 2
+    most = max(0.25 * limits[1] ** 2, 0.5)  # a fit to a shorter interval would be ill-conditioned
     square, b = (x.tolist() for x in bare.far(np.array([0.0, 0.5 * limits[1]])))
     close, start = _fit(bare, most, _DEGREE), _fit(bare, most, 2)
     values = np.array(close)
     slopes = np.zeros_like(values)
     slopes[1:] = values[:-1] * np.arange(_DEGREE, 0, -1.0)[:, None]
-    few = np.concatenate([values, slopes], axis=1)
-    return replace(bare, ends=((square[0], b[0]), (square[1], b[1])), start=start[::-1], fit=close, few=few)
+    columns = np.concatenate([values, slopes], axis=1)
+    return replace(bare, ends=((square[0], b[0]), (square[1], b[1])), start=start[::-1], fit=close, columns=columns)
 
 
 def _fit(pair: Pair, most: float, degree: int) -> tuple[tuple[float, float], ...]:

@@ -65,9 +65,8 @@ def solve_position(target: Any, backbone: Backbone, choose: str = "least-bend", 
         raise InputError("near", f"of shape {np.shape(near)}", f"shape (2, 2) or {(*shape, 2, 2)}") from None
 
     def off(bends: Array, rows: Index) -> Array:
-        return np.asarray(
-            (bends - wanted[rows].reshape(-1, *[1] * (bends.ndim - 3), 2, 2)).reshape(*bends.shape[:-2], 4)
-        )
+        own = wanted[rows].reshape(-1, *[1] * (bends.ndim - 3), 2, 2)
+        return np.asarray((bends - own).reshape(*bends.shape[:-2], 4))
 
     return _solved(points, pair, backbone, shape, None, off)
 
@@ -87,11 +86,13 @@ def solve_direction(target: Any, direction: Any, backbone: Backbone) -> Inverse:
     """
     points, pair, shape = _given(target, backbone)
     wanted = as_vectors(direction, 3, "direction")
-    size = np.linalg.norm(wanted, axis=-1, keepdims=True)
-    if not np.all(size > 0):
+    largest = np.abs(wanted).max(axis=-1, keepdims=True)
+    if not np.all(largest > 0):
         raise InputError("direction", [0.0, 0.0, 0.0], "a vector of length above 0")
+    wanted = wanted / largest  # squares of very large or small ones would overflow
+    wanted /= np.linalg.norm(wanted, axis=-1, keepdims=True)
     try:
-        wanted = np.broadcast_to(wanted / size, (*shape, 3)).reshape(-1, 3)
+        wanted = np.broadcast_to(wanted, (*shape, 3)).reshape(-1, 3)
     except ValueError:
         raise InputError("direction", f"of shape {np.shape(direction)}", f"shape (3,) or {(*shape, 3)}") from None
 
@@ -177,8 +178,7 @@ def _counted(targets: Targets, pieces: Pieces, owner: Index, bends: Array) -> In
     np.maximum.at(wide, pieces.owner, pieces.high - pieces.low)
     one, two = bends[:, 0], bends[:, 1]
     angle = np.hypot(bends[..., 0], bends[..., 1])
-    planar = np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]) <= _SAME * np.maximum(
-        angle[:, 0] * angle[:, 1], _SAME
-    )
+    across = np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
+    planar = across <= _SAME * np.maximum(angle[:, 0] * angle[:, 1], _SAME)
     single = (angle.max(axis=-1) < _STRAIGHT) | ((wide[owner] < _SAME) & (targets.rho[owner] >= two_curve.ON_AXIS))
     return np.where(single, np.where(planar, 1, 2), -1)
