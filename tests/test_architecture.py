@@ -19,7 +19,7 @@ MAY = {
     "kinematics": {"errors"},
     "mechanics": {"errors", "model", "kinematics"},
     "mjcf": {"errors", "libmujoco", "model"},
-    "paths": {"errors", "inputs", "model", "kinematics"},
+    "paths": {"errors", "inputs", "model", "kinematics", "mechanics"},
     "results": {"errors", "inputs", "model", "kinematics", "mechanics", "paths"},
     "engine": {"errors", "libmujoco", "model", "kinematics", "mechanics", "mjcf"},
     "statics": {"errors", "libmujoco", "model", "kinematics", "mechanics", "mjcf", "engine"},

@@ -26,8 +26,8 @@ from contarm_sim.envs.task import LIMIT  # noqa: E402
 from contarm_sim.envs.vector import ArmVectorEnv  # noqa: E402
 from contarm_sim.errors import DivergenceError, InputError, RenderingError  # noqa: E402
 from contarm_sim.kinematics import arc, dome, muscles  # noqa: E402
-from contarm_sim.mechanics import statics  # noqa: E402
-from contarm_sim.mechanics.statics import wrench_moment  # noqa: E402
+from contarm_sim.mechanics import pressures  # noqa: E402
+from contarm_sim.mechanics.moments import wrench_moment  # noqa: E402
 from contarm_sim.model.arm import Arm  # noqa: E402
 
 CASES = [(task, mode) for task, kind in TASKS.items() for mode in kind.modes]
@@ -138,7 +138,7 @@ def test_targets_are_those_that_the_muscles_can_hold(arm, mode):
     angles = np.hypot(*bends.T)
     assert np.radians(30) < angles.max() < np.radians(160)
     if mode == "pressures":
-        assert (statics.pressure_needed(bends, arm)[0] <= arm.muscle.max_pressure * (1 + 1e-9)).all()
+        assert (pressures.pressure_needed(bends, arm)[0] <= arm.muscle.max_pressure * (1 + 1e-9)).all()
     else:
         limits = plain_spec(arm, "lengths", 0.005).compile().actuator_ctrlrange[0]
         setpoints = task.actions.setpoints(bends)

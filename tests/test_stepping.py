@@ -12,7 +12,8 @@ from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.errors import DivergenceError, InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.mechanics import routing
-from contarm_sim.mechanics.statics import holding_tensions, servo_control
+from contarm_sim.mechanics.servos import servo_control
+from contarm_sim.mechanics.statics import holding_tensions
 from contarm_sim.mjcf import arm_spec
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.mckibben import McKibben

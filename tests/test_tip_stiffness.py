@@ -7,7 +7,7 @@ from held_bends import held, polar, stiffness
 from contarm_sim import studies
 from contarm_sim.mechanics.compliance import tip_compliance
 from contarm_sim.mechanics.pneumatics import force_slope
-from contarm_sim.mechanics.statics import holding_pressures
+from contarm_sim.mechanics.pressures import holding_pressures
 from contarm_sim.model.arm import Arm
 
 RATIOS = [1.4426, 1.5597, 1.0000]

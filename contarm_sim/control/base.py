@@ -12,6 +12,7 @@ from contarm_sim.control.feedback import Feedback, Seen
 from contarm_sim.control.plan import Plan
 from contarm_sim.errors import InputError, NotConvergedError, expect
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics.muscles import count, each
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.parameters import as_number
 from contarm_sim.paths.reference import Reference
@@ -76,19 +77,23 @@ class Controller(ABC):
         expect("plan", plan, Plan)
         return plan.checked(len(reference), muscles)
 
-    def checked_limits(self, arm: Arm) -> tuple[float, float]:
-        """Return the lowest and the highest control; without limits, infinite ones.
+    def checked_limits(self, arm: Arm) -> tuple[Array, Array]:
+        """Return the lowest and the highest control of each muscle, shape (n,); without limits, infinite ones.
 
         Raises:
             InputError: the lowest is above the highest, or one is no number.
         """
-        limits = self.limits(arm)
-        numbers = (
-            (-np.inf, np.inf) if limits is None else tuple(map(as_number, np.ravel(np.array(limits, dtype=object))))
-        )
-        if len(numbers) != 2 or not numbers[0] <= numbers[1]:
+        limits, muscles = self.limits(arm), count(arm)
+        try:
+            low, high = (
+                np.broadcast_to([as_number(x) for x in np.ravel(np.array(limit, dtype=object))], muscles)
+                for limit in ((-np.inf, np.inf) if limits is None else limits)
+            )
+        except (TypeError, ValueError):
+            low = high = np.full(muscles, np.nan)
+        if not np.all(low <= high):
             raise InputError("limits", limits, "the lowest and the highest control")
-        return numbers[0], numbers[1]
+        return low, high
 
     def checked_feedback(self, arm: Arm, reference: Reference, plan: Plan) -> Feedback | None:
         """Return the feedback, if its correction and time constant can be.
@@ -107,11 +112,14 @@ class Controller(ABC):
             raise InputError("feedback.time", feedback.time, "a positive time [s]")
         return feedback
 
-    def limits(self, arm: Arm) -> tuple[float, float] | None:
-        """Return the lowest and the highest control there may be, or None; here, what the muscles can take."""
+    def limits(self, arm: Arm) -> tuple[Any, Any] | None:
+        """Return the lowest and the highest control there may be, or None; here, what the muscles can take.
+
+        Each is a number, or one for each muscle, shape (n,).
+        """
         if self.actuation == "pressures":
-            return 0.0, arm.muscle.max_pressure
-        return (0.0, arm.muscle.blocked_force) if self.actuation == "tensions" else None
+            return 0.0, each(arm, lambda group: group.pneumatics.max_pressure)
+        return (0.0, each(arm, lambda group: group.law.blocked_force)) if self.actuation == "tensions" else None
 
     def resting(self, plant: Plant, reference: Reference) -> Callable[[int], Array]:
         """Return a function that brings a plant to rest in a sample, and returns the controls that hold it.

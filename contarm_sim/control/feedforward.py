@@ -8,7 +8,9 @@ from contarm_sim.control.base import Controller
 from contarm_sim.control.plan import Plan
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing
-from contarm_sim.mechanics.statics import holding_tensions, servo_control
+from contarm_sim.mechanics.muscles import each
+from contarm_sim.mechanics.servos import servo_control
+from contarm_sim.mechanics.statics import holding_tensions
 from contarm_sim.model.arm import Arm
 from contarm_sim.paths.reference import Reference
 
@@ -27,7 +29,7 @@ class Feedforward(Controller):
             return Plan(lengths, held, held[0])
         period = 1 / reference.rate
         setpoint = _hold(arm, bend, lengths, np.gradient(bend, period, axis=0))
-        setpoint = setpoint + arm.servo_time * np.gradient(lengths, period, axis=0)
+        setpoint = setpoint + each(arm, lambda group: group.servo_time) * np.gradient(lengths, period, axis=0)
         return Plan(lengths, setpoint, _hold(arm, bend[:1], lengths[:1], None)[0])
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from contarm_sim.control.base import Controller
 from contarm_sim.control.plan import Plan
-from contarm_sim.kinematics import muscles
+from contarm_sim.mechanics import routing
+from contarm_sim.mechanics.muscles import each
 from contarm_sim.model.arm import Arm
 from contarm_sim.paths.reference import Reference
 
@@ -17,5 +18,5 @@ class Paper(Controller):
 
     def plan(self, arm: Arm, reference: Reference) -> Plan:
         """Return the arc's lengths, and these as controls."""
-        deltas = muscles.deltas_from_bend(reference.bend, arm.muscle_radius, arm.group.routing.angles)
-        return Plan(arm.length + deltas, deltas, deltas[0])
+        deltas = routing.arc_deltas(reference.bend, arm)
+        return Plan(each(arm, lambda group: group.length) + deltas, deltas, deltas[0])

@@ -12,8 +12,10 @@ from contarm_sim.control.feedback import Feedback, Memory, Seen
 from contarm_sim.control.plan import Plan
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import pneumatics, routing
+from contarm_sim.mechanics.muscles import each
+from contarm_sim.mechanics.pressures import holding_pressures
 from contarm_sim.mechanics.routing import length_jacobian
-from contarm_sim.mechanics.statics import balance, holding_pressures
+from contarm_sim.mechanics.statics import balance, min_tensions
 from contarm_sim.model.arm import Arm
 from contarm_sim.paths.reference import Reference
 
@@ -27,9 +29,9 @@ class Pressure(Controller):
     name = "pressure"
     actuation = "pressures"
 
-    def limits(self, arm: Arm) -> tuple[float, float]:
-        """Return the lowest and the highest pressure [Pa]."""
-        return arm.muscle.min_pressure, arm.muscle.max_pressure
+    def limits(self, arm: Arm) -> tuple[Array, Array]:
+        """Return the lowest and the highest pressure of each muscle [Pa], shape (n,)."""
+        return _lowest(arm), each(arm, lambda group: group.pneumatics.max_pressure)
 
     def plan(self, arm: Arm, reference: Reference) -> Plan:
         """Return lengths and pressures; in motion these lead the valves, and carry the backbone's damping."""
@@ -40,7 +42,8 @@ class Pressure(Controller):
             return Plan(lengths, held, held[0])
         period = 1 / reference.rate
         setpoint = holding_pressures(bend, arm, rate=np.gradient(bend, period, axis=0))
-        setpoint = setpoint + arm.muscle.valve_time * np.gradient(setpoint, period, axis=0)
+        lag = each(arm, lambda group: group.pneumatics.valve_time)
+        setpoint = setpoint + lag * np.gradient(setpoint, period, axis=0)
         return Plan(lengths, setpoint, holding_pressures(bend[:1], arm)[0])
 
     def feedback(self, arm: Arm, reference: Reference, plan: Plan) -> Feedback:
@@ -57,7 +60,7 @@ class Pressure(Controller):
         def rest(index: int) -> Array:
             lengths = plan.lengths[index]
             per_pascal = pneumatics.force(1.0, lengths, arm)
-            holder.least_pressures = np.maximum(arm.muscle.min_pressure, arm.muscle.min_tension / per_pascal)
+            holder.least_pressures = np.maximum(_lowest(arm), min_tensions(arm) / per_pascal)
             holder.tensions = plan.setpoint[index] * per_pascal
             holder(lengths, np.linalg.qr(length_jacobian(reference.bend[index], arm))[0].T)
             plant.pressure[:] = plant.control[:] = setpoint = holder.pressures()
@@ -83,14 +86,16 @@ class PressureFeedback(Feedback):
         inverse = np.linalg.solve(gram, J.swapaxes(-1, -2))  # lengths to bend, and moments to tensions
         slopes = pneumatics.force_slope(plan.setpoint, plan.lengths, arm)
         springs = np.einsum("...im,...i,...in->...mn", J, slopes, J)
-        stiffness = arm.bending_stiffness / arm.length * np.eye(2) + springs
+        own = [section.bending_stiffness / section.length for section in arm.sections]
+        stiffness = np.diag(np.repeat(own, 2)) + springs
         self._wanted, self._base = plan.lengths, plan.setpoint
         self._to_bend = inverse
         self._by_bend = -(inverse.swapaxes(-1, -2) @ stiffness) / held.per_pascal[..., None]
-        self._by_level = held.cocontraction / held.per_pascal
-        self._least = np.maximum(arm.muscle.min_pressure, arm.muscle.min_tension / held.per_pascal)
-        self._highest = arm.muscle.max_pressure
-        self._offset = np.zeros(2)
+        self._by_level = held.cocontraction / held.per_pascal[..., None, :]
+        self._least = np.maximum(_lowest(arm), min_tensions(arm) / held.per_pascal)
+        self._highest = each(arm, lambda group: group.pneumatics.max_pressure)
+        self._offset = np.zeros(J.shape[-1])
+        self._own = held.own[::-1]
 
     @property
     def memory(self) -> Memory:
@@ -105,6 +110,12 @@ class PressureFeedback(Feedback):
         """Integrate one interval of sample `index`."""
         self._offset += gain * (self._to_bend[index] @ (self._wanted[index] - seen.lengths))
         base, by_level = self._base[index], self._by_level[index]
-        asked = base + self._by_bend[index] @ self._offset
-        level = max(((self._least[index] - asked) / by_level).tolist())
-        self.value[:] = np.minimum(asked + level * by_level, self._highest) - base
+        asked, least = base + self._by_bend[index] @ self._offset, self._least[index]
+        for own, direction in zip(self._own, by_level[::-1], strict=True):  # from the tip: see Balance
+            level = max(((least[own] - asked[own]) / direction[own]).tolist())
+            asked = asked + level * direction
+        self.value[:] = np.minimum(asked, self._highest) - base
+
+
+def _lowest(arm: Arm) -> Array:
+    return each(arm, lambda group: group.pneumatics.min_pressure)

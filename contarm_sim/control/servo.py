@@ -11,8 +11,10 @@ from contarm_sim.control.feedback import Feedback, Memory, Seen
 from contarm_sim.control.feedforward import Feedforward
 from contarm_sim.control.plan import Plan
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics.muscles import slices
 from contarm_sim.mechanics.routing import length_jacobian
-from contarm_sim.mechanics.statics import SERVO_SHARE, cocontraction, servo_tensions
+from contarm_sim.mechanics.servos import SERVO_SHARE, servo_tensions
+from contarm_sim.mechanics.statics import cocontraction
 from contarm_sim.model.arm import Arm
 from contarm_sim.paths.reference import Reference
 
@@ -51,8 +53,8 @@ class LengthFeedback(Feedback):
     """Integrates errors of length [m].
 
     Only what a bend changes of the lengths is integrated: the rest does not move an inextensible backbone, it only
-    makes the muscles fight. Co-contraction instead keeps the slackest muscle at its least tension, and every servo
-    pulling. While a servo is at a limit, where more of it does nothing, errors are not integrated.
+    makes the muscles fight. Co-contraction instead keeps the slackest muscle of each section at its least tension, and
+    every servo pulling. While a servo is at a limit, where more of it does nothing, errors are not integrated.
 
     Attributes:
         shift: what is added to the lengths wanted [m], shape (n,); another feedback may change it.
@@ -60,15 +62,18 @@ class LengthFeedback(Feedback):
 
     def __init__(self, arm: Arm, wanted: Array) -> None:
         # Slow beside the servo: ten times what its integral would swing up at; fast beside a path.
-        super().__init__(max(0.1, 10 / (max(arm.servo_time, 1e-3) * arm.servo_frequency**2)), wanted.shape[1])
+        slowest = max(10 / (max(group.servo_time, 1e-3) * group.servo_frequency**2) for group in arm.groups)
+        super().__init__(max(0.1, slowest), wanted.shape[1])
         self._wanted = wanted.tolist()
-        self._least, self._blocked = arm.muscle.min_tension, arm.muscle.blocked_force
-        self._per_newton = 1 / arm.servo_stiffness
-        straight = np.zeros(2)
-        J = length_jacobian(straight, arm)
+        straight = np.zeros(2 * len(arm.sections))
+        J, common = length_jacobian(straight, arm), cocontraction(straight, arm)
         # Orthonormal directions of lengths that no bend changes: for three muscles, what they have in common.
-        self._fights: list[list[float]] = np.linalg.svd(J)[0][:, 2:].T.tolist()
-        self._common: list[float] = cocontraction(straight, arm).tolist()
+        self._fights: list[list[float]] = np.linalg.svd(J)[0][:, J.shape[1] :].T.tolist()
+        self._groups = [
+            (own.start, own.stop, group.law.min_tension, group.law.blocked_force, 1 / group.servo_stiffness,
+             [(i, pull) for i, pull in enumerate(common[number].tolist()) if pull])
+            for number, (group, own) in enumerate(zip(arm.groups, slices(arm), strict=True))
+        ]  # fmt: skip
         self._each = range(len(J))
         self.shift = np.zeros(len(J))
         shift: Any = memoryview(self.shift)  # type: ignore[arg-type]
@@ -98,9 +103,15 @@ class LengthFeedback(Feedback):
                 along += fight[i] * error[i]
             for i in each:
                 error[i] -= along * fight[i]
-        weakest = min(seen.pulls)
-        slack = max(self._least - min(seen.tensions), SERVO_SHARE * self._least - weakest)
-        common = gain * slack * self._per_newton
-        free = gain if weakest > 0 and max(seen.pulls) < self._blocked else 0.0
+        free, pulls, tensions, loosened = gain, seen.pulls, seen.tensions, [0.0] * len(error)
+        for first, end, least, blocked, per_newton, direction in self._groups:
+            pulled = pulls[first:end]
+            weakest = min(pulled)
+            if weakest <= 0 or max(pulled) >= blocked:
+                free = 0.0
+            slack = max(least - min(tensions[first:end]), SERVO_SHARE * least - weakest)
+            common = gain * slack * per_newton
+            for i, pull in direction:
+                loosened[i] += common * pull
         for i in each:
-            value[i] += free * error[i] - common * self._common[i]
+            value[i] += free * error[i] - loosened[i]

@@ -12,8 +12,8 @@ from contarm_sim.control.plan import Plan
 from contarm_sim.control.servo import LengthFeedback, Servo
 from contarm_sim.control.tip_motion import TipCommands, plan_motion, plan_rest, planner
 from contarm_sim.errors import EquilibriumError
-from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics import shape
 from contarm_sim.mechanics.routing import length_jacobian
 from contarm_sim.model.arm import Arm
 from contarm_sim.paths.reference import Reference
@@ -53,7 +53,7 @@ class Tip(Servo):
             except EquilibriumError:
                 pass
         plan = super().plan(arm, reference)
-        inverse = np.asarray(np.linalg.pinv(arc.jacobian(reference.bend, arm.length)), dtype=float)
+        inverse = np.asarray(np.linalg.pinv(shape.tip_jacobian(reference.bend, arm)), dtype=float)
         return TipCommands(plan.lengths, plan.setpoint, plan.start, inverse)
 
     def unplanned(self) -> Tip:
@@ -94,7 +94,7 @@ class TipFeedback(Feedback):
         self._lengths = LengthFeedback(arm, plan.lengths)
         # Half of this time shakes an upright arm with 100 g.
         super().__init__(max(0.2, 2 * self._lengths.time), plan.start.size)
-        self._offset = np.zeros(2)
+        self._offset = np.zeros(self._spread.shape[-1])
 
     @property
     def memory(self) -> Memory:

@@ -13,9 +13,11 @@ from contarm_sim.control.tip_plan import TipPlan
 from contarm_sim.engine.plant import Plant
 from contarm_sim.engine.room import engine_room
 from contarm_sim.errors import EquilibriumError
-from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics.statics import least_tensions
+from contarm_sim.mechanics import shape
+from contarm_sim.mechanics.muscles import each
+from contarm_sim.mechanics.servos import least_tensions
+from contarm_sim.mechanics.statics import min_tensions
 from contarm_sim.model.arm import Arm
 from contarm_sim.paths.reference import Reference
 
@@ -31,7 +33,7 @@ class TipCommands(Plan):
     """A plan, and how the bend asked for moves the resting tip.
 
     Attributes:
-        tip_to_bend: change of the bend [rad] by which the resting tip moves as asked for [m], shape (T, 2, 3).
+        tip_to_bend: change of the bend [rad] by which the resting tip moves as asked for [m], shape (T, 2 S, 3).
     """
 
     tip_to_bend: Array
@@ -98,14 +100,14 @@ def plan_motion(arm: Arm, reference: Reference) -> TipCommands:
         forces[0] *= 0.0  # the motion starts from rest
         speeds = CubicSpline(at, found.lengths)(at, 1)
         speeds[0] = 0.0
-        least = least_tensions(speeds, arm.muscle.min_tension, arm)
+        least = least_tensions(speeds, min_tensions(arm), arm)
         try:
             found = _solved(arm, bend[knots], target[knots], found, _Under(forces, least, moving=True))
         except EquilibriumError:
             break
     parts = (found.setpoint, found.lengths, found.slopes, found.q)
     fine = _Planned(*(CubicSpline(at, part)(time) for part in parts)).commands()
-    follow = fine.setpoint + arm.servo_time * np.gradient(fine.lengths, period, axis=0)
+    follow = fine.setpoint + each(arm, lambda group: group.servo_time) * np.gradient(fine.lengths, period, axis=0)
     return TipCommands(fine.lengths, follow, fine.start, fine.tip_to_bend)
 
 
@@ -116,7 +118,7 @@ def _guess(arm: Arm, bend: Array) -> _Planned:
         plant.reset(one)
         q.append(plant.data.qpos.copy())
     plan = Servo().plan(arm, Reference.from_bends(bend, arm))
-    return _Planned(plan.setpoint, plan.lengths, np.empty((len(bend), 3, 2)), np.array(q))
+    return _Planned(plan.setpoint, plan.lengths, np.empty((len(bend), 3, bend.shape[1])), np.array(q))
 
 
 def planner(
@@ -130,7 +132,7 @@ def planner(
     guess, under, plan = guess or _guess(arm, bend), under or _Under(), TipPlan(arm)
     data = plan.plant.data
     forces = np.broadcast_to(under.forces, guess.q.shape)
-    least = np.broadcast_to(arm.muscle.min_tension if under.least is None else under.least, guess.lengths.shape)
+    least = np.broadcast_to(min_tensions(arm) if under.least is None else under.least, guess.lengths.shape)
 
     def solve(i: int) -> _Planned:
         data.qpos[:] = guess.q[i]
@@ -147,5 +149,5 @@ def _solved(arm: Arm, bend: Array, target: Array, guess: _Planned, under: _Under
             try:
                 found.append(solve(i))
             except EquilibriumError as error:
-                raise error.located(f"at {arc.described(bend[i])}") from None
+                raise error.located(f"at {shape.described(bend[i], arm)}") from None
     return _Planned(*(np.array([getattr(one, item.name) for one in found]) for item in fields(_Planned)))

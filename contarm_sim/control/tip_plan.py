@@ -15,6 +15,7 @@ from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import EquilibriumError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.routing import length_jacobian, lengths_from_bend
+from contarm_sim.mechanics.statics import min_tensions
 from contarm_sim.model.arm import Arm
 from contarm_sim.statics.holding import Holder
 from contarm_sim.statics.solver import Solver
@@ -49,31 +50,29 @@ class TipPlan:
         """Bring the tip from its current pose as near to a target [m], shape (3,), as it gets.
 
         Args:
-            bend: about where that is [rad], shape (2,): what the plan falls back to.
+            bend: about where that is [rad], shape (2 S,): what the plan falls back to.
             forces: generalised forces on the joints [N m], shape (dofs,).
             least: tensions that the muscles keep at least [N], shape (n,); default the arm's least.
             checked: refuse set-points that servos at rest cannot follow.
 
         Returns:
-            the set-points [m], shape (n,), and the derivative of the tip by the bend asked for [m/rad], shape (3, 2).
+            the set-points [m], shape (n,), and the derivative of the tip by the bend asked for [m/rad], shape (3, 2 S).
 
         Raises:
             EquilibriumError: there is no pose at rest at this bend; says why.
         """
         holder, data = self._holder, self.plant.data
         holder.extra = forces
-        holder.least = (
-            np.full(self.plant.control.shape[1], self.plant.arm.muscle.min_tension) if least is None else least
-        )
+        holder.least = min_tensions(self.plant.arm) if least is None else least
         holder.tensions = holder.least.copy()
         bend, damping = bend.copy(), 0.0
         holder(lengths_from_bend(bend, self.plant.arm))
-        slope, off, curved = self._slope(bend), target - self.plant.tip, np.zeros((2, 2))
+        slope, off, curved = self._slope(bend), target - self.plant.tip, np.zeros((len(bend), len(bend)))
         excess = holder.excess()
         for _ in range(ITERATIONS):
             gram = slope.T @ slope + curved
-            change = np.linalg.solve(gram + (damping + 1e-12) * np.trace(gram) * np.eye(2), slope.T @ off)
-            size = float(np.hypot(*change))
+            change = np.linalg.solve(gram + (damping + 1e-12) * np.trace(gram) * np.eye(len(bend)), slope.T @ off)
+            size = float(np.linalg.norm(change))
             if size <= STEP:
                 break
             change *= min(1.0, LONGEST / size)
@@ -84,13 +83,13 @@ class TipPlan:
                 curved = _curved(curved, change, (before[2] - slope).T @ off, slope)
             else:
                 data.qpos[:], holder.tensions = before[:2]
-                damping, curved = max(4 * damping, 1e-2), np.zeros((2, 2))
+                damping, curved = max(4 * damping, 1e-2), np.zeros((len(bend), len(bend)))
         holder(lengths_from_bend(bend, self.plant.arm))
         return holder.setpoints(checked), slope
 
     def _nearer(self, bend: Array, target: Array, square: float, excess: float) -> bool:
         """Whether the tip, at rest at a bend, is no farther from its target than before, and as well held."""
-        if np.hypot(*bend) > LARGEST:
+        if np.hypot(bend[::2], bend[1::2]).max() > LARGEST:
             return False
         try:
             self._holder(lengths_from_bend(bend, self.plant.arm))
@@ -101,7 +100,7 @@ class TipPlan:
         return bool(near and self._holder.excess() <= excess)
 
     def _slope(self, bend: Array) -> Array:
-        """Return the derivative of the resting tip by the bend whose lengths it has [m/rad], shape (3, 2)."""
+        """Return the derivative of the resting tip by the bend whose lengths it has [m/rad], shape (3, 2 S)."""
         J = self.plant.tip_jacobian()[:3]
         return J @ self._holder.by_lengths() @ length_jacobian(bend, self.plant.arm)
 
@@ -117,5 +116,7 @@ def _curved(curved: Array, change: Array, turned: Array, slope: Array) -> Array:
     if abs(along) > 1e-8 * float(np.linalg.norm(miss) * np.linalg.norm(change)):
         curved = curved + np.outer(miss, miss) / along
     total = slope.T @ slope + curved
+    if len(total) > 2:  # a Jacobian of three rows leaves directions that only the damping holds
+        return np.zeros_like(curved)
     positive = total[0, 0] > 0 and total[0, 0] * total[1, 1] > 1.01 * total[0, 1] * total[1, 0]
     return curved if positive else np.zeros((2, 2))

@@ -98,10 +98,11 @@ class Plant(DrivenMuscles):
         """Put the arm at rest with all joints of a section bent alike, the first guess of a pose.
 
         Args:
-            bend: of each section [rad], shape (sections, 2), or (2,) for all alike; default straight.
+            bend: of each section [rad], shape (S, 2) or (2 S,), or (2,) for all alike; default straight.
         """
         mujoco.mj_resetDataKeyframe(self.model, self.data, 0)
-        bends = np.broadcast_to(np.zeros(2) if bend is None else bend, (len(self.arm.sections), 2))
+        given = np.zeros(2) if bend is None else np.asarray(bend).reshape(-1, 2)
+        bends = np.broadcast_to(given, (len(self.arm.sections), 2))
         for number, (section, routing) in enumerate(zip(self.arm.sections, self.arm.routings, strict=True)):
             share = section_angles(bends[number], section, routing)[0] / section.links
             for axis, angle in (("x", -share[1]), ("y", share[0])):

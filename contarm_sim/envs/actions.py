@@ -23,7 +23,9 @@ from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing
-from contarm_sim.mechanics.statics import balance, holding_tensions, level_range, servo_control
+from contarm_sim.mechanics.pressures import level_range
+from contarm_sim.mechanics.servos import servo_control
+from contarm_sim.mechanics.statics import balance, holding_tensions
 from contarm_sim.mjcf import Actuation
 from contarm_sim.model.arm import Arm
 
@@ -62,7 +64,7 @@ class Actions:
             low, high = arm.setpoint_range
             return max(low, -np.pi * arm.muscle_radius), min(high, np.pi * arm.muscle_radius)
         if self.mode == "pressures":
-            return muscle.min_pressure, muscle.max_pressure
+            return arm.pneumatics.pressure_limits
         farthest = holding_tensions(arc.from_polar(arc.LARGEST_BEND, np.radians(np.arange(0, 360, 15))), arm)
         if self.mode == "tensions":
             return 0.0, min(float(farthest.max()), muscle.blocked_force)

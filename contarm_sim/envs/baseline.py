@@ -19,8 +19,10 @@ from contarm_sim.envs.definition import Definition
 from contarm_sim.envs.hold import stiffness_at
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing
+from contarm_sim.mechanics.moments import wrench_moment
+from contarm_sim.mechanics.pressures import level_range
 from contarm_sim.mechanics.routing import length_jacobian
-from contarm_sim.mechanics.statics import balance, holding_tensions, level_range, wrench_moment
+from contarm_sim.mechanics.statics import balance, holding_tensions
 
 Policy = Callable[[Array], Array]
 """From flat observations, shape (B, size), to actions, shape (B, size of an action)."""
@@ -108,7 +110,7 @@ class _Hold:
         self._offset += GAIN * np.where(near[:, None], seen["bend_error"], 0.0)
         for i, (pressures, by_bend, by_level) in enumerate(self._parts):
             found = pressures + by_bend @ self._offset[i]
-            lacking = (self._arm.muscle.min_pressure - found) / by_level
+            lacking = (self._arm.pneumatics.min_pressure - found) / by_level
             asked[i] = found + max(float(lacking.max()), 0.0) * by_level
         return self._definition.actions.asking(asked)
 
@@ -118,11 +120,11 @@ class _Hold:
         held = balance(bend, arm, load=wrench_moment(bend, force, couple, arm))
         lengths = routing.lengths_from_bend(bend, arm)
         J = length_jacobian(bend, arm)
-        low, high = (float(level) for level in level_range(held, arm))
+        low, high = (float(level[0]) for level in level_range(held, arm))
         for _ in range(40):  # stiffness rises with the level
             middle = 0.5 * (low + high)
             enough = stiffness_at(held, middle, lengths, J, arm) >= MARGIN * stiffness
             low, high = (low, middle) if enough else (middle, high)
         spread = np.linalg.solve(J.T @ J, J.T)
         by_bend = -(spread.T * stiffness) / held.per_pascal[:, None]
-        return held.at(high) / held.per_pascal, by_bend, held.cocontraction / held.per_pascal
+        return held.at(np.array([high])) / held.per_pascal, by_bend, held.cocontraction[0] / held.per_pascal

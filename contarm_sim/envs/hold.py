@@ -29,9 +29,11 @@ from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array, as_vectors
 from contarm_sim.kinematics.muscles import bend_of_lengths
 from contarm_sim.mechanics import routing
+from contarm_sim.mechanics.moments import wrench_moment
 from contarm_sim.mechanics.pneumatics import force_slope, passive_slope
+from contarm_sim.mechanics.pressures import level_range
 from contarm_sim.mechanics.routing import length_jacobian
-from contarm_sim.mechanics.statics import Balance, balance, level_range, wrench_moment
+from contarm_sim.mechanics.statics import Balance, balance
 from contarm_sim.model.arm import Arm
 
 MAX_BEND = float(np.radians(80))
@@ -67,7 +69,7 @@ class Hold(Task):
         bend, wrench, share = _checked(values)
         for _ in range(100):
             held = balance(bend, self.arm, load=wrench_moment(bend, wrench[:3], wrench[3:], self.arm))
-            low, high = level_range(held, self.arm)
+            low, high = (level[..., 0] for level in level_range(held, self.arm))
             if high - low >= ROOM:
                 break
             bend, wrench = 0.95 * bend, 0.95 * wrench
@@ -99,7 +101,7 @@ class Hold(Task):
     def scales(self) -> dict[str, tuple[float, float]]:
         """See the table above."""
         arm = self.arm
-        slope = float(force_slope(arm.muscle.max_pressure, arm.length, arm))
+        slope = float(force_slope(arm.pneumatics.max_pressure, arm.length, arm))
         most = arm.bending_stiffness / arm.length + 1.5 * arm.muscle_radius**2 * slope
         return {
             "bend_asked": (0.0, np.pi),
@@ -164,5 +166,6 @@ def _least(jacobian: Array, slopes: Array, elastic: Array | float) -> Array:
 
 def stiffness_at(held: Balance, level: Any, lengths: Array, jacobian: Array, arm: Arm) -> float:
     """Return the bending stiffness [N m/rad] of a pose at a level of co-contraction [N]."""
-    slopes = force_slope(held.at(level) / held.per_pascal, lengths, arm) + passive_slope(lengths, arm)
+    pressures = held.at(np.asarray(level)[..., None]) / held.per_pascal
+    slopes = force_slope(pressures, lengths, arm) + passive_slope(lengths, arm)
     return float(_least(jacobian, slopes, arm.bending_stiffness / arm.length))

@@ -69,6 +69,38 @@ def frames(bend: Any, length: float, links: int) -> Array:
     return out
 
 
+def chain_frame(angles: Any, pitch: float) -> Array:
+    """Return the frame at the end of a chain, shape (..., 4, 4), of its hinges' angles [rad], shape (..., N, 2 or 3).
+
+    Angles stand in the order of the hinges, see `ORDER`; three are x, y and z, each inside out where that begins by y.
+
+    Args:
+        pitch: distance of its joints [m]; a half link is at each end.
+    """
+    angles = np.asarray(angles, dtype=float)
+    lead, (count, hinges) = angles.shape[:-2], angles.shape[-2:]
+    axes = [{"xy": "xyz", "yx": "zyx"}[order] if hinges == 3 else order for order in ORDER]
+    origin = np.zeros((*lead, 3))
+    x, y, z = np.broadcast_to(np.eye(3)[:, *[None] * len(lead)], (3, *lead, 3))
+    for i in range(count):
+        origin = origin + 0.5 * pitch * z
+        for number, axis in enumerate(axes[i % 4]):
+            angle = angles[..., i, number, None]
+            cos, sin = np.cos(angle), np.sin(angle)
+            if axis == "x":
+                y, z = cos * y + sin * z, cos * z - sin * y
+            elif axis == "y":
+                z, x = cos * z + sin * x, cos * x - sin * z
+            else:
+                x, y = cos * x + sin * y, cos * y - sin * x
+        origin = origin + 0.5 * pitch * z
+    out = np.zeros((*lead, 4, 4))
+    out[..., 3, 3] = 1.0
+    for column, vector in enumerate((x, y, z, origin)):
+        out[..., :3, column] = vector
+    return out
+
+
 def tip(bend: Any, length: float, links: int) -> Array:
     """Return tip positions [m], shape (..., 3)."""
     return frames(bend, length, links)[..., -1, :3, 3]

@@ -40,6 +40,14 @@ def directions(angles: Angles = PAPER) -> Array:
     return u
 
 
+@lru_cache
+def evenly_spaced(angles: Angles) -> bool:
+    """Tell whether `bend_of_lengths` holds: sum u_i = 0 and sum u_i u_i^T = (n/2) I."""
+    u = directions(angles)
+    off = np.abs(u.T @ u - 0.5 * len(angles) * np.eye(2)).max()
+    return bool(len(angles) >= 3 and np.abs(u.sum(axis=0)).max() < 1e-12 and off < 1e-12)
+
+
 def towards_muscles(bend: Array, angles: Angles = PAPER) -> Array:
     """Return bend . u_i, shape (..., n), term by term: a bend gives the same bits alone or among others."""
     u = directions(angles)

@@ -27,26 +27,34 @@ _CORRECTIONS = 30
 @dataclass(frozen=True)
 class Guides:
     """Where guides are: backbone length, radius of the attachment circle, height above a link's middle [m]; links;
-    angles of the n muscles [rad]."""
+    angles of the n muscles [rad].
+
+    Attributes:
+        root: what runs along the base, below the first guide [m]; default the guides' height. 0 where the muscles come
+            from a section before.
+        end: height of the guide that the last span ends at, above the section's end [m]; 0 in its end plate.
+    """
 
     length: float
     radius: float
     height: float
     links: int
     angles: Angles = PAPER
+    root: float | None = None
+    end: float = 0.0
 
     @property
     def spans(self) -> list[tuple[float, float, float]]:
         """How many spans cross a joint, and from how far below to how far above it they reach [m]."""
         half = 0.5 * self.length / self.links
-        return [(self.links - 1, half - self.height, half + self.height), (1, half - self.height, half)]
+        return [(self.links - 1, half - self.height, half + self.height), (1, half - self.height, half + self.end)]
 
 
 def lengths_from_bend(bend: Any, guides: Guides) -> Array:
     """Return muscle lengths [m], shape (..., n), of bends [rad], shape (..., 2)."""
     bend = as_vectors(bend, 2, "bend")
     parts = [count * _span(bend, guides, *ends)[0] for count, *ends in guides.spans]
-    return guides.height + parts[0] + parts[1]
+    return (guides.height if guides.root is None else guides.root) + parts[0] + parts[1]
 
 
 def length_jacobian(bend: Any, guides: Guides) -> Array:

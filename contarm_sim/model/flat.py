@@ -15,6 +15,7 @@ from contarm_sim.model.law import MuscleLaw
 from contarm_sim.model.mckibben import McKibben
 from contarm_sim.model.muscle_group import MuscleGroup
 from contarm_sim.model.parameters import Quaternion, Vector
+from contarm_sim.model.pneumatic_law import PneumaticLaw, as_pneumatic
 from contarm_sim.model.routing import Path, Routing
 from contarm_sim.model.section import Section
 from contarm_sim.model.world import World
@@ -161,6 +162,15 @@ class FlatArm:
         return _agreed("muscle", [group.law for group in self.groups] or list(self.laws))
 
     @property
+    def pneumatics(self) -> PneumaticLaw:
+        """The law by which pneumatic muscles pull.
+
+        Raises:
+            InputError: sections differ, or their law has no pressures.
+        """
+        return as_pneumatic(self.muscle)
+
+    @property
     def gravity(self) -> Vector:
         """Gravity in the base frame [m/s^2]."""
         return self.world.gravity
@@ -194,7 +204,10 @@ class FlatArm:
     @property
     def bend_frequency(self) -> float:
         """Angular frequency [rad/s] at which the arm's uniform bend swings by itself, muscles off, without gravity."""
-        return math.sqrt(self.section.bending_stiffness / self.length / self.bend_inertia)
+        if len(self.sections) == 1:
+            return math.sqrt(self.section.bending_stiffness / self.length / self.bend_inertia)
+        softness = sum(section.length / section.bending_stiffness for section in self.sections)
+        return math.sqrt(1 / softness / self.bend_inertia)
 
     @property
     def servo_stiffness(self) -> float:

@@ -11,7 +11,7 @@ from contarm_sim.model.parameters import LARGEST, Vector, as_number, as_numbers
 
 Drive = Literal["off", "deltas", "tensions", "pressures", "bend"]
 DRIVES: tuple[Drive, ...] = get_args(Drive)
-_SIZE = {"off": 0, "bend": 2}
+_SIZE = {"off": 0}
 
 
 def _vector(value: Any, size: int | None, name: str) -> tuple[float, ...]:
@@ -54,7 +54,7 @@ class Muscles:
         kind: `off` (no force), `deltas` (length changes of the chain of links [m], held by servos), `tensions`
             (constant [N], pulling > 0), `pressures` (gauge [Pa], by the McKibben law), `bend` (bend and plane angle
             [rad], held by servos).
-        values: none for `off`, two numbers for `bend`, else one for each muscle, section by section.
+        values: none for `off`, two numbers for `bend` (for each section), else one for each muscle, section by section.
 
     Raises:
         InputError: an unknown kind, or the wrong numbers.
@@ -67,6 +67,8 @@ class Muscles:
         if not isinstance(self.kind, str) or self.kind not in DRIVES:
             raise InputError("muscles", repr(self.kind) if isinstance(self.kind, str) else self.kind, ", ".join(DRIVES))
         object.__setattr__(self, "values", _vector(self.values, _SIZE.get(self.kind), f"muscles {self.kind}"))
+        if self.kind == "bend" and len(self.values) not in range(2, 13, 2):
+            raise InputError("muscles bend", self.values, "2 finite numbers, or two for each section, at most 12")
         if self.kind in ("tensions", "pressures") and min(self.values) < 0:
             unit = "[N]: muscles pull" if self.kind == "tensions" else "[Pa]"
             raise InputError(f"muscles {self.kind}", self.values, f"0 or more {unit}")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from contarm_sim.control.base import Controller
@@ -13,7 +11,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.chain import richardson
 from contarm_sim.motion.motion_extrapolation import coarser
 from contarm_sim.motion.rest import poses_at_rest
-from contarm_sim.paths.reference import Reference
+from contarm_sim.paths.reference import Reference, section_lengths
 from contarm_sim.results.trajectory import Trajectory
 
 
@@ -31,14 +29,14 @@ def motion_part(trajectory: Trajectory, poses: int = 100, controller: Controller
     """
     arm, chosen = trajectory.arm, slice(None, None, max(1, len(trajectory) // poses))
     bend, target = trajectory.bend[chosen], trajectory.target[chosen]
-    reference = Reference(np.zeros(len(bend)), target, bend, arm.length)
+    reference = Reference(np.zeros(len(bend)), target, bend, section_lengths(arm))
     driven = controller or resolved(trajectory.controller)
     if driven.actuation != trajectory.actuation:
         given = f"{driven.name!r}, which drives {driven.actuation}"
         raise InputError("controller", given, f"the one that drove the {trajectory.actuation} of this trajectory")
     rest = poses_at_rest(arm, reference, driven).tip
     if trajectory.extrapolated:
-        half = coarser(arm.links)
-        coarse = poses_at_rest(replace(arm, links=half), reference, driven).tip
-        rest = rest + richardson(arm.links, half) * (rest - coarse)
+        half = coarser(arm)
+        coarse = poses_at_rest(half, reference, driven).tip
+        rest = rest + richardson(arm.links, half.links) * (rest - coarse)
     return trajectory.time[chosen], np.linalg.norm(trajectory.tip[chosen] - rest, axis=-1)

@@ -13,21 +13,24 @@ import numpy as np
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.chain import richardson
+from contarm_sim.mechanics.shape import halved, stations
+from contarm_sim.model.arm import Arm
 from contarm_sim.results.trajectory import Trajectory
 
 LEAST_LINKS = 8
 """Fewest links of the finer chain."""
 
 
-def coarser(links: int) -> int:
-    """Return the link count of the coarser chain.
+def coarser(arm: Arm) -> Arm:
+    """Return the arm of the coarser chain, of half the links.
 
     Raises:
-        InputError: too few links to extrapolate from.
+        InputError: too few links to extrapolate from; of several sections, an odd number too.
     """
-    if links < LEAST_LINKS:
-        raise InputError("links", links, f"at least {LEAST_LINKS}, half of which make the coarser chain")
-    return links // 2
+    for section in arm.sections:
+        if section.links < LEAST_LINKS:
+            raise InputError("links", section.links, f"at least {LEAST_LINKS}, half of which make the coarser chain")
+    return halved(arm)
 
 
 def extrapolated(fine: Trajectory, coarse: Trajectory) -> Trajectory:
@@ -43,8 +46,9 @@ def extrapolated(fine: Trajectory, coarse: Trajectory) -> Trajectory:
     fine, coarse = fine.first(count), coarse.first(count)
     links, fewer = fine.stations.shape[1] - 1, coarse.stations.shape[1] - 1
     gain = richardson(links, fewer)
-    shape = CubicSpline(np.linspace(0, 1, links + 1), fine.stations, axis=1)(np.linspace(0, 1, fewer + 1))
-    difference = CubicSpline(np.linspace(0, 1, fewer + 1), shape - coarse.stations, axis=1)
+    places, sparser = stations(fine.arm), stations(coarse.arm)
+    shape = CubicSpline(places, fine.stations, axis=1)(sparser)
+    difference = CubicSpline(sparser, shape - coarse.stations, axis=1)
     here, there = Rotation.from_matrix(fine.tip_rotation), Rotation.from_matrix(coarse.tip_rotation)
 
     def better(one: Array, other: Array) -> Array:
@@ -54,7 +58,7 @@ def extrapolated(fine: Trajectory, coarse: Trajectory) -> Trajectory:
     return replace(
         fine,
         extrapolated=True,
-        stations=fine.stations + gain * difference(np.linspace(0, 1, links + 1)),
+        stations=fine.stations + gain * difference(places),
         tip_rotation=(here * Rotation.from_rotvec(gain * (there.inv() * here).as_rotvec())).as_matrix(),
         muscle_lengths=better(fine.muscle_lengths, coarse.muscle_lengths),
         muscle_tensions=better(fine.muscle_tensions, coarse.muscle_tensions),

@@ -103,10 +103,11 @@ def release(arm: Arm, held: Array, load: Load, settings: SwingSettings = DEFAULT
     points, turns = np.empty((count, *places.stations.shape, 3)), np.empty((count, *places.stations.shape, 3, 3))
     with engine_room():
         stepper = _Leapfrog(plant, load, timestep, settings.course)
+        met = {"timestep": timestep, "damping_time": min(section.damping_time for section in arm.sections)}
         for i in range(count):
             if i:
                 stepper.advance(round(steps))
-                plant.check({"timestep": timestep, "damping_time": arm.damping_time})
+                plant.check(met)
             energy[i] = stepper.energy()
             tip[i], points[i], turns[i] = plant.tip, plant.centres[places.stations], plant.rotations[places.stations]
     return Swing(period * np.arange(count, dtype=float), places.xi, places.between(points, turns), tip, energy)

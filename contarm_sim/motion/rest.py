@@ -13,7 +13,7 @@ from contarm_sim.control.registry import controller as resolved
 from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.engine.recorder import Recorder
 from contarm_sim.errors import EquilibriumError, InputError, expect
-from contarm_sim.kinematics import arc
+from contarm_sim.mechanics import shape
 from contarm_sim.mechanics.pneumatics import pressure_for
 from contarm_sim.model.arm import Arm
 from contarm_sim.paths.reference import Reference
@@ -50,7 +50,7 @@ def poses_at_rest(
             try:
                 setpoint[i] = rest(i)
             except EquilibriumError as error:
-                raise error.located(f"at {arc.described(bend[i])} with {arm.links} links") from None
+                raise error.located(f"at {shape.described(bend[i], arm)} with {arm.links} links") from None
             mujoco.mj_forward(plant.model, plant.data)  # the sensors
             recorder.take(i)
             felt[i] = plant.muscle_lengths, plant.muscle_tensions
@@ -63,6 +63,6 @@ def poses_at_rest(
         measured["pressure"] = pressure_for(tensions, lengths, arm)
     return Trajectory(
         arm=arm, **chosen.about(), status="at rest",
-        time=still.time, target=still.target, bend=bend, setpoint=setpoint, **measured,
+        time=still.time, target=still.target, bend=bend, direction=still.direction, setpoint=setpoint, **measured,
         versions=versions(),
     )  # fmt: skip

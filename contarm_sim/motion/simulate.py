@@ -63,7 +63,7 @@ def simulate(
         raise InputError("reference", "poses at rest, all at time 0", "one with times; poses_at_rest is for these")
     chosen = resolved(controller)
     if extrapolate:
-        half = replace(arm, links=coarser(arm.links))
+        half = coarser(arm)
         given = {"stepping": stepping, "on_tick": on_tick, "check_step": check_step}
         fine = simulate(arm, reference, chosen, **given)  # type: ignore[arg-type]
         try:

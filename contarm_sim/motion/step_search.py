@@ -83,6 +83,7 @@ class Motion:
             arm=self.arm, **driven.about(),
             status="finished" if done == count else "interrupted", time=reference.time[:done],
             target=reference.target[:done], bend=reference.bend[:done], setpoint=one.setpoint,
+            direction=None if reference.direction is None else reference.direction[:done],
             **recorder.arrays(done), timestep=1 / (self._rate * substeps),
             real_time_factor=max(done - 1, 0) / self._rate / elapsed, versions=versions(),
         )  # fmt: skip
@@ -94,7 +95,7 @@ class Motion:
             InputError: no step suits this arm.
             DivergenceError: the arm blows up however short the step is.
         """
-        farthest = self._bend[np.hypot(*self._bend.T).argmax()]
+        farthest = self._bend[np.linalg.norm(self._bend, axis=1).argmax()]
         substeps = stable_substeps(self._plant, self._rate, farthest[None])
         while True:
             try:
@@ -142,7 +143,8 @@ class Motion:
     @property
     def _rubs(self) -> bool:
         """Whether dry friction, which sticks and slips, makes a window tell little of the whole."""
-        return self.arm.joint_friction is not None or self.arm.muscle.braid_friction is not None
+        rubbing = any(section.joint_friction is not None for section in self.arm.sections)
+        return rubbing or any(group.law.dry_friction is not None for group in self.arm.groups)
 
     def _in_a_window(self, run: Trajectory, substeps: int) -> tuple[Array, bool]:
         """Estimate the step's error [m] where the tip accelerates most, by simulating that again in half the step.
@@ -165,7 +167,8 @@ class Motion:
         again.go_back(before)
         done = again.run(recorder, window.start, window.stop)
         off = np.linalg.norm(recorder.stations[:done, -1] - tips[window][:done], axis=-1)
-        rate = 0.5 * self.arm.damping_time * self.arm.bend_frequency**2  # at which the slowest mode dies out
+        damping = min(section.damping_time for section in self.arm.sections)
+        rate = 0.5 * damping * self.arm.bend_frequency**2  # at which the slowest mode dies out
         remembered = min(1 / max(rate, 1e-9), count / self._rate)
         longer = max(1.0, remembered * self._rate / max(done, 1))
         error[window.start : window.start + done] = 2 * off * longer

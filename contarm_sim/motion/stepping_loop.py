@@ -40,7 +40,7 @@ class Pass:
     Attributes:
         plant: the arm, in the state that the motion starts from.
         plan: set-points of all samples.
-        limits: lowest and highest control.
+        limits: lowest and highest control of each muscle, shape (n,).
         feedback: corrects them, or None.
         rate: control ticks per second [Hz].
         substeps: engine steps per control tick.
@@ -50,7 +50,7 @@ class Pass:
 
     plant: Plant
     plan: Plan
-    limits: tuple[float, float]
+    limits: tuple[Array, Array]
     feedback: Feedback | None
     rate: float
     substeps: int
@@ -114,19 +114,19 @@ class Pass:
         control: Any = memoryview(self.plant.data.ctrl)
         rows, count = self.plant.control.shape
         value: Any = memoryview(np.zeros(count) if self.feedback is None else self.feedback.value)  # type: ignore[arg-type]
-        low, high = self.limits
+        low, high = (limit.tolist() for limit in self.limits)
         muscles, more = range(count), [range(row * count, (row + 1) * count) for row in range(1, rows)]
 
-        def cut(control: float) -> float:
+        def cut(control: float, muscle: int) -> float:
             if math.isnan(control):
                 raise InputError("feedback.value", "not a number", "finite corrections of the controls")
-            return min(max(control, low), high)
+            return min(max(control, low[muscle]), high[muscle])
 
         def send(row: list[float]) -> list[float]:
             for i in muscles:
                 sent = row[i] + value[i]
-                if not low <= sent <= high:
-                    sent = cut(sent)
+                if not low[i] <= sent <= high[i]:
+                    sent = cut(sent, i)
                 row[i] = control[i] = sent
             for again in more:
                 for i in again:
@@ -185,5 +185,5 @@ class Pass:
         return {
             "timestep": option.timestep,
             "integrator": mujoco.mjtIntegrator(option.integrator).name,
-            "servo_stiffness": self.plant.arm.servo_stiffness,
+            "servo_stiffness": max((group.servo_stiffness for group in self.plant.arm.groups), default=0.0),
         }

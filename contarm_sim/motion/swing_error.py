@@ -11,6 +11,7 @@ import numpy as np
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.chain import richardson
+from contarm_sim.mechanics.shape import halved
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
 from contarm_sim.motion.release import DEFAULT, Swing, SwingSettings, release
@@ -59,9 +60,9 @@ def judged_release(
         InputError: as `release`, or fewer than 4 links.
         DivergenceError: the engine met a bad state.
     """
-    if arm.links < 4:
+    if min(section.links for section in arm.sections) < 4:
         raise InputError("links", arm.links, "at least 4, half of which make the coarse swing")
-    fewer = replace(arm, links=arm.links // 2)
+    fewer = halved(arm)
     half_step, quarter_step = (replace(settings, timestep=settings.timestep / share) for share in (2, 4))
     runs = [(arm, settings), (arm, half_step), (arm, quarter_step), (fewer, settings)]
     swings = []

@@ -50,13 +50,13 @@ def stable_substeps(plant: Plant, rate: float, bends: Array) -> int:
     """Return the least number of steps per control tick, at most `TIMESTEP` each, at which the arm cannot blow up.
 
     Args:
-        bends: uniform bends [rad], shape (B, 2), that are tried beside the straight pose.
+        bends: uniform bends [rad], shape (B, 2 S), that are tried beside the straight pose.
 
     Raises:
         InputError: no step is stable; says what to change.
     """
     count = math.ceil(1 / (rate * TIMESTEP) - 1e-9)
-    for bend in np.vstack([np.zeros(2), bends]):
+    for bend in np.vstack([np.zeros((1, bends.shape[1])), bends]):
         plant.reset(bend)
         mujoco.mj_forward(plant.model, plant.data)
         while not is_stable(plant.model, plant.data, plant.arm, plant.actuation, 1 / (rate * count)):

@@ -37,14 +37,14 @@ Shape = tuple[int | str, ...]
 """A shape whose words are sizes that all arrays share, ("T", 3)."""
 
 SHAPES: dict[str, Shape] = {
-    "time": ("T",), "target": ("T", 3), "bend": ("T", 2), "setpoint": ("T", "M"), "muscle_lengths": ("T", "M"),
+    "time": ("T",), "target": ("T", 3), "bend": ("T", "B"), "setpoint": ("T", "M"), "muscle_lengths": ("T", "M"),
     "muscle_tensions": ("T", "M"), "pressure": ("T", "M"), "stations": ("T", "S", 3), "tip_rotation": ("T", 3, 3),
-    "qpos": ("T", "D"), "step_error": ("T",),
+    "qpos": ("T", "D"), "direction": ("T", 3), "step_error": ("T",),
 }  # fmt: skip
-"""Shapes of the arrays: T samples, M muscles, S stations, D joint angles."""
+"""Shapes of the arrays: T samples, B bend coordinates, M muscles, S stations, D joint angles."""
 
-_MOST = {"T": MOST_SAMPLES, "S": MAX_LINKS + 1, "D": 3 * MAX_LINKS, "M": 100}
-"""Largest sizes: samples T, stations S, degrees of freedom D, muscles M."""
+_MOST = {"T": MOST_SAMPLES, "B": 12, "S": MAX_LINKS + 1, "D": 3 * MAX_LINKS, "M": 100}
+"""Largest sizes: samples T, bend coordinates B, stations S, degrees of freedom D, muscles M."""
 
 _KNOWN = {"pressure": "or inf", "step_error": "inf or nan"}
 """What arrays may hold besides finite numbers."""
@@ -201,6 +201,7 @@ def require_sizes_of(arm: Arm, arrays: Mapping[str, Array], where: str) -> None:
     wanted = {
         "stations": (arm.links, "links", 1), "qpos": (int(_hinges(arm).sum()), "joint angles", 0),
         "setpoint": (sum(group.routing.count for group in arm.groups), "muscles", 0),
+        "bend": (2 * len(arm.sections), "bend coordinates", 0),
     }  # fmt: skip
     for name, (size, what, more) in wanted.items():
         found = arrays[name].shape[1] - more

@@ -5,18 +5,20 @@
 `discretisation` is known in closed form; `servo` is what commanded and measured lengths differ by, as tip motion;
 `shape` is what differs at equal muscle lengths: gravity, inertia, torsion, joints that bend unequally. The vectors add
 up to the tip error.
+
+Of several sections each part is also given section by section: what the tip moves where that section alone has it.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from contarm_sim.errors import expect
-from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics import routing
+from contarm_sim.mechanics import routing, shape
 from contarm_sim.results.trajectory import Trajectory
 
 SLACK_TENSION = 0.01
@@ -39,7 +41,9 @@ class Comparison:
         discretisation, servo, shape: sizes of the three parts of the tip error, shape (T,).
         orientation_error: angle between analytic and simulated tip frames [rad], shape (T,).
         backbone_error: largest distance from a station of the simulated backbone to its point on the arc, shape (T,).
-        measured_bend: bend of the measured lengths [rad], shape (T, 2).
+        measured_bend: bends of the measured lengths [rad], shape (T, 2 S).
+        section_discretisation, section_servo, section_shape: the three parts, of each section alone, shape (T, S).
+            Joint angles tell the last; with an extrapolated trajectory it is that of the finer chain.
     """
 
     analytic_tip: Array
@@ -55,6 +59,9 @@ class Comparison:
     orientation_error: Array
     backbone_error: Array
     measured_bend: Array
+    section_discretisation: Array
+    section_servo: Array
+    section_shape: Array
 
     def __repr__(self) -> str:
         parts = ("target_error", "tip_error", "discretisation", "servo", "shape")
@@ -66,12 +73,12 @@ def compare(trajectory: Trajectory) -> Comparison:
     """Return the comparison of a trajectory with the closed forms of its own arm."""
     expect("trajectory", trajectory, Trajectory)
     samples, arm, extrapolated = trajectory, trajectory.arm, trajectory.extrapolated
-    bend, length, links = samples.bend, arm.length, arm.links
-    analytic, chained = arc.position(bend, length), routing.chain_tip(bend, arm, extrapolated)
+    bend = samples.bend
+    analytic, chained = shape.position(bend, arm), shape.chain_tip(bend, arm, extrapolated)
     measured, _ = routing.bend_from_lengths(samples.muscle_lengths, arm, extrapolated)
-    followed, simulated = routing.chain_tip(measured, arm, extrapolated), samples.tip
-    xi = np.arange(links + 1) / links
-    arcs = arc.position(bend[:, None, :], length, xi)
+    followed, simulated = shape.chain_tip(measured, arm, extrapolated), samples.tip
+    arcs = shape.position(bend[:, None, :], arm, shape.stations(arm))
+    by_section = _by_section(trajectory, measured)
     return Comparison(
         analytic_tip=analytic,
         chain_tip=chained,
@@ -83,10 +90,36 @@ def compare(trajectory: Trajectory) -> Comparison:
         discretisation=_norm(chained - analytic),
         servo=_norm(followed - chained),
         shape=_norm(simulated - followed),
-        orientation_error=rotation_angle(arc.rotation(bend), samples.tip_rotation),
+        orientation_error=rotation_angle(shape.rotation(bend, arm), samples.tip_rotation),
         backbone_error=_norm(samples.stations - arcs).max(axis=-1),
         measured_bend=measured,
+        section_discretisation=by_section[0],
+        section_servo=by_section[1],
+        section_shape=by_section[2],
     )
+
+
+def _by_section(trajectory: Trajectory, measured: Array) -> list[Array]:
+    """Return how far the tip moves where one section alone goes from arc to chain, to measured lengths, to its shape.
+
+    Three arrays of shape (T, S) [m].
+    """
+    arm, bend = trajectory.arm, trajectory.bend
+    steps = [
+        shape.section_frames(bend, arm, chained=False),
+        shape.section_frames(bend, arm),
+        shape.section_frames(measured, arm),
+        shape.posed_frames(trajectory.qpos, arm),
+    ]
+    parts = []
+    for before, after in pairwise(steps):
+        tip, moved = shape.end_to_end(before)[..., :3, 3], []
+        for number in range(len(arm.sections)):
+            one = before.copy()
+            one[:, number] = after[:, number]
+            moved.append(_norm(shape.end_to_end(one)[..., :3, 3] - tip))
+        parts.append(np.stack(moved, axis=-1))
+    return parts
 
 
 def _norm(vectors: Array) -> Array:

@@ -18,7 +18,8 @@ _SETPOINT_UNITS = {"lengths": "m", "pressures": "Pa", "tensions": "N"}
 def units(trajectory: Trajectory) -> dict[str, str]:
     """Return the unit of each array by its name."""
     return {
-        "target": "m", "bend": "rad", "setpoint": _SETPOINT_UNITS[trajectory.actuation], "muscle_lengths": "m",
+        "target": "m", "bend": "rad", "bends": "rad",
+        "setpoint": _SETPOINT_UNITS[trajectory.actuation], "muscle_lengths": "m",
         "muscle_tensions": "N", "pressure": "Pa", "stations": "m", "tip_rotation": "1", "qpos": "rad",
     }  # fmt: skip
 
@@ -36,7 +37,10 @@ def dataframe(trajectory: Trajectory) -> Any:
     columns: dict[str, Any] = {"time [s]": trajectory.time}
     for name, array in (("target", trajectory.target), ("tip", trajectory.tip)):
         columns |= {f"{name}_{axis} [m]": array[:, i] for i, axis in enumerate("xyz")}
-    columns |= {f"bend_{axis} [rad]": trajectory.bend[:, i] for i, axis in enumerate("xy")}
+    bends = trajectory.bends
+    for number in range(bends.shape[1]):
+        of_section = f"{number + 1}_" if bends.shape[1] > 1 else ""
+        columns |= {f"bend_{of_section}{axis} [rad]": bends[:, number, i] for i, axis in enumerate("xy")}
     columns["tip_error [m]"] = trajectory.tip_error
     for name in ("setpoint", "muscle_lengths", "muscle_tensions", "pressure"):
         array = getattr(trajectory, name)
@@ -63,9 +67,14 @@ def dataset(trajectory: Trajectory) -> Any:
         "station": np.linspace(0, 1, trajectory.stations.shape[1]),
         "muscle": np.arange(1, trajectory.setpoint.shape[1] + 1),
     }  # fmt: skip
+    dimensions: dict[str, tuple[str, ...]] = dict(_DIMENSIONS)
+    if len(trajectory.arm.sections) > 1:
+        del dimensions["bend"]
+        coordinates["section"] = np.arange(1, len(trajectory.arm.sections) + 1)
+        dimensions["bends"] = ("section", "bending_axis")
     variables = {
-        name: ((over, *dimensions), np.array(getattr(trajectory, name)), {"units": unit[name]})
-        for name, dimensions in _DIMENSIONS.items()
+        name: ((over, *own), np.array(getattr(trajectory, name)), {"units": unit[name]})
+        for name, own in dimensions.items()
     }
     about = {"controller": trajectory.controller, "status": trajectory.status, "length_m": trajectory.arm.length}
     return xarray.Dataset(variables, coordinates, about)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from contarm_sim.mechanics.muscles import each
 from contarm_sim.model.colours import muscle_hex
 
 if TYPE_CHECKING:
@@ -22,9 +23,10 @@ def plot(trajectory: Trajectory) -> Figure:
     top.plot(over, 1e3 * trajectory.tip_error, color="black")
     top.set_ylabel("tip error [mm]")
     top.set_title(f"controller {trajectory.controller}, {trajectory.status}", fontsize="medium")
+    straight = each(trajectory.arm, lambda group: group.length)
     for i in range(trajectory.muscle_lengths.shape[1]):
         colour = muscle_hex(i)
-        change = 1e3 * (trajectory.muscle_lengths[:, i] - trajectory.arm.length)
+        change = 1e3 * (trajectory.muscle_lengths[:, i] - straight[i])
         middle.plot(over, change, color=colour, label=f"muscle {i + 1}")
         bottom.plot(over, trajectory.muscle_tensions[:, i], color=colour)
     middle.set_ylabel("length change [mm]")

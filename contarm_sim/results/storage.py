@@ -14,7 +14,7 @@ from contarm_sim.errors import InputError
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import arm_from_dict, arm_to_dict
 from contarm_sim.results.arrays import RECORDING, SHAPES, read_arrays, require_arms_own
-from contarm_sim.results.trajectory import ARRAYS, STATUSES, Trajectory
+from contarm_sim.results.trajectory import ARRAYS, OPTIONAL, STATUSES, Trajectory
 
 _KINDS: dict[str, Any] = {
     "controller": str, "actuation": str, "pulls_only": bool, "holds_lengths": bool, "status": str,
@@ -33,7 +33,7 @@ def write(trajectory: Trajectory, path: Path) -> None:
     if path.suffix != ".npz":
         raise InputError("path", path, "a name that ends in .npz")
     about = {name: getattr(trajectory, name) for name in _KINDS} | {"arm": arm_to_dict(trajectory.arm)}
-    arrays = {name: getattr(trajectory, name) for name in (*ARRAYS, "step_error")}
+    arrays = {name: getattr(trajectory, name) for name in (*ARRAYS, *OPTIONAL)}
     arrays = {name: array for name, array in arrays.items() if array is not None}
     try:
         with path.open("wb") as file:
@@ -50,7 +50,7 @@ def read(path: Path) -> Trajectory:
     Raises:
         InputError: not such a file, or arrays that do not fit together or hold what is not a number.
     """
-    arrays, text = read_arrays(path, SHAPES, optional=("step_error",))
+    arrays, text = read_arrays(path, SHAPES, optional=OPTIONAL)
     arm, given = _about(text, str(path))
     require_arms_own(arm, arrays, str(path))
     return Trajectory(arm=arm, **(given | arrays))

@@ -12,7 +12,7 @@ from contarm_sim.errors import InputError, expect
 from contarm_sim.kinematics.arrays import Array, ReadOnly
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.parameters import check_count
-from contarm_sim.paths.reference import Reference
+from contarm_sim.paths.reference import Reference, section_lengths
 from contarm_sim.results.arrays import require_links_of
 
 if TYPE_CHECKING:
@@ -26,6 +26,9 @@ ARRAYS = (
     "qpos",
 )  # fmt: skip
 """The arrays of a trajectory with one row a sample."""
+
+OPTIONAL = ("direction", "step_error")
+"""Those that a trajectory may be without."""
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -41,7 +44,7 @@ class Trajectory(ReadOnly):
         status: `finished`, `interrupted` (Ctrl-C ended it early), or `at rest` (poses, not a motion).
         time: simulated time [s], shape (T,); zeros for poses at rest.
         target: tip positions asked for [m], shape (T, 3).
-        bend: commanded bends [rad], shape (T, 2).
+        bend: commanded bends [rad], shape (T, 2 S) of S sections: x and y of section 1, of section 2, and so on.
         setpoint: the controls: length changes [m], pressures asked for [Pa] or tensions [N], shape (T, n).
         muscle_lengths: measured [m], shape (T, n).
         muscle_tensions: measured [N], pulling > 0, shape (T, n): by actuators, silicone, and damping along the muscle,
@@ -51,6 +54,7 @@ class Trajectory(ReadOnly):
         stations: centres of base plate, disks and tip plate [m], shape (T, N + 1, 3).
         tip_rotation: orientation of the tip, shape (T, 3, 3).
         qpos: joint angles [rad], shape (T, dofs).
+        direction: directions of the tip asked for, shape (T, 3), or None.
         timestep: engine step [s]; None at rest. Where Ctrl-C came while a shorter step was tried, that of the longer.
         step_error: how far the step puts the tip off [m], estimated from another step; shape (T,), NaN where it was not
             compared. None: nowhere.
@@ -76,13 +80,14 @@ class Trajectory(ReadOnly):
     tip_rotation: Array
     qpos: Array
     timestep: float | None = None
+    direction: Array | None = None
     step_error: Array | None = None
     extrapolated: bool = False
     real_time_factor: float | None = None
     versions: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name in (*ARRAYS, "step_error"):
+        for name in (*ARRAYS, *OPTIONAL):
             given = getattr(self, name)
             if given is not None:
                 self._keep(name, given)
@@ -93,7 +98,7 @@ class Trajectory(ReadOnly):
             require_links_of(self.arm, self._arrays(), "trajectory")
 
     def _arrays(self) -> dict[str, Array]:
-        names = ARRAYS if self.step_error is None else (*ARRAYS, "step_error")
+        names = [*ARRAYS, *(name for name in OPTIONAL if getattr(self, name) is not None)]
         return {name: getattr(self, name) for name in names}
 
     def __len__(self) -> int:
@@ -125,15 +130,20 @@ class Trajectory(ReadOnly):
 
     @property
     def tip_error(self) -> Array:
-        """Distances from the simulated tip to that of the constant-curvature arc at the commanded bend [m], (T,)."""
-        from contarm_sim.kinematics import arc
+        """Distances from the simulated tip to that of the constant-curvature arcs at the commanded bend [m], (T,)."""
+        from contarm_sim.mechanics import shape
 
-        return np.linalg.norm(self.tip - arc.position(self.bend, self.arm.length), axis=1)
+        return np.linalg.norm(self.tip - shape.position(self.bend, self.arm), axis=1)
+
+    @property
+    def bends(self) -> Array:
+        """Commanded bends of all sections [rad], shape (T, S, 2)."""
+        return self.bend.reshape(len(self), -1, 2)
 
     @property
     def reference(self) -> Reference:
         """What the arm was asked to do."""
-        return Reference(self.time, self.target, self.bend, self.arm.length)
+        return Reference(self.time, self.target, self.bend, section_lengths(self.arm), self.direction)
 
     @property
     def moving(self) -> bool:
@@ -147,8 +157,8 @@ class Trajectory(ReadOnly):
             InputError: not a whole number, or below 0.
         """
         check_count("count", count, 0, "samples")
-        error = None if self.step_error is None else self.step_error[:count]
-        return replace(self, **{name: getattr(self, name)[:count] for name in ARRAYS}, step_error=error)
+        shortened: dict[str, Any] = {name: array[:count] for name, array in self._arrays().items()}
+        return replace(self, **shortened)
 
     def save(self, path: str | Path) -> None:
         """Write everything to a compressed .npz: arrays under their own names, the rest as JSON under `about`.

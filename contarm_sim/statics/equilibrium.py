@@ -16,9 +16,10 @@ from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.errors import InputError, expect
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array, as_vectors
-from contarm_sim.mechanics import routing
+from contarm_sim.mechanics import muscles, routing
 from contarm_sim.mechanics.pneumatics import pressure_for
-from contarm_sim.mechanics.statics import holding_tensions, servo_control
+from contarm_sim.mechanics.servos import servo_control
+from contarm_sim.mechanics.statics import holding_tensions
 from contarm_sim.mjcf import Actuation
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
@@ -160,11 +161,19 @@ def driven_plant(arm: Arm, load: Load, make: Callable[..., Plant] = Plant) -> Pl
             plant.control[:] = values
         return plant
     plant = make(arm)
-    bend = arc.from_polar(values[0], values[1]) if kind == "bend" else _bend_of(arm, values)
+    bend = _asked_bend(arm, values) if kind == "bend" else _bend_of(arm, values)
     lengths = routing.lengths_from_bend(bend, arm)
     plant.reset(bend)
     plant.control[:] = servo_control(lengths, holding_tensions(bend, arm), arm)
     return plant
+
+
+def _asked_bend(arm: Arm, values: Array) -> Array:
+    """Return the coordinates [rad], shape (2 S,), of a bend angle and a plane angle for each section [rad]."""
+    if len(values) != 2 * len(arm.sections):
+        allowed = f"{2 * len(arm.sections)} finite numbers, bend angle and plane angle of each section"
+        raise InputError("muscles bend", values.tolist(), allowed)
+    return arc.from_polar(values[::2], values[1::2]).reshape(-1)
 
 
 def _bend_of(arm: Arm, deltas: Array) -> Array:
@@ -174,11 +183,15 @@ def _bend_of(arm: Arm, deltas: Array) -> Array:
         InputError: no bend of an inextensible backbone has them.
     """
     allowed = "length changes of a bend below 180 deg, which sum to nearly nothing"
-    if np.abs(deltas).max() >= arm.length:
+    if len(arm.sections) > 1:
+        allowed = "length changes of bends below 180 deg, which sum to nearly nothing in each section"
+    straight, own = muscles.each(arm, lambda group: group.length), muscles.slices(arm)
+    if np.any(np.abs(deltas) >= straight):
         raise InputError("muscles deltas", deltas.tolist(), allowed)
-    bend, residual = routing.bend_from_lengths(arm.length + deltas, arm)
-    common = min(abs(residual), abs(deltas.mean()))  # of links, or of arcs
-    if np.hypot(*bend) >= np.pi or common > COMMON_MODE * arm.length:
+    bend, residual = routing.bend_from_lengths(straight + deltas, arm)
+    common = min(abs(residual), max(abs(deltas[part].mean()) for part in own))  # of links, or of arcs
+    angle = np.hypot(bend[::2], bend[1::2]).max()
+    if angle >= np.pi or common > COMMON_MODE * min(section.length for section in arm.sections):
         raise InputError("muscles deltas", deltas.tolist(), allowed)
     return bend
 
@@ -192,7 +205,8 @@ def _held(plant: Plant) -> bool:
 def _checked_pressures(arm: Arm, pressures: Array) -> Array:
     first = 0
     for group in arm.groups:
-        low, high, end = group.law.min_pressure, group.law.max_pressure, first + group.routing.count
+        law, end = group.pneumatics, first + group.routing.count
+        low, high = law.pressure_limits
         own, rounding = pressures[first:end], 1e-9 * high
         if np.any((own > high + rounding) | ((own > 0) & (own < low - rounding))):
             of_section = f" for muscles of section {group.section + 1}" if len(arm.sections) > 1 else ""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from contarm_sim.errors import InputError, expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.chain import richardson
+from contarm_sim.mechanics.shape import halved, stations
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
 from contarm_sim.statics.equilibrium import Equilibrium, equilibrium, pose_at_rest
@@ -26,7 +27,7 @@ class Extrapolated(Equilibrium):
         trusted: whether it is extrapolated: of 198 loaded and driven arms none that was trusted got worse.
         error: how far the tip may be off [m], mostly a few times too much: what the extrapolation from N/2 and N/4
             links differs by; where that is not trusted, a third of what N and N/2 do if that is more. NaN for fewer
-            than 8 links, where there is nothing to tell it by.
+            than 8 links, where there is nothing to tell it by, and where one of several sections has no multiple of 4.
     """
 
     trusted: bool
@@ -42,27 +43,25 @@ def extrapolated(arm: Arm, load: Load | None = None) -> tuple[Extrapolated, Equi
 
     Raises:
         EquilibriumError: as `equilibrium`.
-        InputError: as `equilibrium`, several sections, or fewer than 4 links.
+        InputError: as `equilibrium`, fewer than 4 links, or several sections of which one has an odd number.
     """
     expect("arm", arm, Arm)
-    if len(arm.sections) != 1:
-        raise InputError("sections", f"{len(arm.sections)} of them", "an arm of one section, for `extrapolated`")
-    if arm.links < 4:
+    if min(section.links for section in arm.sections) < 4:
         raise InputError("links", arm.links, "at least 4, half of which make the coarse solution")
+    fewer = halved(arm)
     fine = equilibrium(arm, load)
-    halved = replace(arm, links=arm.links // 2)
-    coarse = pose_at_rest(halved, load)  # what its few joints bend by is no matter
+    coarse = pose_at_rest(fewer, load)  # what its few joints bend by is no matter
     seconds, gain = fine.seconds + coarse.seconds, _gain(fine, coarse)
     removed, differs = gain * float(np.linalg.norm(fine.tip - coarse.tip)), float("nan")
-    if arm.links >= 8:
-        coarsest = pose_at_rest(replace(arm, links=arm.links // 4), load)
+    if _quartered(arm):
+        coarsest = pose_at_rest(halved(arm, 4), load)
         seconds += coarsest.seconds
         better, before = (one.tip + _gain(one, two) * (one.tip - two.tip) for one, two in
                           ((fine, coarse), (coarse, coarsest)))  # fmt: skip
         differs = float(np.linalg.norm(better - before))
     trusted = differs < max(removed, NOTHING * arm.length)
     said = {"trusted": trusted, "error": differs if trusted else max(removed, differs), "seconds": seconds}
-    if arm.links < 8:
+    if not _quartered(arm):
         said["error"] = float("nan")
     if not trusted:
         return Extrapolated(**{**vars(fine), **said}), fine
@@ -70,7 +69,7 @@ def extrapolated(arm: Arm, load: Load | None = None) -> tuple[Extrapolated, Equi
         name: getattr(fine, name) + gain * (getattr(fine, name) - getattr(coarse, name))
         for name in ("muscle_lengths", "muscle_tensions", "tip_compliance")
     }
-    frames = _frames(fine, coarse, gain, halved)
+    frames = _frames(fine, coarse, gain, arm, fewer)
     return Extrapolated(**{**vars(fine), **better_of, **said, "frames": frames}), fine
 
 
@@ -79,14 +78,20 @@ def _gain(fine: Equilibrium, coarse: Equilibrium) -> float:
     return richardson(len(fine.frames) - 1, len(coarse.frames) - 1)
 
 
-def _frames(fine: Equilibrium, coarse: Equilibrium, gain: float, halved: Arm) -> Array:
+def _quartered(arm: Arm) -> bool:
+    """Tell whether there is an arm of a quarter of the links."""
+    links = [section.links for section in arm.sections]
+    return min(links) >= 8 and (len(links) == 1 or not any(count % 4 for count in links))
+
+
+def _frames(fine: Equilibrium, coarse: Equilibrium, gain: float, arm: Arm, fewer: Arm) -> Array:
     """Return extrapolated frames, the coarse ones those of the arm of half the links.
 
     Orientations go on along the rotation from one to the other.
     """
     from scipy.spatial.transform import Rotation
 
-    other = Places(halved, np.linspace(0, 1, len(fine.frames))).of(coarse.frames)
+    other = Places(fewer, stations(arm)).of(coarse.frames)
     frames = fine.frames.copy()
     frames[:, :3, 3] += gain * (fine.frames[:, :3, 3] - other[:, :3, 3])
     here, there = Rotation.from_matrix(fine.frames[:, :3, :3]), Rotation.from_matrix(other[:, :3, :3])

@@ -102,9 +102,8 @@ def impossible(arm: Arm, angles: Array, lengths: Array) -> None:
         )
 
 
-def too_strong(arm: Arm, needed: float) -> NoEquilibriumError:
+def too_strong(limit: float, needed: float) -> NoEquilibriumError:
     """Return the error of a pose that takes a larger tension [N] than muscles have."""
-    limit = arm.muscle.blocked_force
     return NoEquilibriumError(
         f"a muscle is at its limit of {limit:.0f} N and would need {needed:.4g} N; bend or carry less, or take a "
         "larger muscle radius, thicker muscles or more pressure",
@@ -113,9 +112,8 @@ def too_strong(arm: Arm, needed: float) -> NoEquilibriumError:
     )
 
 
-def too_short(arm: Arm, control: float) -> NoEquilibriumError:
+def too_short(low: float, high: float, control: float) -> NoEquilibriumError:
     """Return the error of a pose whose set-point [m] is out of its range."""
-    low, high = arm.setpoint_range
     return NoEquilibriumError(
         f"a muscle would need a set-point of {1e3 * control:.4g} mm, out of {1e3 * low:.4g} to {1e3 * high:.4g} mm; "
         "bend less, or take a smaller muscle radius",
@@ -124,9 +122,8 @@ def too_short(arm: Arm, control: float) -> NoEquilibriumError:
     )
 
 
-def too_much_pressure(arm: Arm, needed: float) -> NoEquilibriumError:
+def too_much_pressure(limit: float, needed: float) -> NoEquilibriumError:
     """Return the error of a pose that takes more pressure [Pa] than there is."""
-    limit = arm.muscle.max_pressure
     said = f"would need {1e-3 * needed:.4g} kPa" if math.isfinite(needed) else "is too short to pull at any pressure"
     return NoEquilibriumError(
         f"a muscle {said}, the most is {1e-3 * limit:.4g} kPa; bend or carry less, or take a larger muscle radius, "

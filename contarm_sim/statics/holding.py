@@ -8,20 +8,26 @@ the differences that bends make, and C the same of tensions, but for what leaves
 
 solved through K + w (G J)^T G J, which the same step solves and which is positive where the pose is a minimum. The
 set-points follow from lengths and tensions.
+
+In an arm of several sections each has a slackest muscle of its own.
 """
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.kinematics.muscles import directions
+from contarm_sim.kinematics.muscles import directions, evenly_spaced
+from contarm_sim.mechanics import muscles
 from contarm_sim.mechanics.pneumatics import force, passive_slope, passive_tension
-from contarm_sim.mechanics.statics import servo_control
+from contarm_sim.mechanics.routing import arc_deltas
+from contarm_sim.mechanics.servos import servo_control
+from contarm_sim.mechanics.statics import min_tensions
+from contarm_sim.model.arm import Arm
 from contarm_sim.statics.descent import descend
 from contarm_sim.statics.failures import too_much_pressure, too_short, too_strong, unsettled, unstable
 from contarm_sim.statics.solver import Solver, tolerance
@@ -32,11 +38,11 @@ class Holder:
     """Moves a plant to rest at muscle lengths, from its current pose downhill.
 
     Args:
-        solver: of an arm of one section with n muscles, three or more; others are refused by an InputError.
+        solver: of an arm with three muscles or more in each of its S sections; others are refused by an InputError.
 
     Attributes:
         extra: generalised forces beside weight and springs [N m], shape (dofs,); 0 unless set.
-        least: lowest tension of each muscle's actuator [N], shape (n,); the slackest has it.
+        least: lowest tension of each muscle's actuator [N], shape (n,); the slackest of each section has it.
         least_pressures: lowest pressures [Pa], shape (n,), where these say what the lowest tensions are; or None.
         tensions: of the actuators, without the silicone's [N], shape (n,).
         iterations: evaluations of the stiffness matrix since the last call.
@@ -48,26 +54,27 @@ class Holder:
         self._solver = solver
         self._stiffness = TangentStiffness(plant, self._solver.load)
         self.tolerance = tolerance(plant.arm)
-        self._per_metre = plant.arm.servo_stiffness * plant.arm.muscle_radius
+        arm = plant.arm
+        muscles.require_drivable(arm)
+        self._own = muscles.slices(arm)
+        self._weight = max(group.servo_stiffness for group in arm.groups)
+        self._per_metre = self._weight * max(group.routing.radius for group in arm.groups)
         self.extra: Array | float = 0.0
-        angles = plant.arm.routing.angles
-        if len(angles) < 3:
-            raise InputError("muscle.count", len(angles), "three muscles or more, whose lengths fix a bend")
-        self._differences = self._meant = np.sqrt(2 / len(angles)) * directions(angles).T
-        self.least = np.full(len(angles), plant.arm.muscle.min_tension)
+        self._differences = self._meant = _differences(arm)
+        self.least = min_tensions(arm)
         self.least_pressures: Array | None = None
         self.tensions = self.least.copy()
-        self.wanted = np.zeros(len(angles))
+        self.wanted = np.zeros(len(self.least))
         self.forces = self._error = np.zeros(0)
-        self._lengths = np.zeros(len(angles))
+        self._lengths = np.zeros(len(self.least))
         self.iterations = 0
 
     def __call__(self, lengths: Array, meant: Array | None = None) -> None:
         """Come to rest at muscle lengths [m], shape (n,).
 
         Args:
-            meant: what is wanted of them, orthonormal rows, shape (2, n); default the differences that a bend of the
-                arc makes: all but what the lengths have in common.
+            meant: what is wanted of them, orthonormal rows, shape (2 S, n); default the differences that bends of the
+                arcs make: all but what the lengths of a section's muscles have in common.
 
         Raises:
             EquilibriumError: no pose at rest was found.
@@ -97,20 +104,37 @@ class Holder:
         control = servo_control(self.plant.muscle_lengths, self.tensions, arm)
         if not checked:
             return control
-        if self.tensions.max() > arm.muscle.blocked_force:
-            raise too_strong(arm, float(self.tensions.max()))
-        low, high = arm.setpoint_range
+        limit, (low, high) = self._strongest, self._setpoint_range
+        over = int((self.tensions - limit).argmax())
+        if self.tensions[over] > limit[over]:
+            raise too_strong(float(limit[over]), float(self.tensions[over]))
         beyond = np.maximum(low - control, control - high)
-        if beyond.max() > 0:
-            raise too_short(arm, float(control[beyond.argmax()]))
+        worst = int(beyond.argmax())
+        if beyond[worst] > 0:
+            raise too_short(float(low[worst]), float(high[worst]), float(control[worst]))
         return control
+
+    @cached_property
+    def _strongest(self) -> Array:
+        """The muscles' blocked forces [N]."""
+        return muscles.each(self.plant.arm, lambda group: group.law.blocked_force)
+
+    @cached_property
+    def _setpoint_range(self) -> tuple[Array, Array]:
+        """The lowest and highest controls of the muscles' length servos [m]."""
+        arm = self.plant.arm
+        return (
+            muscles.each(arm, lambda group: group.setpoint_range[0]),
+            muscles.each(arm, lambda group: group.setpoint_range[1]),
+        )
 
     def excess(self) -> float:
         """Return how far the pose is beyond what length servos can hold [N]; 0 if they can."""
         arm = self.plant.arm
-        control, (low, high) = servo_control(self.plant.muscle_lengths, self.tensions, arm), arm.setpoint_range
-        beyond = np.maximum(low - control, control - high) * arm.servo_stiffness
-        return max(0.0, float(beyond.max()), float(self.tensions.max()) - arm.muscle.blocked_force)
+        control, (low, high) = servo_control(self.plant.muscle_lengths, self.tensions, arm), self._setpoint_range
+        stiffness = muscles.each(arm, lambda group: group.servo_stiffness)
+        beyond = np.maximum(low - control, control - high) * stiffness
+        return max(0.0, float(beyond.max()), float((self.tensions - self._strongest).max()))
 
     def pressures(self) -> Array:
         """Return the pressures that hold the pose [Pa], shape (n,).
@@ -121,8 +145,10 @@ class Holder:
         arm = self.plant.arm
         per_pascal = force(1.0, self.plant.muscle_lengths, arm)
         pressures = np.divide(self.tensions, per_pascal, out=np.full(len(per_pascal), np.inf), where=per_pascal > 0)
-        if pressures.max() > arm.muscle.max_pressure:
-            raise too_much_pressure(arm, float(pressures.max()))
+        limit = muscles.each(arm, lambda group: group.pneumatics.max_pressure)
+        over = int((pressures - limit).argmax())
+        if pressures[over] > limit[over]:
+            raise too_much_pressure(float(limit[over]), float(pressures[over]))
         return pressures
 
     def check(self) -> None:
@@ -165,10 +191,12 @@ class Holder:
         K = self._stiffness.matrix(self._total, passive_slope(self._lengths, plant.arm))
         J = plant.muscle_jacobian
         self._by_length = self._meant @ J
-        slackest = int(np.argmax(self.least - self.tensions))
-        self._free = (self._meant - self._meant[:, slackest, None]).T
+        self._free = self._meant.T.copy()
+        for own in self._own:
+            slackest = own.start + int(np.argmax((self.least - self.tensions)[own]))
+            self._free[own] -= self._meant[:, slackest]
         self._by_tension = (J + plant.twist_by_tension).T @ self._free
-        weight = plant.arm.servo_stiffness
+        weight = self._weight
         self._matrix = K + weight * self._by_length.T @ self._by_length
         self._rest = np.column_stack([self.forces + weight * self._error @ self._by_length, self._by_tension])
 
@@ -208,13 +236,28 @@ class Holder:
         dofs = len(self.plant.data.qpos)
         self.plant.data.qpos += step[:dofs]
         tensions = self.tensions + step[dofs:]
-        self.tensions = tensions + (self.least - tensions).max()
+        for own in self._own:
+            tensions[own] += (self.least - tensions)[own].max()
+        self.tensions = tensions
 
     def released(self, before: tuple[Any, ...], step: Array) -> tuple[float, float]:
         """Return the energy that a step released and what was expected [J]; lengths that are met do no work."""
         _, forces, tensions, error, swing = before
-        weight, turn = 0.5 * self.plant.arm.servo_stiffness, step[: len(forces)]
+        weight, turn = 0.5 * self._weight, step[: len(forces)]
         sought = weight * float(error @ error)
         work = 0.5 * float((forces + self.forces) @ turn) + sought - weight * float(self._error @ self._error)
         work += self._stiffness.work(swing, self._swing, turn, 0.5 * (tensions + self.tensions))
         return work, float(0.5 * forces @ turn) + sought
+
+
+def _differences(arm: Arm) -> Array:
+    """Return what bends of the arcs change of muscle lengths, as orthonormal rows, shape (2 S, n).
+
+    What the lengths of a section's muscles have in common is none of it.
+    """
+    if len(arm.sections) == 1 and evenly_spaced(arm.routing.angles):
+        return np.asarray(np.sqrt(2 / len(arm.routing.angles)) * directions(arm.routing.angles).T)
+    J = arc_deltas(np.eye(2 * len(arm.sections)), arm).T
+    for own in muscles.slices(arm):
+        J[own] -= J[own].mean(axis=0)
+    return np.asarray(np.linalg.qr(J)[0].T)

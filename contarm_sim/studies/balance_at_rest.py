@@ -8,7 +8,9 @@ from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.errors import EquilibriumError, NotConvergedError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import pneumatics, routing
-from contarm_sim.mechanics.statics import Balance, balance, balance_pressure, level_range, servo_control
+from contarm_sim.mechanics.pressures import balance_pressure, level_range
+from contarm_sim.mechanics.servos import servo_control
+from contarm_sim.mechanics.statics import Balance, balance
 from contarm_sim.model.arm import Arm
 from contarm_sim.statics.solver import Solver
 
@@ -54,7 +56,7 @@ class RestingBalance:
                 self._settle(setpoint)
                 off = bending @ (wanted - plant.muscle_lengths)
                 held = self._held(uniform)
-                level = level_range(held, arm)[0] if self._moved_by_level else np.zeros(())
+                level = level_range(held, arm)[0][0] if self._moved_by_level else np.zeros(())
                 if np.abs(off).max() < _LENGTH and abs(level) < _LEVEL:
                     self._tensions = held.tensions
                     return held
@@ -65,9 +67,9 @@ class RestingBalance:
 
     def _held(self, uniform: Balance) -> Balance:
         arm, lengths, tensions = self._arm, self._plant.muscle_lengths, self._plant.actuator_tensions.copy()
-        per_pascal = np.where(lengths <= arm.muscle_length_range[1], pneumatics.force(1.0, lengths, arm), 0.0)
+        per_pascal = np.where(lengths <= arm.muscle_length_range[1], pneumatics.force_per_pascal(lengths, arm), 0.0)
         highest = uniform.highest - (tensions - uniform.tensions).mean()
-        return Balance(tensions, uniform.cocontraction, per_pascal, highest)
+        return Balance(tensions, uniform.cocontraction, per_pascal, highest, uniform.own)
 
     def pressures(self, bend: Array) -> Array:
         """Return the least pressures [Pa] that hold a bend [rad], shape (n,), all muscles inflated.

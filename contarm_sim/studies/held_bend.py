@@ -11,7 +11,9 @@ from contarm_sim.errors import EquilibriumError, InputError, expect
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing
-from contarm_sim.mechanics.statics import balance, holding_pressures, level_range, weight_moment
+from contarm_sim.mechanics.moments import weight_moment
+from contarm_sim.mechanics.pressures import holding_pressures, level_range
+from contarm_sim.mechanics.statics import balance
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles
 from contarm_sim.model.parameters import as_number
@@ -65,14 +67,14 @@ def hold(arm: Arm, bend: Array, share: float = 0.0) -> Hold:
     bend = arc.one_bend(bend)
     held = balance(bend, arm)
     pressures = holding_pressures(bend, arm, share)
-    low, high = (float(x) for x in level_range(held, arm))
+    low, high = (float(level[0]) for level in level_range(held, arm))
     return Hold(
         bend=bend,
         muscle_lengths=routing.lengths_from_bend(bend, arm),
         actuator_tensions=pressures * held.per_pascal,
         pressures=pressures,
         weight_moment=weight_moment(bend, arm),
-        cocontraction=held.cocontraction,
+        cocontraction=held.cocontraction[0],
         level=low + share * (high - low),
         level_range=(low, high),
         simulated_off=_off(arm, bend, pressures),

@@ -11,7 +11,7 @@ from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.compliance import tip_compliance
 from contarm_sim.mechanics.pneumatics import force_slope, passive_slope
-from contarm_sim.mechanics.statics import holding_pressures
+from contarm_sim.mechanics.pressures import holding_pressures
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles, Wrench
 from contarm_sim.model.parameters import check_count

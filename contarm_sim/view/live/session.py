@@ -16,7 +16,8 @@ from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import pneumatics, routing
-from contarm_sim.mechanics.statics import cocontraction, servo_control
+from contarm_sim.mechanics.servos import servo_control
+from contarm_sim.mechanics.statics import cocontraction
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.simulate import CONTROL_RATE
 from contarm_sim.motion.time_step import stable_substeps
@@ -131,10 +132,12 @@ class Session:
         if not len(self.plant.pressure):
             return servo_control(lengths, tensions, arm)
         bend, _ = routing.bend_from_lengths(lengths, arm)
-        level = cocontraction(bend, arm)  # enough of it that no pressure is too low
+        level = cocontraction(bend, arm)[0]  # enough of it that no pressure is too low
         per_pascal = np.maximum(pneumatics.force(1.0, lengths, arm), 1e-9)
-        tensions = tensions + level * ((arm.muscle.min_pressure * per_pascal - tensions) / level).max()
-        self.plant.pressure[:] = np.clip(tensions / per_pascal, arm.muscle.min_pressure, arm.muscle.max_pressure)
+        tensions = tensions + level * ((arm.pneumatics.min_pressure * per_pascal - tensions) / level).max()
+        self.plant.pressure[:] = np.clip(
+            tensions / per_pascal, arm.pneumatics.min_pressure, arm.pneumatics.max_pressure
+        )
         return self.plant.pressure[0].copy()
 
     def tick(self) -> Reading:

@@ -1,0 +1,44 @@
+"""Numbers of an arm's muscles, group by group: arrays end in an axis of all its muscles, section by section."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.muscle_group import MuscleGroup
+
+
+def slices(arm: Arm) -> list[slice]:
+    """Return the muscles of each group, as a slice of all."""
+    out, first = [], 0
+    for group in arm.groups:
+        out.append(slice(first, first + group.routing.count))
+        first += group.routing.count
+    return out
+
+
+def count(arm: Arm) -> int:
+    """Return how many muscles an arm has."""
+    return sum(group.routing.count for group in arm.groups)
+
+
+def each(arm: Arm, of: Callable[[MuscleGroup], float]) -> Array:
+    """Return a number of its group for each muscle, shape (n,)."""
+    return np.array([of(group) for group in arm.groups for _ in range(group.routing.count)], dtype=float)
+
+
+def require_drivable(arm: Arm) -> None:
+    """Refuse an arm whose muscles cannot hold every bend: the closed forms need three muscles or more a section.
+
+    Raises:
+        InputError: names the section.
+    """
+    for number, routing in enumerate(arm.routings):
+        if routing.count < 3:
+            of_section = "" if len(arm.sections) == 1 else f" in section {number + 1}"
+            allowed = "three muscles or more, which can hold a bend in any plane"
+            raise InputError("muscle.count", f"{routing.count}{of_section}", allowed)
