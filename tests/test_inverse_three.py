@@ -397,3 +397,14 @@ def test_solutions_lie_within_memory_in_blocks(monkeypatch):
     parts, again = three_sections.all_poses(position, rotation, ARM)
     np.testing.assert_array_equal(count, again)
     np.testing.assert_allclose(parts, whole, atol=1e-9)
+
+
+@pytest.mark.slow
+def test_directions_are_reached_wherever_some_roll_is_within_the_limits():
+    """Near the limits few rolls are: 100 % of random targets, and of those whose bends are all near their limits."""
+    for b in (bends(800, seed=41), bends(200, 0.95 * 3.07, seed=42)):
+        position, rotation = pose(b, ARM)
+        answer = three_sections.solve_direction(position, rotation[..., 2], ARM)
+        assert answer.reachable.all()
+        angle, own = (np.hypot(each[..., 0], each[..., 1]).sum(axis=-1) for each in (answer.bends, b))
+        assert (angle <= own + 1e-9).mean() >= 0.98

@@ -112,13 +112,10 @@ def solve_direction(position: Any, direction: Any, backbone: Backbone, choose: s
     to, rank = _rank(choose, near, backbone, shape)
     bare, end = _bare(backbone), _without_tool(position, rotation[:, :, 2], backbone)
     bends = best_rolls(end, rotation, bare, rank, to)
-    none = np.isnan(bends[:, 0, 0])
-    if none.any():
-        bends[none] = nearest(end[none], rotation[none], bare, roll=False)
     reached = sections.transform(bends, backbone, check=False)
     off = np.linalg.norm(reached[:, :3, 2] - rotation[:, :, 2], axis=-1)
     angle = 2 * np.arcsin(np.minimum(0.5 * off, 1.0))
-    out = _result(bends, reached, position, angle, np.where(none, 0, -1), backbone, shape)
+    out = _result(bends, reached, position, angle, np.zeros(len(bends), dtype=np.intp), backbone, shape)
     return replace(out, solutions=np.where(out.reachable, -1, 0))
 
 
