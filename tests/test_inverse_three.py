@@ -358,3 +358,53 @@ def test_what_cannot_be_is_refused_in_one_line(case):
 def test_a_direction_must_have_a_length():
     with pytest.raises(InputError, match="direction"):
         three_sections.solve_direction([0, 0, 0.3], [0, 0, 0], ARM)
+
+
+def test_a_half_turn_off_is_no_solution():
+    """A turn by pi has no axis of its own to show: the tip of the straight arm, upside down."""
+    for turned in ([-1, -1, 1], [1, -1, -1], [-1, 1, -1]):
+        answer = three_sections.solve_pose([0, 0, ARM.length], np.diag(turned).astype(float), ARM)
+        assert not answer.reachable
+        assert answer.solutions == 0
+        assert answer.angle_miss < 2
+        assert three_sections.all_poses([0, 0, ARM.length], np.diag(turned), ARM)[1] == 0
+
+
+@pytest.mark.parametrize("far", [1e5, 1e300])
+def test_the_farthest_targets_are_out_of_reach(far):
+    answer = three_sections.solve_pose([0, far, far], np.eye(3), ARM)
+    assert not answer.reachable
+    assert answer.miss == pytest.approx(np.hypot(far, far), rel=1e-4)
+    assert not three_sections.solve_direction([far, 0, 0], [0, 0, far], ARM).reachable
+
+
+def test_folded_pairs_near_the_limits_are_both_found():
+    """Poses near a fold of a curve that is hardly there: found only by what nearly exists, and beyond the fold."""
+    folded = np.array([1828, 4880])
+    own = [bends(10_000, 0.95 * ARM.limits[0], seed=seed)[k] for seed, k in zip((7, 27), folded, strict=True)]
+    _, count, found = solved(np.array(own), ARM)
+    assert found.all()
+    assert (count == 2).all()
+
+
+def test_solutions_lie_within_memory_in_blocks(monkeypatch):
+    """Blocks change nothing but rounding."""
+    from contarm_sim.kinematics.inverse import pose_solutions
+
+    position, rotation = pose(bends(50), ARM)
+    whole, count = three_sections.all_poses(position, rotation, ARM)
+    monkeypatch.setattr(pose_solutions, "_BLOCK", 7)
+    parts, again = three_sections.all_poses(position, rotation, ARM)
+    np.testing.assert_array_equal(count, again)
+    np.testing.assert_allclose(parts, whole, atol=1e-9)
+
+
+@pytest.mark.slow
+def test_directions_are_reached_wherever_some_roll_is_within_the_limits():
+    """Near the limits few rolls are: 100 % of random targets, and of those whose bends are all near their limits."""
+    for b in (bends(800, seed=41), bends(200, 0.95 * 3.07, seed=42)):
+        position, rotation = pose(b, ARM)
+        answer = three_sections.solve_direction(position, rotation[..., 2], ARM)
+        assert answer.reachable.all()
+        angle, own = (np.hypot(each[..., 0], each[..., 1]).sum(axis=-1) for each in (answer.bends, b))
+        assert (angle <= own + 1e-9).mean() >= 0.98

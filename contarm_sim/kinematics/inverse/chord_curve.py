@@ -126,10 +126,10 @@ class Points:
     sin_delta: Array
 
 
-def points(on: Curves, t: Array) -> Points:
-    """Return places on curves at angles t [rad], shape (n, nodes)."""
+def points(on: Curves, t: Array, outside: float = np.nan) -> Points:
+    """Return places on curves at angles t [rad], shape (n, nodes); where there are none, NaN, or the nearest if 1.0."""
     cosine, sine = np.cos(t), np.sin(t)
-    u, q, c1 = near_circle(on.level, on.base[0], on.base[1] * cosine, on.chords[0])
+    u, q, c1 = near_circle(on.level, on.base[0], on.base[1] * cosine, on.chords[0], outside)
     w = (u, q * cosine, q * sine)
     rho, Q0, (x, y, z) = on.chords[0](c1), on.scalar, on.vector
     m = (Q0 * w[0] + (y * w[2] - z * w[1]), Q0 * w[1] + (z * w[0] - x * w[2]), Q0 * w[2] + (x * w[1] - y * w[0]))
@@ -146,10 +146,11 @@ def points(on: Curves, t: Array) -> Points:
     return Points(w, c1, rest, across, span, m, -dot(on.vector, w), sin_delta)
 
 
-def near_circle(level: Array, along: Array, towards: Array, chord: ChordLength) -> tuple[Array, Array, Array]:
+def near_circle(level: Array, along: Array, towards: Array, chord: ChordLength,
+                outside: float) -> tuple[Array, Array, Array]:  # fmt: skip
     """Solve u = level (start + rest(c)), c = along u + towards q, q = sqrt(1 - u^2) >= 0; return u, q and c.
 
-    A step by the rest in short, then one of Newton's method; NaN where there is no root.
+    A step by the rest in short, then one of Newton's method; u is `outside`, with the sign of u, where it passes 1.
     """
     u = level * chord.start
     q, u = _root(u), u + np.zeros_like(towards)
@@ -160,7 +161,8 @@ def near_circle(level: Array, along: Array, towards: Array, chord: ChordLength) 
     c = np.maximum(along * u + towards * q, LEAST)
     off = u - level * (chord.start + horner(chord.rest, c))
     u -= off / (1 - level * horner_slope(chord.low, c) * (along - towards * u / q))
-    u[np.abs(u) > 1] = np.nan
+    beyond = np.abs(u) > 1
+    u[beyond] = outside * np.sign(u[beyond])
     q = _root(u)
     return u, q, along * u + towards * q
 

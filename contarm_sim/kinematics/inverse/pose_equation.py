@@ -34,6 +34,7 @@ class Roots:
         third: cosine between w3 and the tip's axis.
         second: cosine between w2 and the end of section 1.
         projected: p' . w2 - rho3 cos delta [m], which rho2 must be.
+        closeness: of the two roots: they merge near 1, and there are none much above; shape (n, nodes).
     """
 
     cos_beta: Array
@@ -41,17 +42,19 @@ class Roots:
     third: Array
     second: Array
     projected: Array
+    closeness: Array
 
 
-def roots(on: Curves, at: Points, side: Array) -> Roots:
-    """Return the third chords on one side, 1.0 or -1.0."""
+def roots(on: Curves, at: Points, side: Array, outside: float = np.nan) -> Roots:
+    """Return the third chords on one side, 1.0 or -1.0; where there are none, NaN, or the nearest if `outside` is 1."""
     chord = on.chords[2]
     d1, d2 = dot(on.tip, at.rest), dot(on.tip, at.across)
     slope = chord.slope * at.sin_delta
     x, y = slope * d1 - at.span * at.sin_delta, slope * d2 + at.span * at.cos_delta
     norm = np.sqrt(x * x + y * y) + TINY
     x, y = x / norm, y / norm
-    u, q, c3 = near_circle(-at.sin_delta / norm, d1 * x + d2 * y, side * (d2 * x - d1 * y), chord)
+    level = -at.sin_delta / norm
+    u, q, c3 = near_circle(level, d1 * x + d2 * y, side * (d2 * x - d1 * y), chord, outside)
     q = side * q
     cos_beta, sin_beta = u * x - q * y, u * y + q * x
     cos_alpha = cos_beta * at.cos_delta + sin_beta * at.sin_delta
@@ -60,7 +63,7 @@ def roots(on: Curves, at: Points, side: Array) -> Roots:
     e1 = twice * dot(at.first, at.rest) - dot(on.base, at.rest)
     e2 = twice * dot(at.first, at.across) - dot(on.base, at.across)
     projected = at.span * cos_alpha - chord(c3) * at.cos_delta
-    return Roots(cos_beta, sin_beta, c3, cos_alpha * e1 + sin_alpha * e2, projected)
+    return Roots(cos_beta, sin_beta, c3, cos_alpha * e1 + sin_alpha * e2, projected, np.abs(level) * chord.start)
 
 
 def left(on: Curves, root: Roots, sign: Array) -> Array:

@@ -38,10 +38,11 @@ def _block(position: Array, rotation: Array, backbone: Backbone, roll: bool) -> 
     count = len(position)
     pool, p, R = _pool(backbone)
     far = np.sum(((position[:, None] - p) / backbone.length) ** 2, axis=-1)
-    apart = 3 - rotation.reshape(count, 9) @ R.reshape(-1, 9).T
+    cosine = 0.5 * (rotation.reshape(count, 9) @ R.reshape(-1, 9).T - 1)
     if not roll:
-        apart = 2 * (1 - rotation[:, :, 2] @ R[:, :, 2].T)
-    near = np.argsort(far + ANGLE_LENGTH**2 * apart, axis=-1)[:, :_STARTS]
+        cosine = rotation[:, :, 2] @ R[:, :, 2].T
+    apart = ANGLE_LENGTH * np.arccos(np.clip(cosine, -1.0, 1.0))
+    near = np.argsort(far + apart * apart, axis=-1)[:, :_STARTS]
     bends, cost = _descended(
         np.repeat(position, _STARTS, axis=0), np.repeat(rotation, _STARTS, axis=0), pool[near.ravel()], backbone, roll
     )
@@ -129,6 +130,8 @@ def off_and_jacobian(position: Array, rotation: Array, bends: Array, backbone: B
         cosine = np.sum(rotation[:, :, 2] * R[:, :, 2], axis=-1)
         d = R[:, :, 2]
         J[:, 3:] -= d[:, :, None] * np.einsum("ni,nij->nj", d, J[:, 3:])[:, None, :]
+    opposite = (cosine < 0) & (np.sum(axis * axis, axis=-1) < 1e-24)
+    axis[opposite] = 1e-9 * R[opposite, :, 0]  # a half-turn: any axis across the tip's will do
     sine = np.sqrt(np.sum(axis * axis, axis=-1))
     scale = np.divide(np.arctan2(sine, cosine), sine, out=np.ones_like(sine), where=sine > 0)
     off[:, 3:] = ANGLE_LENGTH * scale[:, None] * axis

@@ -71,7 +71,10 @@ def misses(position: Array, rotation: Array, bends: Array, backbone: Backbone) -
     backward = turn[:, 0, 0] + turn[:, 1, 1] + turn[:, 2, 2] < 1
     off[:, 3:] *= 0.5 * ANGLE_LENGTH
     if backward.any():
-        off[backward, 3:] *= ANGLE_LENGTH / (np.linalg.norm(off[backward, 3:], axis=-1, keepdims=True) + 1e-300)
+        axis = off[backward, 3:]
+        sine = np.linalg.norm(axis, axis=-1, keepdims=True)
+        # A half-turn says no axis here, and any will do.
+        off[backward, 3:] = ANGLE_LENGTH * np.where(sine > 1e-9, axis / np.maximum(sine, 1e-9), [1.0, 0.0, 0.0])
     J[:, :3] /= size
     J[:, 3:] *= ANGLE_LENGTH
     return off, J

@@ -2,7 +2,8 @@
 
 A curve of first chords turns back where two third chords merge; there a search along it is blind. The same arm seen
 from its tip is another three sections, whose curve turns elsewhere, so that each solution is seen at least once.
-Two solutions between neighbouring nodes show as a least value that does not cross zero: a parabola says where.
+Two solutions between neighbouring nodes show as a least value that does not cross zero: a parabola says where. A curve
+as small as a node's distance shows as third chords that nearly exist.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ from contarm_sim.kinematics.inverse.pose_equation import Roots, chord_directions
 
 MARGIN = 0.1
 """By how much a chord's cosine may pass its limit at a node beside a solution."""
+
+_APART = 0.99  # closeness of third chords below which nodes tell them apart
 
 _SIDES = np.array([1.0, -1.0])
 
@@ -51,10 +54,11 @@ def starts(position: Array, rotation: Array, backbone: Backbone, nodes: int) -> 
     at = points(on, np.linspace(-1.0, 1.0, nodes) * on.extent)
     root = roots(on, at, _SIDES[:, None, None])
     off = left(on, root, _SIDES[:, None, None, None])
-    sign, side, row, place = _crossings(off, _inside(at, root, least[..., None]))
+    seen = _crossings(off, _inside(at, root, least[..., None])), _islands(at.cosine, root.closeness, least[0, :, None])
+    sign, side, row, place = (np.concatenate(each) for each in zip(*seen, strict=True))
     on = on.take(row)
-    at = points(on, (2 * place / (nodes - 1) - 1)[:, None] * on.extent)
-    root = roots(on, at, _SIDES[side][:, None])
+    at = points(on, (2 * place / (nodes - 1) - 1)[:, None] * on.extent, 1.0)
+    root = roots(on, at, _SIDES[side][:, None], 1.0)
     w1, w2, w3 = chord_directions(on, at, root, _SIDES[sign][:, None])
     back = (row >= count)[:, None]
     bends = bends_of_chords(np.where(back, w3, w1), w2, np.where(back, w1, w3))
@@ -100,6 +104,16 @@ def _crossings(off: Array, inside: Bool) -> tuple[Index, Index, Index, Array]:
     *which, node = (np.concatenate([a, b, b]) for a, b in zip(at, near, strict=True))
     place = np.concatenate([share, 1 + vertex - apart, 1 + vertex + apart])
     return which[0], which[1], which[2], node + place
+
+
+def _islands(cosine: Array, closeness: Array, least: Array) -> tuple[Index, Index, Index, Array]:
+    """Return sign, side and row, and the place in units of nodes, where third chords exist at few nodes or none."""
+    before, here, after = closeness[:, :-2], closeness[:, 1:-1], closeness[:, 2:]
+    row, node = np.nonzero((here > _APART) & (here <= before) & (here < after) & (cosine[:, 1:-1] > least - MARGIN))
+    before, here, after = before[row, node], here[row, node], after[row, node]
+    place = node + 1 + 0.5 * (before - after) / (before - 2 * here + after + 1e-300)
+    sign = np.repeat(np.arange(2), len(row))
+    return sign, np.zeros_like(sign), np.tile(row, 2), np.tile(place, 2)
 
 
 def chord_product(rotation: Array) -> tuple[Array, Array]:

@@ -50,12 +50,21 @@ def solutions(position: Array, rotation: Array, backbone: Backbone, nodes: int =
     return out, np.concatenate([np.zeros(0, dtype=np.intp), *(count for _, count in parts)])
 
 
+def polished(position: Array, rotation: Array, bends: Array, backbone: Backbone) -> Array:
+    """Return solutions next to bends [rad], shape (n, 3, 2), or the bends given where none within the limits is."""
+    better, miss, _ = newton(position, rotation, bends, backbone)
+    solved = (miss <= SOLVED) & (np.hypot(better[..., 0], better[..., 1]) <= backbone.limits).all(axis=-1)
+    return np.where(solved[:, None, None], better, bends)
+
+
 def _block(position: Array, rotation: Array, backbone: Backbone, nodes: int,
            more_nodes: int) -> tuple[Array, Index]:  # fmt: skip
-    rows, bends = _found(position, rotation, backbone, nodes)
-    packed, count = _within(rows, bends, backbone, len(position))
     reach = backbone.length * (1 + 1e-12)
-    none = np.flatnonzero((count == 0) & (np.sum(position * position, axis=-1) <= reach * reach))
+    within = np.flatnonzero(np.sum(position * position, axis=-1) <= reach * reach)
+    rows, bends = _found(position[within], rotation[within], backbone, nodes)
+    rows = within[rows]
+    packed, count = _within(rows, bends, backbone, len(position))
+    none = within[count[within] == 0]
     if none.size and more_nodes:
         again, more = _found(position[none], rotation[none], backbone, more_nodes)
         rows, bends = np.concatenate([rows, none[again]]), np.concatenate([bends, more])
@@ -65,6 +74,8 @@ def _block(position: Array, rotation: Array, backbone: Backbone, nodes: int,
 
 def _found(position: Array, rotation: Array, backbone: Backbone, nodes: int) -> tuple[Index, Array]:
     """Return rows and bends of solutions, each once or more often, whatever the limits."""
+    if not len(position):
+        return np.zeros(0, dtype=np.intp), np.zeros((0, 3, 2))
     step = max(1, _AT_ONCE * NODES // nodes)
     seen: list[tuple[Index, Array]] = []
     for start in range(0, len(position), step):

@@ -7,12 +7,13 @@ the null vector of position and direction by the bends, so it also passes where 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.backbone import Backbone
-from contarm_sim.kinematics.inverse.pose_nearest import off_and_jacobian
+from contarm_sim.kinematics.inverse.pose_nearest import nearest, off_and_jacobian
 from contarm_sim.kinematics.inverse.pose_newton import SOLVED
 from contarm_sim.kinematics.inverse.pose_search import Bool, Index
 from contarm_sim.kinematics.inverse.pose_solutions import solutions
@@ -23,6 +24,7 @@ Rank = Callable[[Array, Index], Array]
 _ROLLS, _NODES, _BEST = 24, 48, 3
 _STEPS, _FIRST, _PROBE = 60, 0.1, 1e-6  # the steps along the curve: how many, the first one and a probe [rad]
 _SHORT, _CORRECTIONS = 1e-8, 4
+_WIDEST = 3.14  # bends to which solutions are followed on their way back to the limits [rad]
 
 
 def rotation_to(direction: Array) -> Array:
@@ -40,7 +42,9 @@ def rotation_to(direction: Array) -> Array:
 
 
 def best_rolls(position: Array, rotation: Array, backbone: Backbone, rank: Rank, near: Array | None = None) -> Array:
-    """Return the best bends over all rolls about the last columns of rotations, shape (n, 3, 2), NaN where none is.
+    """Return the best bends over all rolls about the last columns of rotations, shape (n, 3, 2).
+
+    Where no roll leads there, the bends of the least miss known.
 
     Args:
         position: of the end of section 3 [m], shape (n, 3).
@@ -49,12 +53,29 @@ def best_rolls(position: Array, rotation: Array, backbone: Backbone, rank: Rank,
         rank: says which is best.
         near: bends that a further start lies next to, shape (n, 3, 2).
     """
-    count, rows = len(position), np.arange(len(position))
-    best, value = np.full((count, _BEST, 3, 2), np.nan), np.full((count, _BEST), np.inf)
+    rows = np.arange(len(position))
+    best, value = _sampled(position, rotation, backbone, rank, _ROLLS)
     if near is not None:
-        best[:, 0], inside = _onto(position, rotation, near, backbone)
-        value[inside, 0] = rank(best[inside, 0], rows[inside])
-    for roll in np.arange(_ROLLS) * (2 * np.pi / _ROLLS):
+        best[:, -1], inside = _onto(position, rotation, near, backbone)
+        value[:, -1] = np.inf
+        value[inside, -1] = rank(best[inside, -1], rows[inside])
+    none = np.flatnonzero(np.isinf(value).all(axis=1))
+    if none.size:
+        best[none, 0], inside = _found_otherwise(position[none], rotation[none], backbone)
+        reached = none[inside]
+        value[reached, 0] = rank(best[reached, 0], reached)
+    row, place = np.nonzero(np.isfinite(value))
+    best[row, place], value[row, place] = _lowered(
+        position[row], rotation[row], best[row, place], backbone, lambda bends, which: rank(bends, row[which])
+    )
+    return np.asarray(best[rows, np.argmin(value, axis=1)])
+
+
+def _sampled(position: Array, rotation: Array, backbone: Backbone, rank: Rank, rolls: int) -> tuple[Array, Array]:
+    """Return the best few solutions of sampled rolls, shape (n, few, 3, 2), and their ranks; infinite where NaN."""
+    count = len(position)
+    best, value = np.full((count, _BEST, 3, 2), np.nan), np.full((count, _BEST), np.inf)
+    for roll in np.arange(rolls) * (2 * np.pi / rolls):
         found, _ = solutions(position, _rolled(rotation, roll), backbone, _NODES, 0)
         row, place = np.nonzero(np.isfinite(found[..., 0, 0]))
         ranks = np.full(found.shape[:2], np.inf)
@@ -63,14 +84,33 @@ def best_rolls(position: Array, rotation: Array, backbone: Backbone, rank: Rank,
         first = np.argsort(value, axis=1, kind="stable")[:, :_BEST]
         best = np.take_along_axis(best, first[..., None, None], axis=1)
         value = np.take_along_axis(value, first, axis=1)
+    return best, value
+
+
+def _found_otherwise(position: Array, rotation: Array, backbone: Backbone) -> tuple[Array, Bool]:
+    """Return bends where no sampled roll is within the limits, shape (n, 3, 2), and which are solutions.
+
+    The best of solutions beyond the limits goes along its curve until it is within them, or does not come closer.
+    """
+    limits = np.asarray(backbone.limits)
+
+    def beyond(bends: Array, rows: Index) -> Array:
+        return np.asarray((np.hypot(bends[..., 0], bends[..., 1]) - limits).max(axis=-1))
+
+    wide = replace(backbone, limits=tuple(np.maximum(limits, _WIDEST)))
+    best, value = _sampled(position, rotation, wide, beyond, 3 * _ROLLS)
+    out = np.full((len(position), 3, 2), np.nan)
     row, place = np.nonzero(np.isfinite(value))
-    lower, value[row, place] = _lowered(
-        position[row], rotation[row], best[row, place], backbone, lambda bends, which: rank(bends, row[which])
-    )
-    best[row, place] = lower
-    out = np.asarray(best[rows, np.argmin(value, axis=1)])
-    out[np.isinf(value.min(axis=1))] = np.nan
-    return out
+    best[row, place], value[row, place] = _lowered(position[row], rotation[row], best[row, place], wide, beyond)
+    first = np.argmin(value, axis=1)
+    found = value[np.arange(len(out)), first] <= 0
+    out[found] = best[found, first[found]]
+    none = np.flatnonzero(~found)
+    if none.size:
+        out[none] = nearest(position[none], rotation[none], backbone, roll=False)
+        there, found[none] = _onto(position[none], rotation[none], out[none], backbone)
+        out[none[found[none]]] = there[found[none]]
+    return out, found
 
 
 def _lowered(position: Array, rotation: Array, bends: Array, backbone: Backbone, rank: Rank) -> tuple[Array, Array]:

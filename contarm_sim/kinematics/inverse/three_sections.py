@@ -13,7 +13,7 @@ from contarm_sim.kinematics.arrays import Array, as_vectors
 from contarm_sim.kinematics.backbone import Backbone, as_bends
 from contarm_sim.kinematics.inverse.pose_nearest import nearest
 from contarm_sim.kinematics.inverse.pose_search import Index, one_arc
-from contarm_sim.kinematics.inverse.pose_solutions import solutions
+from contarm_sim.kinematics.inverse.pose_solutions import polished, solutions
 from contarm_sim.kinematics.inverse.pose_targets import check_sections, common, targets
 from contarm_sim.kinematics.inverse.result import ANGLE_LENGTH, TOLERANCE, Inverse
 from contarm_sim.kinematics.inverse.roll import Rank, best_rolls, rotation_to
@@ -21,6 +21,8 @@ from contarm_sim.kinematics.inverse.roll import Rank, best_rolls, rotation_to
 CHOICES = ("least-bend", "least-largest", "farthest", "nearest")
 """Which solution: of the least sum of bend angles, of the least largest one, farthest from the limits, or nearest to a
 given pose."""
+
+_FAR = 1e4  # lengths of the arm
 
 
 def all_poses(position: Any, rotation: Any, backbone: Backbone) -> tuple[Array, Index]:
@@ -69,7 +71,7 @@ def solve_pose(position: Any, rotation: Any, backbone: Backbone, choose: str = "
     bends = found[np.arange(len(found)), np.argmin(ranks, axis=1)]
     none = np.flatnonzero(count == 0)
     if none.size:
-        bends[none] = nearest(end[none], rotation[none], bare)
+        bends[none] = polished(end[none], rotation[none], nearest(end[none], rotation[none], bare), bare)
     reached = sections.transform(bends, backbone, check=False)
     off = np.linalg.norm(reached[:, :3, :3] - rotation, axis=(-1, -2))
     angle = 2 * np.arcsin(np.minimum(off / np.sqrt(8), 1.0))
@@ -100,21 +102,20 @@ def solve_direction(position: Any, direction: Any, backbone: Backbone, choose: s
     check_sections(backbone)
     position, direction = as_vectors(position, 3, "position"), as_vectors(direction, 3, "direction")
     shape = common(position.shape[:-1], direction.shape[:-1], "direction")
-    size = np.linalg.norm(direction, axis=-1, keepdims=True)
+    size = np.abs(direction).max(axis=-1, keepdims=True)
     if not np.all(size > 0):
         raise InputError("direction", "0 long", "vectors of any other length")
+    direction = direction / size
+    direction = direction / np.linalg.norm(direction, axis=-1, keepdims=True)
     position = np.broadcast_to(position, (*shape, 3)).reshape(-1, 3)
-    rotation = rotation_to(np.broadcast_to(direction / size, (*shape, 3)).reshape(-1, 3))
+    rotation = rotation_to(np.broadcast_to(direction, (*shape, 3)).reshape(-1, 3))
     to, rank = _rank(choose, near, backbone, shape)
     bare, end = _bare(backbone), _without_tool(position, rotation[:, :, 2], backbone)
     bends = best_rolls(end, rotation, bare, rank, to)
-    none = np.isnan(bends[:, 0, 0])
-    if none.any():
-        bends[none] = nearest(end[none], rotation[none], bare, roll=False)
     reached = sections.transform(bends, backbone, check=False)
     off = np.linalg.norm(reached[:, :3, 2] - rotation[:, :, 2], axis=-1)
     angle = 2 * np.arcsin(np.minimum(0.5 * off, 1.0))
-    out = _result(bends, reached, position, angle, np.where(none, 0, -1), backbone, shape)
+    out = _result(bends, reached, position, angle, np.zeros(len(bends), dtype=np.intp), backbone, shape)
     return replace(out, solutions=np.where(out.reachable, -1, 0))
 
 
@@ -138,7 +139,8 @@ def _rank(choose: str, near: Any, backbone: Backbone, shape: tuple[int, ...]) ->
 
 def _result(bends: Array, reached: Array, position: Array, angle: Array, count: Index, backbone: Backbone,
             shape: tuple[int, ...]) -> Inverse:  # fmt: skip
-    miss = np.linalg.norm(reached[:, :3, 3] - position, axis=-1)
+    x, y, z = (reached[:, :3, 3] - position).T
+    miss = np.hypot(np.hypot(x, y), z)
     most = TOLERANCE * backbone.length
     reachable = (miss <= most) & (angle * ANGLE_LENGTH * backbone.length <= most)
     count = np.where(reachable & (count == 0), 1, count)  # found by least squares
@@ -153,4 +155,6 @@ def _bare(backbone: Backbone) -> Backbone:
 
 
 def _without_tool(position: Array, axis: Array, backbone: Backbone) -> Array:
-    return position - backbone.connectors[-1] * axis
+    """Return where section 3 must end [m]; what is very far off is brought closer: its square must be a number."""
+    far = np.abs(position).max(axis=-1, keepdims=True) / (_FAR * backbone.length)
+    return np.asarray(position / np.maximum(far, 1.0) - backbone.connectors[-1] * axis)
