@@ -18,16 +18,34 @@ from contarm_sim.kinematics.backbone import LARGEST, Backbone
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.section import Section
 
+LEAST = 1e-6
+"""Least limit of a bend angle [rad]."""
 
-def backbone(arm: Arm, chained: bool = False, limits: Any = LARGEST) -> Backbone:
+
+def backbone(arm: Arm, chained: bool = False, limits: Any = None) -> Backbone:
     """Return an arm's sections as the kinematics sees them.
 
     Args:
         chained: as chains of ball joints, not as arcs.
-        limits: largest bend angle of each section [rad], or one number for all.
+        limits: largest bend angle of each section [rad], or one number for all; default `bend_limits`.
     """
     links = tuple(section.links for section in arm.sections) if chained else None
-    return Backbone(lengths=tuple(section.length for section in arm.sections), links=links, limits=limits)
+    lengths = tuple(section.length for section in arm.sections)
+    return Backbone(lengths=lengths, links=links, limits=bend_limits(arm) if limits is None else limits)
+
+
+def bend_limits(arm: Arm) -> tuple[float, ...]:
+    """Return the bend angle of each section [rad] up to which its own muscles have a length that they can take.
+
+    At most `kinematics.backbone.LARGEST`; muscles that run through several sections set no limit to one of them.
+    """
+    out = [LARGEST] * len(arm.sections)
+    for group in arm.groups:
+        if group.first == group.section:
+            shortest, longest = group.length_range
+            room = min(group.length - shortest, longest - group.length) / group.routing.radius
+            out[group.section] = min(out[group.section], max(room, LEAST))
+    return tuple(out)
 
 
 def as_coordinates(bend: Any, arm: Arm) -> Array:
