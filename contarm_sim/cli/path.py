@@ -47,13 +47,13 @@ def path_of(arm: Arm, name: str, duration: float | None, shape: dict[str, Any]) 
     return from_waypoints(waypoints, arm.length, duration), waypoints
 
 
-def reference_of(arm: Arm, path: Any, project: Any, places: list[str] | None) -> Any:
+def reference_of(arm: Arm, path: Any, project: Any, places: list[str] | None, direction: Any = None) -> Any:
     """Return the motion along a path; `places` are those of its waypoints, for messages."""
     from contarm_sim.cli.kinematics import asking
     from contarm_sim.paths.reference import Reference
 
     try:
-        return Reference.from_path(path, arm, project=project)
+        return Reference.from_path(path, arm, project=project, direction=direction)
     except UnreachableError as error:
         where = error.where if places is None else places[0].split(", row")[0]
         raise asking(error, arm).located(where) from None
