@@ -45,26 +45,33 @@ def hold(arm: Arm, bend: tuple[tuple[float, float], ...], share: float, as_json:
 def _show(found: studies.Hold, arm: Arm) -> None:
     from contarm_sim.cli.terminal import table
 
-    columns = ["", "length [mm]", "force [N]", "pressure [kPa]"]
+    columns = ["", "length [mm]", "force [N]"]
+    if found.pressures is not None:
+        columns.append("pressure [kPa]")
     off, several = found.simulated_off, len(arm.sections) > 1
     table("what holds the bends" if several else "what holds the bend", columns, _rows(found, several))
     ranges: Any = found.level_range if several else (found.level_range,)
+    driven = "pressure" if found.pressures is not None else "tension"
     for number, (low, high) in enumerate(ranges, 1):
         of_section = f"section {number}: " if several else ""
-        click.echo(f"{of_section}co-contraction can rise by {high - low:.1f} N a muscle within the limits of pressure")
+        click.echo(f"{of_section}co-contraction can rise by {high - low:.1f} N a muscle within the limits of {driven}")
     if off is None:
-        click.echo("NOT HELD: under these pressures the simulated arm does not stay there")
+        click.echo(f"NOT HELD: under these {driven}s the simulated arm does not stay there")
     else:
         where = "these bends, at most" if several else "that bend"
-        click.echo(f"under these pressures the simulated arm rests {math.degrees(off):.2f} deg from {where}")
+        click.echo(f"under these {driven}s the simulated arm rests {math.degrees(off):.2f} deg from {where}")
 
 
 def _rows(found: studies.Hold, several: bool) -> list[list[str]]:
-    numbers = (found.muscle_lengths, found.actuator_tensions, found.pressures)
+    numbers: list[Any] = [found.muscle_lengths, found.actuator_tensions]
+    if found.pressures is not None:
+        numbers.append(found.pressures)
     groups = zip(*numbers, strict=True) if several else [numbers]
+    scales = ((1e3, 2), (1.0, 2), (1e-3, 1))
     rows = []
     for section, group in enumerate(groups, 1):
         of_section = f"section {section}, " if several else ""
-        for i, (x, f, p) in enumerate(zip(*group, strict=True), 1):
-            rows.append([f"{of_section}muscle {i}", f"{1e3 * x:.2f}", f"{f:.2f}", f"{p / 1e3:.1f}"])
+        for i, own in enumerate(zip(*group, strict=True), 1):
+            cells = (f"{scale * x:.{digits}f}" for x, (scale, digits) in zip(own, scales, strict=False))
+            rows.append([f"{of_section}muscle {i}", *cells])
     return rows

@@ -91,13 +91,13 @@ def _show(found: studies.Possibility) -> None:
 
 def _limits(arm: Arm) -> str:
     """Say what the muscles of all sections have: pressures, or tensions."""
-    from contarm_sim.studies.needs import pneumatic
+    from contarm_sim.model.pneumatic_law import PneumaticLaw
 
     said = []
     for group in arm.groups:
         law = group.law
         limits = f"{law.min_tension:g} to {law.blocked_force:g} N"
-        if pneumatic(law):
+        if isinstance(law, PneumaticLaw):
             limits = f"{law.min_pressure / 1e3:.0f} to {law.max_pressure / 1e3:.0f} kPa"
         if limits not in said:
             said.append(limits)

@@ -200,8 +200,8 @@ def muscle_use(trajectory: Trajectory, chosen: slice | None = None) -> MuscleUse
 def _limits(arm: Arm) -> tuple[Array, Array, Array, Array]:
     """Return lowest and highest pressure [Pa], lowest and highest contraction [-] of each muscle, shape (n,) each."""
     return (
-        muscles.each(arm, lambda group: group.law.min_pressure),
-        muscles.each(arm, lambda group: group.law.max_pressure),
+        muscles.each(arm, lambda group: group.law.pressure_limits[0]),
+        muscles.each(arm, lambda group: group.law.pressure_limits[1]),
         muscles.each(arm, lambda group: -group.law.max_stretch),
         muscles.each(arm, lambda group: group.law.max_contraction),
     )

@@ -83,7 +83,7 @@ def muscle_law(
     expect("arm", arm, Arm)
     check_count("points", points, 2)
     arm = of_section(arm, section)
-    most, asked = arm.muscle.max_pressure, as_numbers(pressures)
+    most, asked = arm.pneumatics.max_pressure, as_numbers(pressures)
     if asked is None:
         raise InputError("pressures", pressures, f"a sequence of numbers from 0 to {most:g} Pa")
     for pressure in asked:

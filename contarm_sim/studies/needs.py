@@ -6,33 +6,29 @@ from typing import Any
 
 import numpy as np
 
+from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import muscles
 from contarm_sim.mechanics.pressures import balance_pressure, level_range, section_pressures
 from contarm_sim.mechanics.statics import Balance, balance, min_tensions
 from contarm_sim.model.arm import Arm
-from contarm_sim.model.law import MuscleLaw
 from contarm_sim.model.muscle_group import MuscleGroup
-
-
-def pneumatic(law: MuscleLaw) -> bool:
-    """Tell whether muscles of a law have pressures, not tensions alone."""
-    return hasattr(law, "max_pressure")
+from contarm_sim.model.pneumatic_law import PneumaticLaw
 
 
 def highest_pressure(group: MuscleGroup) -> float:
     """Return the highest gauge pressure that there is for muscles [Pa]."""
-    return group.law.max_pressure
+    return group.law.pressure_limits[1]
 
 
 def by_pressure(arm: Arm) -> bool:
     """Tell whether all muscles have pressures."""
-    return all(pneumatic(group.law) for group in arm.groups)
+    return all(isinstance(group.law, PneumaticLaw) for group in arm.groups)
 
 
 def most(arm: Arm) -> float:
     """Return the most that `needs` may be: the highest pressure [Pa] of one section, else 1."""
-    return arm.muscle.max_pressure if len(arm.sections) == 1 and by_pressure(arm) else 1.0
+    return highest_pressure(arm.group) if len(arm.sections) == 1 and by_pressure(arm) else 1.0
 
 
 def needs(held: Balance, arm: Arm) -> tuple[Array, Array]:
@@ -55,6 +51,24 @@ def _shares(held: Balance, arm: Arm, least: Array) -> Array:
     level = held.level(least)
     share = (held.at(level) / muscles.each(arm, lambda group: group.law.blocked_force)).max(axis=-1)
     return np.where((level <= held.highest).all(axis=-1), share, np.inf)
+
+
+def tension_range(held: Balance, arm: Arm) -> tuple[Array, Array]:
+    """Return the lowest and highest levels [N], each of shape (..., S), that tensions within the limits give.
+
+    Raises:
+        InputError: a muscle would need more than its highest tension; says how much.
+    """
+    highest = muscles.each(arm, lambda group: group.law.blocked_force)
+    low = held.level(min_tensions(arm))
+    high = np.minimum(held.from_tip(lambda room: room.min(axis=-1), highest), held.highest)
+    if not np.all(low <= high):
+        section = int(np.argmax(~(low <= high).reshape(-1, low.shape[-1]).all(axis=0)))
+        own = held.own[section]
+        needed, allowed = float(held.at(low)[..., own].max()), float(highest[own].min())
+        of_section = "" if len(arm.sections) == 1 else f" for the muscles of section {section + 1}"
+        raise InputError("bend", f"one that needs {needed:.4g} N", f"at most {allowed:.4g} N{of_section}")
+    return low, high
 
 
 def lowest_tensions(held: Balance, arm: Arm) -> Array:

@@ -106,7 +106,7 @@ class Panel:
         arm = self._session.arm
         # A hair of gravity keeps the picture's way down while it is turned off.
         x, y, z = (float(part) for part in max(_value(self._gravity), 1e-9) * down)
-        muscle = replace(arm.muscle, min_tension=_value(self._least))
+        muscle = arm.muscle.with_min_tension(_value(self._least))
         changed = replace(arm, gravity=(x, y, z), payload=1e-3 * _value(self._payload), muscle=muscle)
         turned = not np.allclose(_direction(changed), _direction(arm))
         self._session.change(arm=changed)
@@ -154,7 +154,7 @@ class Panel:
         reading, arm = self._session.reading, self._session.arm
         angle, plane = (np.degrees(x) for x in arc.to_polar(reading.bend))
         pace = "**slower than the set speed**" if behind else f"{100 * busy:.0f} % of a core"
-        highest = arm.muscle.max_pressure
+        highest = arm.muscle.pressure_limits[1]
         over = f"  \n**needs more than {1e-3 * highest:.0f} kPa**" if reading.pressures.max() > 1.001 * highest else ""
         text = (
             f"**Tip error {1e3 * reading.error:.2f} mm** ({100 * reading.error / arm.length:.2f} % of length)  \n"

@@ -134,8 +134,10 @@ class Session:
         bend, _ = routing.bend_from_lengths(lengths, arm)
         level = cocontraction(bend, arm)[0]  # enough of it that no pressure is too low
         per_pascal = np.maximum(pneumatics.force(1.0, lengths, arm), 1e-9)
-        tensions = tensions + level * ((arm.muscle.min_pressure * per_pascal - tensions) / level).max()
-        self.plant.pressure[:] = np.clip(tensions / per_pascal, arm.muscle.min_pressure, arm.muscle.max_pressure)
+        tensions = tensions + level * ((arm.pneumatics.min_pressure * per_pascal - tensions) / level).max()
+        self.plant.pressure[:] = np.clip(
+            tensions / per_pascal, arm.pneumatics.min_pressure, arm.pneumatics.max_pressure
+        )
         return self.plant.pressure[0].copy()
 
     def tick(self) -> Reading:

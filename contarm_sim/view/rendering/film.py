@@ -150,9 +150,10 @@ def _panels(samples: Trajectory, look: Look, scale: Scale) -> dict[str, Panel]:
         return {}
     red = Curve(1e3 * samples.tip_error, "#C0392B")
     pressures = [Curve(1e-3 * samples.pressure[:, i], muscle_hex(i)) for i in range(samples.pressure.shape[1])]
-    highest = 1e-3 * samples.arm.muscle.max_pressure
+    highest = 1e-3 * samples.arm.muscle.pressure_limits[1]
     limit = highest if scale.pressure > 600 * highest else None
-    return {
-        "left": Panel(size, samples.time, [red], "tip error [mm]", 1e3 * scale.error),
-        "right": Panel(size, samples.time, pressures, "pressure needed [kPa]", 1e-3 * scale.pressure, limit),
-    }
+    error = Panel(size, samples.time, [red], "tip error [mm]", 1e3 * scale.error)
+    if not math.isfinite(highest):  # muscles that no pressure drives
+        return {"left": error}
+    needed = Panel(size, samples.time, pressures, "pressure needed [kPa]", 1e-3 * scale.pressure, limit)
+    return {"left": error, "right": needed}

@@ -12,6 +12,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.pneumatics import force
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.colours import muscle_hex
+from contarm_sim.model.pneumatic_law import PneumaticLaw
 from contarm_sim.results.compare import Comparison
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.at_rest import Failure, Outcome
@@ -73,29 +74,32 @@ def draw_budget(
 
 
 def draw_muscles(path: Path, samples: Trajectory, comparison: Comparison) -> None:
-    """Draw muscle length changes, analytic and simulated, tensions and pressures over time."""
+    """Draw muscle length changes, analytic and simulated, tensions and, where there are any, pressures over time."""
     from contarm_sim.kinematics.muscles import deltas_from_bend
 
     t, arm = samples.time, samples.arm
     analytic = deltas_from_bend(samples.bend, arm.muscle_radius, arm.routing.angles)
     pressure = 1e-3 * np.where(np.isfinite(samples.pressure), samples.pressure, np.nan)
-    with figure(path, figsize=(6.4, 5.8)) as fig:
-        top, middle, bottom = fig.subplots(3, 1, sharex=True)
+    pneumatic = isinstance(arm.muscle, PneumaticLaw)
+    with figure(path, figsize=(6.4, 5.8 if pneumatic else 4.2)) as fig:
+        top, middle, *others = axes = fig.subplots(3 if pneumatic else 2, 1, sharex=True)
         for i, colour in enumerate(map(muscle_hex, range(samples.pressure.shape[1]))):
             top.plot(t, 1e3 * (samples.muscle_lengths[:, i] - arm.length), color=colour, label=f"muscle {i + 1}")
             top.plot(t, 1e3 * analytic[:, i], color=BLACK, linewidth=0.8, linestyle=":")
             middle.plot(t, samples.muscle_tensions[:, i], color=colour)
-            bottom.plot(t, pressure[:, i], color=colour)
+            for bottom in others:
+                bottom.plot(t, pressure[:, i], color=colour)
         top.plot([], [], color=BLACK, linewidth=0.8, linestyle=":", label="arc (paper)")
         top.set_ylabel("length change [mm]")
         top.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4)
         middle.axhline(arm.muscle.min_tension, color="#888888", linewidth=0.8, linestyle="--")
         middle.set_ylim(bottom=min(0.0, float(samples.muscle_tensions.min())))
         middle.set_ylabel("tension [N]")
-        bottom.axhline(arm.muscle.min_pressure / 1e3, color="#888888", linewidth=0.8, linestyle="--")
-        bottom.set_ylim(bottom=0)
-        bottom.set_ylabel("pressure\nneeded [kPa]")
-        bottom.set_xlabel("time [s]")
+        for bottom in others:
+            bottom.axhline(arm.muscle.pressure_limits[0] / 1e3, color="#888888", linewidth=0.8, linestyle="--")
+            bottom.set_ylim(bottom=0)
+            bottom.set_ylabel("pressure\nneeded [kPa]")
+        axes[-1].set_xlabel("time [s]")
 
 
 def draw_error_maps(path: Files, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:

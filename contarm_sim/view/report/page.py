@@ -47,7 +47,7 @@ def write_page(folder: Path, samples: Trajectory, comparison: Comparison, summar
         words=explanation(summary),
         remarks=[remark.replace("`", "") for remark in remarks(summary)],
         budget=budget(summary),
-        muscles=muscle_words(summary["muscle"]),
+        muscles=muscle_words(summary["muscle"], "max_pressure" in summary["arm"]["muscle"]),
         figures=[
             {"alt": alt, "data": _encoded((folder / name).read_bytes())}
             for name, alt in FIGURES.items()

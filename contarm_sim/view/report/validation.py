@@ -82,7 +82,7 @@ def notes(found: Validation) -> list[str]:
 
 
 def _pressure_note(outcome: Outcome) -> str:
-    muscle, samples = outcome.scenario.arm.muscle, outcome.samples
+    muscle, samples = outcome.scenario.arm.pneumatics, outcome.samples
     over = np.hypot(*samples.bend[samples.pressure.max(axis=1) > muscle.max_pressure].T)
     most, beyond = outcome.errors.muscle.max_pressure_needed_pa, outcome.errors.muscle.beyond_max_pressure
     needs = "more than any pressure" if most is None else f"up to {most / 1e3:.0f} kPa"
