@@ -10,7 +10,7 @@ import numpy as np
 from contarm_sim.kinematics import sections
 from contarm_sim.kinematics.backbone import Backbone
 
-POINTS = 40
+POINTS = 16
 """Places at which the mass of the arm is summed."""
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from contarm_sim.engine.plant import Plant
+from contarm_sim.envs.variations import varied_arm
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.muscles import directions
 from contarm_sim.mechanics.pneumatics import force, pressure_for
@@ -172,6 +173,13 @@ def test_controllers_of_lengths_drive_them(law, controller):
     found = poses_at_rest(arm, Reference.from_bends([[0.4, 0.2], [1.0, 0.0]], arm), controller)
     assert np.linalg.norm(found.tip - found.target, axis=1).max() < 0.03 * arm.length
     assert found.muscle_tensions.min() > -1e-6 or controller in ("paper", "chain")
+
+
+def test_what_varies_must_be_a_parameter_of_the_law():
+    varied = {"muscle.valve_time": 0.1}
+    with pytest.raises(InputError, match=r"muscle.valve_time' is of a Tendon, which has none"):
+        varied_arm(varied, Arm(muscle=Tendon()), Arm(muscle=Tendon()), np.random.RandomState(0))
+    assert varied_arm(varied, Arm(), Arm(), np.random.RandomState(0)).pneumatics.valve_time == 0.1
 
 
 @pytest.mark.parametrize(

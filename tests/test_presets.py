@@ -16,6 +16,8 @@ from contarm_sim.model import presets
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import arm_from_dict, arm_to_dict, load_arm
 from contarm_sim.model.template import arm_template
+from contarm_sim.motion.rest import poses_at_rest
+from contarm_sim.paths.reference import Reference
 
 SEVERAL = ("two", "three", "tendon")
 
@@ -41,6 +43,15 @@ def test_pressures_hold_every_bend_to_a_quarter_turn_a_section(name, hanging):
     for group, own in zip(arm.groups, each, strict=True):
         assert group.length_range[0] < own.min()
         assert own.max() < group.length_range[1]
+
+
+@pytest.mark.parametrize("name", ["two", "three"])
+def test_pressures_hold_bends_in_the_engine(name):
+    arm = presets.preset(name)
+    bends = random_bends(np.random.default_rng(1), 4, arm).reshape(4, -1)
+    found = poses_at_rest(arm, Reference.from_bends(bends, arm), "pressure")
+    assert found.pressure.min() > 0.999 * 90e3
+    assert found.pressure.max() < 700e3
 
 
 def test_tendons_hold_every_bend_to_a_quarter_turn_a_section():
