@@ -42,10 +42,11 @@ def stiffness(arm: Arm, bend: tuple[tuple[float, float], ...], levels: int, out:
     from contarm_sim.view.report.figures import draw_stiffness
 
     target = output_for(out, "stiffness")
+    bend = bend or (DEFAULT if len(arm.sections) == 1 else OF_SECTIONS,) * len(arm.sections)
+    pose = bends_from_words(bend, arm)
     if any(arm.gravity) or arm.payload:
         say("gravity and payload are left out: the pose is held without them")
-    bend = bend or (DEFAULT if len(arm.sections) == 1 else OF_SECTIONS,) * len(arm.sections)
-    found = studies.stiffness(arm, bends_from_words(bend, arm), levels, track)
+    found = studies.stiffness(arm, pose, levels, track)
 
     def draw(folder: Path) -> None:
         draw_stiffness(folder / "stiffness.png", found)

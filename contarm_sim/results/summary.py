@@ -82,7 +82,7 @@ class ErrorSummary:
         samples: how many.
         pulls_only, holds_lengths: of the controller, as in `Trajectory`.
         targets_in_millimetres: whether the targets look like millimetres: far off the dome, a thousandth of them on it;
-            for several sections, a thousandth of them no farther than the arm is long.
+            for several sections, a thousandth of them within what the arm is long, and not all at its base.
         orientation_error_deg, orientation_error_rms_deg: largest and root-mean-square [deg].
         muscle: what the muscles did.
         sections: the same section by section, of an arm of several.
@@ -161,7 +161,7 @@ def _in_millimetres(trajectory: Trajectory) -> bool:
     """Tell whether a thousandth of the targets lies within a tenth of length off the dome, or the arm's reach."""
     target, arm = 1e-3 * trajectory.target, trajectory.arm
     if len(arm.sections) > 1:
-        return bool(np.linalg.norm(target, axis=-1).max() <= 1.1 * arm.length)
+        return bool(0.05 * arm.length <= np.linalg.norm(target, axis=-1).max() <= 1.1 * arm.length)
     return bool(dome.bend_from_tip(target, arm.length, "nearest").miss.max() <= 0.1 * arm.length)
 
 
