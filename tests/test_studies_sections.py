@@ -17,6 +17,7 @@ from contarm_sim.mechanics.statics import holding_tensions
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Wrench
 from contarm_sim.model.mckibben import McKibben
+from contarm_sim.model.presets import preset
 from contarm_sim.model.routing import Routing
 from contarm_sim.model.section import Section
 from contarm_sim.model.tendon import Tendon
@@ -29,10 +30,11 @@ from contarm_sim.results.compare import compare
 from contarm_sim.results.document import document
 from contarm_sim.results.summary import muscle_use, summarise
 from contarm_sim.studies import pressure_map
+from contarm_sim.studies.at_rest import examine
 from contarm_sim.studies.controllers import Followed, _reachable, _row
 from contarm_sim.studies.largest_bends import largest_bends, largest_bends_at_rest, posed
 from contarm_sim.studies.muscle_curves import of_section
-from contarm_sim.studies.scenarios import EXTREMES, spread_bends
+from contarm_sim.studies.scenarios import EXTREMES, scenarios, spread_bends
 from contarm_sim.studies.tip_stiffness import _directions
 
 SECTIONS = (
@@ -145,7 +147,7 @@ def test_muscles_of_sections_that_differ_are_told_apart():
     samples = poses_at_rest(one, Reference.from_bends(bends(2), one))
     whole, own = muscle_use(samples), [s.muscle for s in summarise(samples, compare(samples)).sections]
     assert own[0].max_pressure_needed_pa == samples.pressure[:, :3].max()
-    assert whole.max_pressure_needed_pa == max(each.max_pressure_needed_pa for each in own)
+    assert whole.max_pressure_needed_pa == max(each.max_pressure_needed_pa or 0.0 for each in own)
     assert own[1].beyond_max_pressure == np.count_nonzero((samples.pressure[:, 3:] > 1e5).any(axis=1)) > 0
     assert own[0].beyond_max_pressure == 0
     for use, group, lengths in zip(own, one.groups, np.split(samples.muscle_lengths, 2, axis=1), strict=True):
@@ -326,3 +328,37 @@ def test_a_muscle_of_one_section_has_its_own_law_and_length():
     for section, said in ((None, "not given, and they differ"), (0, "is 0"), (4, "is 4")):
         with pytest.raises(InputError, match=said):
             studies.muscle_law(one, section=section)
+
+
+def _at_rest(one, poses):
+    """Return the ideal scenario of an arm of 24 links a section over random bends to 120 deg."""
+    (ideal, *_), rng = scenarios(linked(one, 24)), np.random.default_rng(12)
+    count = len(one.sections)
+    angles = np.radians(120) * np.sqrt(rng.random((poses, count)))
+    return examine(ideal, arc.from_polar(angles, rng.uniform(-np.pi, np.pi, (poses, count))).reshape(poses, -1))
+
+
+def _check_at_rest(found):
+    assert found.verdict == "pass", found.judged.checks
+    assert found.chain_error.max_percent <= 0.01
+    assert found.errors.tip_error.max_percent <= 0.15
+    assert found.errors.muscle.min_force_n > 0
+    print(f"chain {found.chain_error.max_percent:.2e} %, arc {found.errors.tip_error.max_percent:.4f} %")
+
+
+@pytest.mark.parametrize("name", ["two", "three", "tendon"])
+def test_at_rest_the_simulated_arm_is_the_chain_and_nearly_the_arcs(name):
+    _check_at_rest(_at_rest(preset(name), 20))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["two", "three", "tendon"])
+def test_at_rest_a_thousand_poses_are_the_chain_and_nearly_the_arcs(name):
+    _check_at_rest(_at_rest(preset(name), 1000))
+
+
+@pytest.mark.parametrize("start", ["section", "base"])
+def test_at_rest_straight_spans_are_nearly_the_chain_of_ball_joints(start):
+    one = arm(start=start)
+    one = replace(one, routings=tuple(replace(routing, path="spans") for routing in one.routings))
+    _check_at_rest(_at_rest(one, 20))
