@@ -26,6 +26,7 @@ from contarm_sim.motion.modes import bare, beam_frequencies, natural_frequencies
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.motion.simulate import simulate
 from contarm_sim.paths.reference import Reference
+from contarm_sim.paths.waypoints import Waypoints, from_waypoints
 from contarm_sim.results.compare import compare
 from contarm_sim.results.document import document
 from contarm_sim.results.summary import muscle_use, summarise
@@ -161,6 +162,18 @@ def test_targets_in_millimetres_are_known_by_the_reach(scale, said):
     reference = Reference.from_bends(bends(2), one)
     samples = poses_at_rest(one, replace(reference, target=scale * reference.target))
     assert summarise(samples, compare(samples)).targets_in_millimetres is said
+
+
+def test_the_angle_to_a_direction_asked_for_is_told():
+    one, bend = arm(3), bends(3)
+    turned = shape.rotation(bend.reshape(len(bend), -1), one)
+    lean = np.radians(3.0)
+    asked = np.cos(lean) * turned[..., 2] + np.sin(lean) * turned[..., 0]
+    samples = poses_at_rest(one, replace(Reference.from_bends(bend, one), direction=asked))
+    errors = summarise(samples, compare(samples))
+    assert errors.direction_error_deg == pytest.approx(3.0, abs=errors.orientation_error_deg + 1e-6)
+    samples = poses_at_rest(one, Reference.from_bends(bend, one))
+    assert "direction_error_deg" not in document(summarise(samples, compare(samples)))
 
 
 @pytest.mark.parametrize("start", ["section", "base"])
@@ -362,3 +375,11 @@ def test_at_rest_straight_spans_are_nearly_the_chain_of_ball_joints(start):
     one = arm(start=start)
     one = replace(one, routings=tuple(replace(routing, path="spans") for routing in one.routings))
     _check_at_rest(_at_rest(one, 20))
+
+
+def test_waypoints_below_the_base_are_joined_as_they_are():
+    places = np.array([[0.1, 0.0, -0.1], [0.0, 0.0, -0.15], [0.0, 0.1, 0.2]])
+    path = from_waypoints(Waypoints(places, None, ["a", "b", "c"]), 0.37, 1.0, on_dome=False)
+    _, found = path.targets(200.0)
+    assert np.isfinite(found).all()
+    assert all(np.linalg.norm(found - place, axis=1).min() < 2e-3 for place in places)

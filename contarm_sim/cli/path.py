@@ -44,7 +44,7 @@ def path_of(arm: Arm, name: str, duration: float | None, shape: dict[str, Any]) 
     if not name.endswith(".csv") and not os.path.isfile(name):
         raise InputError("path", repr(name), ", ".join(paths.NAMES) + ", or a CSV file")
     waypoints = read_csv(name)
-    return from_waypoints(waypoints, arm.length, duration), waypoints
+    return from_waypoints(waypoints, arm.length, duration, on_dome=len(arm.sections) == 1), waypoints
 
 
 def reference_of(arm: Arm, path: Any, project: Any, places: list[str] | None, direction: Any = None) -> Any:

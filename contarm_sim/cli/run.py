@@ -221,6 +221,8 @@ def _show(summary: dict[str, Any], arm: Arm) -> None:
     forces = f"{muscle['min_force_n']:.1f} to {muscle['max_force_n']:.1f} N"
     shares = f"pushes {100 * muscle['push_fraction']:.3g} %, slack {100 * muscle['slack_fraction']:.3g} %"
     click.echo(f"orientation error {degrees:.3f} deg max; muscles {forces}, {shares}; {speed:.3g} x real time")
+    if "direction_error_deg" in summary:
+        click.echo(f"direction of the tip: off by {summary['direction_error_deg']:.3f} deg at most")
     for remark in remarks(summary):
         click.echo(remark)
 

@@ -85,6 +85,8 @@ class ErrorSummary:
             for several sections, a thousandth of them within what the arm is long, and not all at its base.
         orientation_error_deg, orientation_error_rms_deg: largest and root-mean-square [deg].
         muscle: what the muscles did.
+        direction_error_deg: largest angle from the direction that was asked for to that of the simulated tip [deg];
+            None where none was.
         sections: the same section by section, of an arm of several.
     """
 
@@ -102,6 +104,9 @@ class ErrorSummary:
     orientation_error_deg: float
     orientation_error_rms_deg: float
     muscle: MuscleUse
+    direction_error_deg: float | None = field(
+        default=None, metadata=shown_if(lambda e: e.direction_error_deg is not None)
+    )
     sections: tuple[SectionErrors, ...] = field(default=(), metadata=shown_if(lambda errors: errors.sections))
 
 
@@ -139,6 +144,7 @@ def summarise(trajectory: Trajectory, comparison: Comparison) -> ErrorSummary:
         orientation_error_deg=float(degrees.max()),
         orientation_error_rms_deg=float(np.sqrt(np.mean(degrees**2))),
         muscle=muscle_use(trajectory),
+        direction_error_deg=_direction_error(trajectory),
         sections=_sections(trajectory, comparison),
     )
 
@@ -155,6 +161,14 @@ def _sections(trajectory: Trajectory, comparison: Comparison) -> tuple[SectionEr
         use = muscle_use(trajectory, own[number]) if number in own else None
         found.append(SectionErrors(number + 1, links, servo, bent, use))
     return tuple(found)
+
+
+def _direction_error(trajectory: Trajectory) -> float | None:
+    """Return the largest angle between the directions asked for and the simulated tip's own [deg]; None without any."""
+    if trajectory.direction is None:
+        return None
+    apart = np.linalg.norm(trajectory.direction - trajectory.tip_rotation[..., 2], axis=-1)
+    return float(np.degrees(2 * np.arcsin(np.minimum(0.5 * apart, 1.0))).max())
 
 
 def _in_millimetres(trajectory: Trajectory) -> bool:
