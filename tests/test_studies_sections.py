@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rod_sections import rod
 from scipy.optimize import brentq, minimize
 from scipy.stats import qmc
 
@@ -13,6 +14,7 @@ from contarm_sim.kinematics import arc
 from contarm_sim.mechanics import shape
 from contarm_sim.mechanics.pressures import holding_pressures, pressure_needed
 from contarm_sim.mechanics.rod import SEGMENTS, rod_tips
+from contarm_sim.mechanics.routing import bend_from_arc_deltas
 from contarm_sim.mechanics.statics import holding_tensions
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Wrench
@@ -94,6 +96,23 @@ def test_the_rod_of_two_sections_has_the_least_energy(gravity):
     for angle, tip in zip(angles, tips, strict=True):
         np.testing.assert_allclose(tip[[0, 2]], minimised(one, angle), atol=5e-4 * one.length)
     assert np.linalg.norm(tips - shape.position(bend, one), axis=1).max() > 0.01 * one.length  # it sags
+
+
+@pytest.mark.parametrize("start", ["section", "base"])
+@pytest.mark.parametrize("twist", [None, 0.02])
+def test_the_rod_of_three_sections_is_the_collocated_one_with_the_same_lengths(start, twist):
+    """Two solvers that share nothing: that one finds the lengths that tensions give, this one the tip of lengths."""
+    one = arm(3, start, gravity=(2.0, -3.0, 8.0), payload=0.02)
+    one = replace(one, sections=tuple(replace(section, torsional_stiffness=twist) for section in one.sections))
+    true = rod(one, tensions=np.array([9.0, 2.0, 4.0, 1.0, 5.0, 3.0, 4.0, 1.0, 2.0]))
+    straight = np.repeat([group.length for group in one.groups], 3)
+    bend, _ = bend_from_arc_deltas(true.lengths - straight, one)
+    weight = np.array([one.gravity])
+    density = [np.repeat(s.mass / s.length * weight[:, None], SEGMENTS, axis=1) for s in one.sections]
+    sums = true.tensions.reshape(3, 3).sum(axis=1)[None]
+    (tip,) = rod_tips(one, bend[None], np.concatenate(density, axis=1), one.payload * weight, tension=sums)
+    np.testing.assert_allclose(tip, true.at([one.length])[0][0], atol=5e-4 * one.length)
+    assert np.linalg.norm(shape.position(bend, one) - tip) > 0.01 * one.length
 
 
 @pytest.mark.parametrize("twist", [None, 0.03])
