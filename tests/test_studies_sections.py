@@ -35,7 +35,7 @@ from contarm_sim.results.summary import muscle_use, summarise
 from contarm_sim.studies import pressure_map
 from contarm_sim.studies.at_rest import examine
 from contarm_sim.studies.controllers import Followed, _reachable, _row
-from contarm_sim.studies.largest_bends import largest_bends, largest_bends_at_rest, posed
+from contarm_sim.studies.largest_bends import every_bend, largest_bends, largest_bends_at_rest, posed
 from contarm_sim.studies.muscle_curves import of_section
 from contarm_sim.studies.scenarios import EXTREMES, scenarios, spread_bends
 from contarm_sim.studies.tip_stiffness import _directions
@@ -238,6 +238,16 @@ def test_every_bend_of_a_section_is_held_up_to_the_least_of_the_largest():
             largest = [r.inflated_deg for r in found.rows if (r.load, r.section) == (load, section)]
             assert 0 < least[section - 1] <= min(largest) + 0.01
         assert found.smaller_bends_not_held_deg[load] == [[], []]
+
+
+@pytest.mark.slow
+def test_every_bend_is_found_at_rest_where_one_uniform_bend_sees_no_limit():
+    one = replace(arm(3, "base", gravity=(0.0, 0.0, 9.81), payload=0.1), laws=(Tendon(),) * 3)
+    planes = np.radians([0.0, 90.0])
+    assert (largest_bends(one, planes)[0] > 3.1).all()
+    rest = largest_bends_at_rest(one, planes)[0]
+    assert (rest < 2.5).all()
+    assert every_bend(one) <= rest.min() + 1e-3
 
 
 def test_tendons_hold_bends_up_to_their_highest_tension():

@@ -71,9 +71,11 @@ def possibility(arm: Arm, bend: tuple[tuple[float, float], ...], out: str | None
 
 def _show(found: studies.Possibility) -> None:
     from contarm_sim.cli.terminal import table
+    from contarm_sim.studies.needs import by_pressure
 
     several = len(found.arm.sections) > 1
-    columns = ["load", "towards [deg]", "all inflated [deg]", "one may be vented [deg]", "simulated, off by [deg]"]
+    full, empty = ("inflated", "vented") if by_pressure(found.arm) else ("taut", "slack")
+    columns = ["load", "towards [deg]", f"all {full} [deg]", f"one may be {empty} [deg]", "simulated, off by [deg]"]
     if several:
         columns.insert(1, "section")
     table(f"largest bends that {_limits(found.arm)} hold", columns, [_cells(row) for row in found.rows])
@@ -81,7 +83,7 @@ def _show(found: studies.Possibility) -> None:
         least = {name: each[number] if several else each for name, each in found.every_bend_to_deg.items()}
         said = ", ".join(f"{name} {angle:.1f}" for name, angle in least.items())
         of_section = f"section {number + 1}: " if several else ""
-        click.echo(f"{of_section}in every plane, all muscles inflated, the largest bend is at least: {said} deg")
+        click.echo(f"{of_section}in every plane, all muscles {full}, the largest bend is at least: {said} deg")
         for name, each in found.smaller_bends_not_held_deg.items():
             angles = each[number] if several else each
             if angles:

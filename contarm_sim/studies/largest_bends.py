@@ -127,8 +127,10 @@ def every_bend(arm: Arm, section: int = 0, others: Array | None = None) -> float
     planes = np.radians(np.arange(360) if len(arm.sections) == 1 else np.arange(0, 360, 5))
     closed, _ = largest_bends(arm, planes, section, others)
     weakest = planes[(closed <= np.roll(closed, 1)) & (closed < np.roll(closed, -1))]
-    if len(weakest) == 0:
-        return float(min(closed))
+    if len(weakest) == 0:  # all planes alike, as one uniform bend sees them
+        if not any(arm.gravity):
+            return float(min(closed))
+        weakest = planes[:: len(planes) // 8]
     return float(min(largest_bends_at_rest(arm, weakest, section, others)[0]))
 
 
