@@ -197,11 +197,11 @@ def test_the_possibility_map_is_where_the_simulated_arm_agrees():
     np.testing.assert_allclose(inflated[[0, 2]], inflated[[2, 3]], rtol=5e-4)  # but for what hinge pairs turn more
     assert np.all(vented >= inflated)
     assert vented[1] > inflated[1] + 0.3  # a vented antagonist need not be fought
-    assert held_off(Arm(), 0.999 * inflated[0], planes[0]) < np.radians(0.01)
+    assert held_off(Arm(), arc.from_polar(0.999 * inflated[0], planes[0])) < np.radians(0.01)
     loaded = Arm(**HANGING)
     heavy, _ = largest_bends(loaded, planes)
     assert np.all(heavy < inflated)
-    assert held_off(loaded, 0.999 * heavy[0], planes[0]) < np.radians(0.01)
+    assert held_off(loaded, arc.from_polar(0.999 * heavy[0], planes[0])) < np.radians(0.01)
 
 
 def test_a_vented_muscle_is_without_tension_where_the_map_says_so(arm):

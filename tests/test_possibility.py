@@ -55,4 +55,4 @@ def test_under_gravity_the_arm_at_rest_has_the_rods_limits_and_one_uniform_bend_
     np.testing.assert_allclose(np.degrees(rest), exact, atol=0.2)
     closed, _ = largest_bends(arm, planes)
     np.testing.assert_allclose(np.degrees(closed), exact, atol=uniform)
-    assert held_off(arm, 0.999 * rest[0], planes[0]) < np.radians(0.01)
+    assert held_off(arm, polar(0.999 * rest[0], planes[0])) < np.radians(0.01)

@@ -20,6 +20,7 @@ def compare_controllers(arm: Arm, duration: float, out: str | None, as_json: boo
     Errors are from target to simulated tip, after the first second (or half of a
     shorter path). `along` is the part along the surface that the
     tip can reach under that load; what lies across it no lengths can remove, for it is not the dome of the targets.
+    The tip of several sections reaches a volume, so there `along` is the whole error; they bend as one arc.
     Exit code 1 if a controller could not follow the spiral; a line says why.
     """
     from contarm_sim.cli.study import deliver, output_for, signed

@@ -53,6 +53,7 @@ def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: A
     contarm equilibrium --wrench 1 0.2 0 0 0 0 0 --wrench 0.5 0 0.1 0 0 0 0 --json
     contarm equilibrium --muscles bend 1.5 0 --gravity 0 0 9.81 --payload 0.1
     contarm equilibrium --muscles pressures 500000 200000 200000
+    contarm equilibrium --arm two.toml --muscles "bend 1.5 0 1 1.57"
     contarm equilibrium --file loads.json --json
 
     A case in a file: {"gravity": [0, 0, 9.81], "payload": 0.1, "wrenches": [{"xi": 1, "force": [0.2, 0, 0]}],
@@ -79,13 +80,13 @@ def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: A
     if as_json:
         click.echo(to_json(document(found if file is not None else found[0])))
     else:
-        _show(found, arm)
+        _show(found, [case.arm for case in cases])
     return 0 if all(case.stable for case in found) else 1
 
 
-def _show(found: tuple[studies.CaseAtRest | studies.CaseWithoutRest, ...], arm: Arm) -> None:
+def _show(found: tuple[studies.CaseAtRest | studies.CaseWithoutRest, ...], arms: list[Arm]) -> None:
 
-    for number, case in enumerate(found, 1):
+    for number, (case, arm) in enumerate(zip(found, arms, strict=True), 1):
         head = f"case {number}: " if len(found) > 1 else ""
         if isinstance(case, studies.CaseWithoutRest):
             click.echo(f"{head}no equilibrium: {case.error}")
@@ -111,13 +112,23 @@ def _millimetres(point: Iterable[float]) -> str:
 
 
 def _muscles(case: studies.CaseAtRest, arm: Arm) -> str:
+    """Return tensions and the pressures that they take, sections apart by a bar."""
+    from contarm_sim.studies.needs import by_pressure
+
     if not case.muscle_tensions.any():
         return "no muscle pulls"
-    tensions = "  ".join(f"{x + 0.0:.2f}" for x in case.muscle_tensions)
-    if not any(math.isfinite(group.law.pressure_limits[1]) for group in arm.groups):
+    tensions = _by_section([f"{x + 0.0:.2f}" for x in case.muscle_tensions], arm)
+    if not by_pressure(arm):
         return f"muscles {tensions} N"
-    pressures = "  ".join(f"{p / 1e3:.0f}" if math.isfinite(p) else "too much" for p in case.muscle_pressures)
-    return f"muscles {tensions} N, which takes {pressures} kPa"
+    pressures = [f"{p / 1e3:.0f}" if math.isfinite(p) else "too much" for p in case.muscle_pressures]
+    return f"muscles {tensions} N, which takes {_by_section(pressures, arm)} kPa"
+
+
+def _by_section(words: list[str], arm: Arm) -> str:
+    """Return words, one for each muscle, with bars between the muscles of one section and of the next."""
+    from contarm_sim.mechanics import muscles
+
+    return "  |  ".join("  ".join(words[own]) for own in muscles.slices(arm))
 
 
 def _stability(case: studies.CaseAtRest) -> str:

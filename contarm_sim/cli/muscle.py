@@ -15,12 +15,13 @@ from contarm_sim.model.arm import Arm
 @click.option(
     "--pressure", type=PRESSURE, multiple=True, metavar="P ...", help="Gauge pressures [Pa]; default 100 to 700 kPa."
 )
+@click.option("--section", type=int, metavar="N", help="Of several sections, the one whose muscle it is; from 1.")
 @click.option(
     "--out", metavar="PICTURE.png", help="Draw the curves too, into a .png, .pdf or .svg that does not exist."
 )
 @json_option
 @arm_options
-def muscle(arm: Arm, pressure: tuple[float, ...], out: str | None, as_json: bool) -> None:
+def muscle(arm: Arm, pressure: tuple[float, ...], section: int | None, out: str | None, as_json: bool) -> None:
     """Show the force of one muscle by contraction and pressure (McKibben law, static, without friction).
 
     \b
@@ -29,8 +30,10 @@ def muscle(arm: Arm, pressure: tuple[float, ...], out: str | None, as_json: bool
     """
     from contarm_sim.errors import InputError
     from contarm_sim.results.document import document
+    from contarm_sim.studies.muscle_curves import of_section
     from contarm_sim.view.report.output import check_output, output_file, to_json
 
+    arm = of_section(arm, section)
     found = studies.muscle_law(arm, pressure)
     if out is not None:
         if Path(out).suffix not in (".png", ".pdf", ".svg"):

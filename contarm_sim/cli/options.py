@@ -10,6 +10,7 @@ import click
 
 from contarm_sim.control.registry import NAMES
 from contarm_sim.errors import InputError, in_short
+from contarm_sim.model.arm import Arm
 from contarm_sim.model.flat import MUSCLE_PARAMETERS, PARAMETERS
 from contarm_sim.model.presets import PRESETS
 from contarm_sim.model.units import quantity
@@ -153,6 +154,31 @@ def arm_options(function: Callable[..., Any]) -> Callable[..., Any]:
 def controller_option(meaning: str) -> Callable[[Any], Any]:
     """Return the --controller option."""
     return click.option("--controller", default="servo", show_default=True, type=click.Choice(NAMES), help=meaning)
+
+
+def bend_option(meaning: str, required: bool = False) -> Callable[[Any], Any]:
+    """Return the --bend option, which comes once for each section; `bends_from_words` reads what it holds."""
+    return click.option(
+        "--bend", type=ANGLE, nargs=2, multiple=True, required=required, metavar="BEND_ANGLE PLANE_ANGLE", help=meaning
+    )
+
+
+def bends_from_words(bend: tuple[tuple[float, float], ...], arm: Arm) -> Any:
+    """Return the bend [rad] that --bend describes, shape (2,); of several sections their bends, shape (S, 2).
+
+    Raises:
+        InputError: not one for each section, or an angle of half a turn or more.
+    """
+    import numpy as np
+
+    from contarm_sim.kinematics import arc
+
+    count = len(arm.sections)
+    if len(bend) != count:
+        allowed = "once" if count == 1 else f"once for each of {count} sections, from the base to the tip"
+        raise InputError("bend", f"given {len(bend)} times", allowed)
+    bends = [arc.from_polar(*one) for one in bend]
+    return bends[0] if count == 1 else np.stack(bends)
 
 
 json_option = click.option(

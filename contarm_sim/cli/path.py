@@ -44,16 +44,16 @@ def path_of(arm: Arm, name: str, duration: float | None, shape: dict[str, Any]) 
     if not name.endswith(".csv") and not os.path.isfile(name):
         raise InputError("path", repr(name), ", ".join(paths.NAMES) + ", or a CSV file")
     waypoints = read_csv(name)
-    return from_waypoints(waypoints, arm.length, duration), waypoints
+    return from_waypoints(waypoints, arm.length, duration, on_dome=len(arm.sections) == 1), waypoints
 
 
-def reference_of(arm: Arm, path: Any, project: Any, places: list[str] | None) -> Any:
+def reference_of(arm: Arm, path: Any, project: Any, places: list[str] | None, direction: Any = None) -> Any:
     """Return the motion along a path; `places` are those of its waypoints, for messages."""
     from contarm_sim.cli.kinematics import asking
     from contarm_sim.paths.reference import Reference
 
     try:
-        return Reference.from_path(path, arm, project=project)
+        return Reference.from_path(path, arm, project=project, direction=direction)
     except UnreachableError as error:
         where = error.where if places is None else places[0].split(", row")[0]
         raise asking(error, arm).located(where) from None

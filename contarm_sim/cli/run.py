@@ -41,6 +41,10 @@ from contarm_sim.model.arm import Arm
     "--project", default="refuse", type=click.Choice(["refuse", "nearest", "ray", "paper"]), show_default=True,
     help="What to do with targets off the dome (see contarm ik --help).",
 )  # fmt: skip
+@click.option(
+    "--direction", type=PLAIN, nargs=3, metavar="X Y Z",
+    help="Direction of the tip on the whole way; for three sections or more.",
+)  # fmt: skip
 @controller_option(
     "paper: arc lengths, plain servos; chain: exact; feedforward: + tensions; servo: + integral; pressure: servo "
     "through pneumatic muscles and valves; tip: servo + planned rest of the model's tip + seen tip."
@@ -57,9 +61,9 @@ from contarm_sim.model.arm import Arm
 @out_option("runs/run-<time>")
 @json_option
 @arm_options
-def run(arm: Arm, path_name: str, duration: float | None, project: Any, controller: Any, fast: bool,
-        timestep: float | None, extrapolate: bool, no_video: bool, out: str | None, as_json: bool,
-        **shape: Any) -> int:  # fmt: skip
+def run(arm: Arm, path_name: str, duration: float | None, project: Any, direction: Any,
+        controller: Any, fast: bool, timestep: float | None, extrapolate: bool, no_video: bool, out: str | None,
+        as_json: bool, **shape: Any) -> int:  # fmt: skip
     """Follow a path with the simulated arm and compare it with the analytic one.
 
     Leaves report.html, summary.json, samples.csv, trajectory.npz, arm.xml, arm.toml, figures and video.mp4. Says
@@ -71,6 +75,10 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
     contarm run
     contarm run --path sphere-spiral --project nearest --duration 20
     contarm run --gravity 0 0 9.81 --payload 0.1 --no-video --json
+    contarm run --arm three.toml --path circle --direction 0 0 1 --no-video
+
+    The tip of several sections is led along the path by bends that change smoothly; the parts of its error are given
+    section by section too: what the tip moves where one section alone has them.
     """
     from contarm_sim.cli.drawing import draw, film_at_first
     from contarm_sim.cli.path import parameters_of, path_of, reference_of
@@ -85,7 +93,7 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
     path, waypoints = path_of(arm, path_name, duration, shape)
     stepping = _stepping(fast, timestep)
     _refuse_too_long(path.duration, timestep, arm)
-    reference = reference_of(arm, path, project, None if waypoints is None else waypoints.places)
+    reference = reference_of(arm, path, project, None if waypoints is None else waypoints.places, direction)
     for note in () if waypoints is None else waypoints.notes:
         say(note)
     with ExitStack() as whole:
@@ -110,6 +118,8 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
         interrupted = recorded.status == "interrupted"
         summary = job.summary | {"path": path.name if waypoints is None else path_name, "duration": path.duration}
         summary |= {"path_parameters": parameters_of(arm, path_name, shape), "project": project}
+        if direction is not None:
+            summary |= {"direction": direction}
         summary |= {"timestep": recorded.timestep, "rate": CONTROL_RATE}
         summary |= {"command": command_line(), "video": film_at_first(interrupted, not no_video)}
         with OutputFolder(target) as opened:
@@ -119,7 +129,7 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, controll
         if as_json:
             click.echo(to_json(summary))
         else:
-            _show(summary)
+            _show(summary, arm)
         say(f"written: {opened.target}")
         if interrupted and len(recorded) < len(reference):
             say(f"interrupted at {recorded.time[-1]:.2f} s; what was recorded until then is kept")
@@ -194,21 +204,39 @@ def _advised(error: InputError) -> InputError:
     return InputError(error.name, error.given, f"{error.allowed}, or a smaller --max-bend", error.where)
 
 
-def _show(summary: dict[str, Any]) -> None:
+def _show(summary: dict[str, Any], arm: Arm) -> None:
     from contarm_sim.cli.terminal import table
     from contarm_sim.view.report.words import budget, remarks, verdict_lines
 
     rows = [[name, *(f"{number:.4f}" for number in numbers)] for name, numbers in budget(summary)]
     title = f"{summary['path']}, {summary['duration']:g} s, controller {summary['controller']}"
     if summary["extrapolated"]:
-        links = summary["arm"]["links"]
-        title += f", extrapolated from {links} and {links // 2} links"
+        title += f", extrapolated from {arm.links} and {arm.links // 2} links"
     table(title, ["", "max [mm]", "rms [mm]", "max [% L0]", "rms [% L0]"], rows)
+    if "sections" in summary:
+        _show_sections(summary["sections"])
     for name, words in verdict_lines(summary):
         click.echo(f"{name}: {words}")
     muscle, degrees, speed = summary["muscle"], summary["orientation_error_deg"], summary["real_time_factor"]
     forces = f"{muscle['min_force_n']:.1f} to {muscle['max_force_n']:.1f} N"
     shares = f"pushes {100 * muscle['push_fraction']:.3g} %, slack {100 * muscle['slack_fraction']:.3g} %"
     click.echo(f"orientation error {degrees:.3f} deg max; muscles {forces}, {shares}; {speed:.3g} x real time")
+    if "direction_error_deg" in summary:
+        click.echo(f"direction of the tip: off by {summary['direction_error_deg']:.3f} deg at most")
     for remark in remarks(summary):
         click.echo(remark)
+
+
+def _show_sections(sections: list[dict[str, Any]]) -> None:
+    """Print the parts of the error section by section, and what the muscles of each did."""
+    from contarm_sim.cli.terminal import table
+
+    parts = ("discretisation", "servo", "shape")
+    rows = []
+    for own in sections:
+        both = [f"{1e3 * own[part]['max_m']:.3f} ({own[part]['max_percent']:.3f})" for part in parts]
+        muscle = own["muscle"]
+        forces = "none" if muscle is None else f"{muscle['min_force_n']:.1f} .. {muscle['max_force_n']:.1f}"
+        rows.append([str(own["section"]), *both, forces])
+    columns = ["section", *(f"{part} [mm] ([%])" for part in parts), "muscles [N]"]
+    table("what the tip moves by the parts of each section alone, largest values", columns, rows)

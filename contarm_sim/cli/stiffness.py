@@ -8,46 +8,58 @@ from pathlib import Path
 import click
 
 from contarm_sim import studies
-from contarm_sim.cli.options import ANGLE, Command, arm_options, json_option, out_option
+from contarm_sim.cli.options import (
+    Command,
+    arm_options,
+    bend_option,
+    bends_from_words,
+    json_option,
+    out_option,
+)
 from contarm_sim.model.arm import Arm
+
+DEFAULT, OF_SECTIONS = (1.0471975512, 0.0), (0.5235987756, 0.0)
+"""Bend and plane angle [rad] of the only section, and of each of several, unless others are given."""
 
 
 @click.command(cls=Command)
-@click.option(
-    "--bend", type=ANGLE, nargs=2, default=(1.0471975512, 0.0), metavar="BEND_ANGLE PLANE_ANGLE",
-    help="Pose to hold [rad]; default 60 deg towards muscle 1.",
-)  # fmt: skip
+@bend_option(
+    "Pose to hold [rad]; once for each section; default 60 deg towards muscle 1, of several sections 30 deg each."
+)
 @click.option("--levels", type=click.IntRange(2, 50), default=6, show_default=True, help="Levels of co-contraction.")
 @out_option("runs/stiffness-<time>")
 @json_option
 @arm_options
-def stiffness(arm: Arm, bend: tuple[float, float], levels: int, out: str | None, as_json: bool) -> None:
+def stiffness(arm: Arm, bend: tuple[tuple[float, float], ...], levels: int, out: str | None, as_json: bool) -> None:
     """Hold one pose without gravity, raise co-contraction from the lowest to the highest pressure, and probe the tip.
 
-    Directions: `bending` towards more bend, `sideways` out of the bending plane, `along` normal to both. Each
-    stiffness is given in closed form and as the simulated arm under pressure shows it when pushed.
+    Directions: `bending` towards more bend, `sideways` out of the bending plane, `along` normal to both; of several
+    sections, where the tip goes as all bends grow, sideways of that and of where the tip points, and normal to both.
+    Each stiffness is given in closed form and as the simulated arm under pressure shows it when pushed.
     """
     from contarm_sim.cli.study import deliver, output_for, signed
     from contarm_sim.cli.terminal import say, track
-    from contarm_sim.kinematics import arc
     from contarm_sim.view.report.figures import draw_stiffness
 
     target = output_for(out, "stiffness")
+    bend = bend or (DEFAULT if len(arm.sections) == 1 else OF_SECTIONS,) * len(arm.sections)
+    pose = bends_from_words(bend, arm)
     if any(arm.gravity) or arm.payload:
         say("gravity and payload are left out: the pose is held without them")
-    found = studies.stiffness(arm, arc.from_polar(*bend), levels, track)
+    found = studies.stiffness(arm, pose, levels, track)
 
     def draw(folder: Path) -> None:
         draw_stiffness(folder / "stiffness.png", found)
 
-    deliver(target, signed(found), as_json, lambda: _show(found, bend[0]), draw)
+    deliver(target, signed(found), as_json, lambda: _show(found, [angle for angle, _ in bend]), draw)
 
 
-def _show(found: studies.Stiffness, bend_angle: float) -> None:
+def _show(found: studies.Stiffness, angles: list[float]) -> None:
     from contarm_sim.cli.terminal import table
 
     columns = ["least tension [N]", "pressures [kPa]", *(f"{name} [N/m]" for name in found.directions)]
-    title = f"tip stiffness at {math.degrees(bend_angle):.0f} deg: simulated (closed form)"
+    bent = ", ".join(f"{math.degrees(angle):.0f}" for angle in angles)
+    title = f"tip stiffness at {bent} deg: simulated (closed form)"
     table(title, [*columns, "drift [%]"], [_cells(row) for row in found.rows])
     ends = zip(found.directions, found.rows[0].simulated_n_per_m, found.rows[-1].simulated_n_per_m, strict=True)
     said = ", ".join(

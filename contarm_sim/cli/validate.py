@@ -1,4 +1,4 @@
-"""`contarm validate`: the arm at rest over the whole dome, beside the closed forms."""
+"""`contarm validate`: the arm at rest all over its workspace, beside the closed forms."""
 
 from __future__ import annotations
 
@@ -16,9 +16,12 @@ QUICK_GRID = 3
 @click.command(cls=Command)
 @click.option(
     "--grid", type=click.IntRange(2, 40), default=8, show_default=True, metavar="N",
-    help="Bend angles to the largest; with 3 N bending planes each.",
+    help="Bend angles to the largest; with 3 N bending planes each. Of several sections about 3 N^2 poses in all.",
 )  # fmt: skip
-@click.option("--max-bend", type=ANGLE, metavar="ANGLE", help="Largest bend angle [rad]; default 170deg.")
+@click.option(
+    "--max-bend", type=ANGLE, metavar="ANGLE",
+    help="Largest bend angle [rad]; default 170deg, of several sections 120deg each.",
+)  # fmt: skip
 @click.option("--quick", is_flag=True, help="A coarse grid (N = 3) and no figures.")
 @out_option("runs/validate-<time>")
 @json_option
@@ -30,6 +33,9 @@ def validate(arm: Arm, grid: int, quick: bool, max_bend: float | None, out: str 
     payload, standing up (upright). An arm with its own gravity or payload is judged under those. Says of each whether
     constant curvature holds (it need not), and whether the simulation is explained: exit code 1 if it is not, or
     if a scenario has no rest pose.
+
+    Of several sections, poses are spread evenly (Sobol's points) over the bends of all of them; a second table has the
+    parts of the error of each section alone.
 
     \b
     contarm validate
@@ -54,6 +60,22 @@ def validate(arm: Arm, grid: int, quick: bool, max_bend: float | None, out: str 
     return 0 if found.verdict == "pass" else 1
 
 
+def _show_sections(found: studies.Validation) -> None:
+    from contarm_sim.cli.terminal import table
+
+    rows = []
+    for outcome in found.outcomes.values():
+        if isinstance(outcome, studies.Failure):
+            continue
+        for own in outcome.errors.sections:
+            parts = (f"{part.max_percent:.4f}" for part in (own.discretisation, own.servo, own.shape))
+            muscle = own.muscle
+            forces = "none" if muscle is None else f"{muscle.min_force_n:.1f} .. {muscle.max_force_n:.1f}"
+            rows.append([outcome.scenario.name, str(own.section), *parts, forces])
+    columns = ["scenario", "section", "discr. [%]", "servo [%]", "shape [%]", "force [N]"]
+    table("what the tip moves by the parts of each section alone", columns, rows, caption="largest values")
+
+
 def _show(found: studies.Validation) -> None:
     import numpy as np
 
@@ -63,12 +85,14 @@ def _show(found: studies.Validation) -> None:
     from contarm_sim.view.report.validation import findings, notes, rows
     from contarm_sim.view.report.words import simulation_words
 
-    largest = float(np.degrees(np.hypot(*found.bends.T).max()))
+    largest = float(np.degrees(np.hypot(found.bends[:, ::2], found.bends[:, 1::2]).max()))
     table(
         f"{len(found.bends)} poses at rest, bends to {largest:.4g} deg",
         *rows(found),
         caption="largest values; % of backbone length; rod: distance from an ideal rod's tip; turn: of the tip frame",
     )
+    if len(found.arm.sections) > 1:
+        _show_sections(found)
     study = found.convergence
     if isinstance(study, Convergence):
         steps = zip(study.links, study.max_error_vs_arc_m, strict=True)

@@ -1,11 +1,12 @@
-"""The ideal rod that three held muscle lengths bend, under gravity and in motion: where its tip must be.
+"""The ideal rod that held muscle lengths bend, under gravity and in motion: where its tip must be.
 
 An inextensible rod of curvature u(s) in its own axes, clamped at its base, EI (u1, u2) + GJ u3 = R^T M with M(s) the
-moment of all loads beyond s. Muscles parallel to the backbone measure the integral of (u1, u2), the bend, and nothing
-else; so u = bend/L + sum_k c_k P_k with Legendre polynomials P_k, k >= 1, whose integral is zero (Ritz). Gravity and,
-in motion, inertia are loads (d'Alembert); damping is a moment. It shares no code with the engine, nor links.
+moment of all loads beyond s. Muscles parallel to the backbone measure the integral of (u1, u2) over each section, its
+bend, and nothing else; so there u = bend/L + sum_k c_k P_k with Legendre polynomials P_k, k >= 1, whose integral is
+zero (Ritz). Gravity and, in motion, inertia are loads (d'Alembert); damping is a moment. It shares no code with the
+engine, nor links.
 
-Loads are sums over `SEGMENTS` pieces of the rod, each bent uniformly: for the arc, that is exact.
+Loads are sums over `SEGMENTS` pieces of each section, each bent uniformly: for the arc, that is exact.
 """
 
 from __future__ import annotations
@@ -17,13 +18,13 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 
 SEGMENTS = 32
-"""Pieces of the rod: the sag of one is off by a thousandth of itself."""
+"""Pieces of a section: the sag of one is off by a thousandth of itself."""
 
 MODES = 6
 """Legendre polynomials a component beyond the uniform bend."""
 
 STATIONS = (np.arange(SEGMENTS) + 0.5) / SEGMENTS
-"""Middles of the pieces, in lengths, shape (S,)."""
+"""Middles of the pieces, in lengths of their section, shape (SEGMENTS,)."""
 
 _ITERATIONS = 20
 _CONVERGED = 1e-6
@@ -31,7 +32,7 @@ _CONVERGED = 1e-6
 
 
 def polynomials(xi: Array) -> Array:
-    """Return Legendre polynomials 0 to `MODES` over the rod, shape (X, 1 + MODES), at places xi in lengths."""
+    """Return Legendre polynomials 0 to `MODES` over a section, shape (X, 1 + MODES), at places xi in lengths."""
     return np.asarray(legendre.legvander(2 * np.asarray(xi) - 1, MODES), dtype=float)
 
 
@@ -42,23 +43,25 @@ def rod_tips(
     """Return where the tips of rods with held muscle lengths are [m], shape (T, 3); NaN where no equilibrium is found.
 
     Args:
-        arm: its length, muscle radius and stiffnesses are read.
-        bend: that the muscle lengths fix [rad], shape (T, 2).
-        density: force per length on the pieces, base frame [N/m], shape (T, S, 3).
+        arm: its S sections' lengths, muscle radii and stiffnesses are read.
+        bend: that the muscle lengths fix [rad], shape (T, 2 S).
+        density: force per length on the pieces, base frame [N/m], shape (T, S * SEGMENTS, 3).
         tip_force: [N], shape (T, 3).
         moments: what a damping moment m(s) gives the polynomials, its integrals with P_k [N m^2], shape
-            (T, 1 + MODES, 3).
-        tension: sum of the muscles' tensions [N], shape (T,).
-        guess: coefficients to start from [rad], shape (T, 1 + MODES, 3); default none: the arc.
+            (T, S, 1 + MODES, 3).
+        tension: sums of the tensions of each group of muscles [N], shape (T, G); of one group also (T,).
+        guess: coefficients to start from [rad], shape (T, S, 1 + MODES, 3); default none: the arcs.
     """
-    free = np.ones((1 + MODES, 3), dtype=bool)
-    free[0, :2] = False
-    free[:, 2] = arm.torsional_stiffness is not None
-    stiffness = _stiffness(arm, np.broadcast_to(tension, len(bend)))
-    uniform = np.zeros((len(bend), 1, 3))
-    uniform[:, 0, 0], uniform[:, 0, 1] = -bend[:, 1], bend[:, 0]
+    count = len(arm.sections)
+    free = np.ones((count, 1 + MODES, 3), dtype=bool)
+    free[:, 0, :2] = False
+    for number, section in enumerate(arm.sections):
+        free[number, :, 2] = section.torsional_stiffness is not None
+    stiffness = _stiffness(arm, np.asarray(tension, dtype=float), len(bend))
+    uniform = np.zeros((len(bend), count, 3))
+    uniform[..., 0], uniform[..., 1] = -bend[:, 1::2], bend[:, 0::2]
     x = np.zeros((len(bend), int(free.sum()))) if guess is None else guess[:, free]
-    count, step = x.shape[1], 1e-5
+    size_of_x, step = x.shape[1], 1e-5
     loads = density, tip_force, np.broadcast_to(moments, (len(bend), *free.shape))
 
     def balance(x: Array, which: Array) -> tuple[Array, Array]:
@@ -69,14 +72,14 @@ def rod_tips(
 
     tip, going = np.full((len(bend), 3), np.nan), np.arange(len(bend))
     for _ in range(_ITERATIONS):
-        nudged = np.concatenate([x[going, None], x[going, None] + step * np.eye(count)], axis=1)
-        left, tips = balance(nudged.reshape(-1, count), np.repeat(going, 1 + count))
-        left = left.reshape(len(going), 1 + count, count)
+        nudged = np.concatenate([x[going, None], x[going, None] + step * np.eye(size_of_x)], axis=1)
+        left, tips = balance(nudged.reshape(-1, size_of_x), np.repeat(going, 1 + size_of_x))
+        left = left.reshape(len(going), 1 + size_of_x, size_of_x)
         slope = (left[:, 1:] - left[:, :1]).swapaxes(1, 2) / step
         change = -np.linalg.solve(slope, left[:, 0, :, None])[..., 0]
         size = np.abs(change).max(axis=1)
         done = size < _CONVERGED
-        tip[going[done]] = tips.reshape(len(going), 1 + count, 3)[done, 0]
+        tip[going[done]] = tips.reshape(len(going), 1 + size_of_x, 3)[done, 0]
         x[going] += change * np.minimum(1.0, 1.0 / np.maximum(size, 1e-300))[:, None]
         going = going[~done]
         if not len(going):
@@ -84,41 +87,56 @@ def rod_tips(
     return tip
 
 
-def _stiffness(arm: Arm, tension: Array) -> Array:
-    """Return EI, EI, GJ of each rod [N m^2], shape (T, 3), under sums of muscle tensions [N], shape (T,).
+def _stiffness(arm: Arm, tension: Array, rods: int) -> Array:
+    """Return EI, EI, GJ of each rod's sections [N m^2], shape (T, S, 3), under sums of tensions [N], see `rod_tips`.
 
-    A twisted muscle is a helix, and longer: it adds r^2 sum T to GJ.
+    A twisted muscle is a helix, and longer: it adds r^2 sum T to the GJ of each section that it runs through.
     """
-    bending = np.full(len(tension), arm.section.bending_stiffness)
-    twisting = (arm.torsional_stiffness or 0.0) + arm.muscle_radius**2 * tension
-    return np.stack([bending, bending, twisting], axis=-1)
+    found = np.empty((rods, len(arm.sections), 3))
+    pulls = np.broadcast_to(tension if tension.ndim == 2 else tension[..., None], (rods, len(arm.groups)))
+    for number, section in enumerate(arm.sections):
+        found[:, number, :2], twisting = section.bending_stiffness, np.full(rods, section.torsional_stiffness or 0.0)
+        for group, pull in zip(arm.groups, pulls.T, strict=True):
+            if group.crosses(number):
+                twisting = twisting + group.routing.radius**2 * pull
+        found[:, number, 2] = twisting
+    return found
 
 
 def _balance(
     arm: Arm, uniform: Array, coefficients: Array, stiffness: Array, density: Array, force: Array, moments: Array
 ) -> tuple[Array, Array]:
-    """Return the moments left over [N m^2], integrals with P_k, shape (T, 1 + MODES, 3), and the tips [m]."""
-    P, h = polynomials(STATIONS), arm.length / SEGMENTS
-    bent = np.einsum("sk,tkd->tsd", P, coefficients) / arm.length
-    R, ends = _shape(bent + uniform / arm.length, h)
+    """Return the moments left over [N m^2], integrals with P_k, shape (T, S, 1 + MODES, 3), and the tips [m]."""
+    P = polynomials(STATIONS)
+    lengths = np.array([section.length for section in arm.sections])
+    h = np.repeat(lengths / SEGMENTS, SEGMENTS)[:, None]
+    bent = np.einsum("sk,tnkd->tnsd", P, coefficients) / lengths[:, None, None]
+    curvature = bent + (uniform / lengths[:, None])[:, :, None]
+    R, ends = _shape(curvature.reshape(len(bent), -1, 3), h)
     middle, tip, load = 0.5 * (ends[:, 1:] + ends[:, :-1]), ends[:, -1], h * density
     beyond = np.cumsum(load[:, ::-1], axis=1)[:, ::-1] - load + force[:, None]
     turning = np.cross(middle, load)
     moment = np.cumsum(turning[:, ::-1], axis=1)[:, ::-1] - turning + np.cross(tip, force)[:, None]
     moment += np.cross(R[..., 2], load) * h / 8 - np.cross(middle, beyond)  # its own outer half, and about itself
-    seen = np.einsum("tsij,tsi->tsj", R, moment)
-    left = h * np.einsum("sk,tsd->tkd", P, stiffness[:, None] * bent - seen) + moments
+    seen = np.einsum("tsij,tsi->tsj", R, moment).reshape(bent.shape)
+    apart = stiffness[:, :, None] * bent - seen
+    left = (lengths / SEGMENTS)[:, None, None] * np.einsum("sk,tnsd->tnkd", P, apart) + moments
     return left, tip
 
 
-def _shape(curvature: Array, h: float) -> tuple[Array, Array]:
-    """Return orientations of the pieces' middles, (T, S, 3, 3), and their ends [m], (T, S + 1, 3), of u [1/m]."""
+def _shape(curvature: Array, h: Array) -> tuple[Array, Array]:
+    """Return orientations of the pieces' middles, shape (T, K, 3, 3), and their ends [m], (T, K + 1, 3).
+
+    Args:
+        curvature: of the K pieces in their own axes [1/m], shape (T, K, 3).
+        h: their lengths [m], shape (K, 1).
+    """
     half = _rotation(0.5 * h * curvature)
-    chord = h * np.sinc(0.5 * h * np.linalg.norm(curvature, axis=-1) / np.pi)
+    chord = h[:, 0] * np.sinc(0.5 * h[:, 0] * np.linalg.norm(curvature, axis=-1) / np.pi)
     R, now = np.empty_like(half), np.broadcast_to(np.eye(3), half[:, 0].shape)
-    for s in range(SEGMENTS):
-        R[:, s] = now @ half[:, s]
-        now = R[:, s] @ half[:, s]
+    for piece in range(curvature.shape[1]):
+        R[:, piece] = now @ half[:, piece]
+        now = R[:, piece] @ half[:, piece]
     steps = chord[..., None] * R[..., 2]
     return R, np.concatenate([np.zeros_like(steps[:, :1]), np.cumsum(steps, axis=1)], axis=1)
 

@@ -11,6 +11,7 @@ from contarm_sim.engine.plant import Plant
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
+from contarm_sim.motion import stepped_beam
 from contarm_sim.motion.course import remaining
 from contarm_sim.motion.release import TIMESTEP, SwingSettings, release
 from contarm_sim.statics.equilibrium import driven_plant, equilibrium
@@ -48,7 +49,8 @@ def _modes(plant: Plant, load: Load, count: int) -> tuple[Array, Array]:
 
 def bare(arm: Arm) -> Arm:
     """Return the arm that `beam_frequencies` speaks of: without gravity and torsion."""
-    return replace(arm, gravity=(0.0, 0.0, 0.0), torsional_stiffness=None)
+    sections = tuple(replace(section, torsional_stiffness=None) for section in arm.sections)
+    return replace(arm, gravity=(0.0, 0.0, 0.0), sections=sections)
 
 
 def beam_frequencies(arm: Arm, count: int = 3) -> Array:
@@ -60,8 +62,13 @@ def beam_frequencies(arm: Arm, count: int = 3) -> Array:
         w'''' + s b^2 w'' = b^2 w,  w = cosh(ax) - cos(cx) - C (sinh(ax)/a - sin(cx)/c),
         a^2, c^2 = b (sqrt(1 + (s b/2)^2) -+ s b/2),
         w''(1) = 0,  w'''(1) + s b^2 w'(1) + mu b^2 w(1) = 0.
+
+    Of several sections, see `stepped_beam`.
     """
     from scipy.optimize import brentq
+
+    if len(arm.sections) > 1:
+        return stepped_beam.frequencies(arm, count)
 
     s = (0.5 * (arm.section_radius or arm.disk_radius) / arm.length) ** 2
     mu = arm.payload / arm.mass
@@ -98,20 +105,29 @@ def small_swing(arm: Arm, timestep: float = TIMESTEP) -> tuple[float, float] | N
     arm = bare(arm)
     plant = driven_plant(arm, Load())
     (frequency,), shapes = _modes(plant, Load(), 1)
-    if np.pi * frequency * arm.damping_time >= 0.9:
+    damping_time = _damping_time(arm, frequency)
+    if np.pi * frequency * damping_time >= 0.9:
         return None
     plant.data.qpos[:] = 1e-3 * shapes[:, 0] / np.abs(shapes).max()
     mujoco.mj_kinematics(plant.model, plant.data)
     side = plant.tip[:2] / np.hypot(*plant.tip[:2])
     held = plant.data.qpos * SMALL * arm.length / np.hypot(*plant.tip[:2])
     period = timestep * max(round(1 / (12 * frequency * timestep)), 1)
-    duration = min(3 / frequency, max(8 * period, 3 / (2 * np.pi**2 * frequency**2 * arm.damping_time + 1e-9)))
+    duration = min(3 / frequency, max(8 * period, 3 / (2 * np.pi**2 * frequency**2 * damping_time + 1e-9)))
     x = release(arm, held, Load(), SwingSettings(timestep, duration, period)).tip[:, :2] @ side
     (twice, square), *_ = np.linalg.lstsq(np.stack([x[1:-1], -x[:-2]], axis=-1), x[2:], rcond=None)
     if square <= 0 or abs(twice) >= 2 * np.sqrt(square):
         return None
     angle = np.arccos(0.5 * twice / np.sqrt(square))
     return float(angle / (2 * np.pi * period)), float(-0.5 * np.log(square) / period)
+
+
+def _damping_time(arm: Arm, frequency: float) -> float:
+    """Return the Kelvin-Voigt time of the first mode [s]: that of each section by its share of the elastic energy."""
+    times = [section.damping_time for section in arm.sections]
+    if all(time == times[0] for time in times):
+        return times[0]
+    return float(stepped_beam.energy_shares(arm, frequency) @ times)
 
 
 @dataclass(frozen=True)
@@ -143,7 +159,7 @@ class SwingModes:
 def swing_modes(arm: Arm, load: Load, timestep: float = TIMESTEP) -> SwingModes:
     """Return frequencies [Hz] and decay rates [1/s] of a released arm and of the beam."""
     beam = beam_frequencies(arm)
-    decay = arm.damping_time * (2 * np.pi * beam[0]) ** 2 / 2
+    decay = _damping_time(arm, beam[0]) * (2 * np.pi * beam[0]) ** 2 / 2
     small = small_swing(arm, timestep)
     damped = np.sqrt(max(beam[0] ** 2 - (decay / (2 * np.pi)) ** 2, 0.0))
     return SwingModes(

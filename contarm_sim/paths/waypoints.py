@@ -64,13 +64,14 @@ def read_csv(file: str | Path) -> Waypoints:
     return Waypoints(positions, times, places, tuple(f"{where}: {note}" for note in table.notes))
 
 
-def from_waypoints(waypoints: Waypoints, length: float, duration: float | None = None) -> TipPath:
+def from_waypoints(waypoints: Waypoints, length: float, duration: float | None = None, on_dome: bool = True) -> TipPath:
     """Return a smooth path through waypoints.
 
     Interpolates direction and distance relative to the dome with monotone cubics, so that between waypoints on
     the dome the path stays on it.
 
     Args:
+        on_dome: False: interpolate positions as they are, for tips that reach more than the dome.
         duration: [s]; default what the waypoints' times span, or 10 without times (then at even speed).
 
     Raises:
@@ -81,10 +82,7 @@ def from_waypoints(waypoints: Waypoints, length: float, duration: float | None =
     positions, times = waypoints.positions, waypoints.times
     if len(positions) < 2:
         raise InputError("waypoints", len(positions), "at least two rows")
-    rho = np.hypot(positions[:, 0], positions[:, 1])
-    half = np.arctan2(rho, positions[:, 2])
-    lateral = positions[:, :2] * np.divide(half, rho, out=np.zeros_like(rho), where=rho != 0)[:, None]
-    ratio = np.hypot(rho, positions[:, 2]) / (length * sinc(half))
+    shaped = _on_dome(positions, length) if on_dome else positions
     steps = np.diff(times) if times is not None else np.linalg.norm(np.diff(positions, axis=0), axis=1)
     if np.any(steps <= 0):
         bad = int(np.argmax(steps <= 0)) + 2
@@ -92,10 +90,12 @@ def from_waypoints(waypoints: Waypoints, length: float, duration: float | None =
             "x,y,z", positions[bad - 1].tolist(), "a position other than the one before", waypoints.places[bad - 1]
         )
     knots = np.concatenate([[0.0], np.cumsum(steps)])
-    smooth = PchipInterpolator(knots / knots[-1], np.column_stack([lateral, ratio]))
+    smooth = PchipInterpolator(knots / knots[-1], shaped)
 
     def curve(s: Array) -> Array:
-        value = smooth(s)
+        value = np.asarray(smooth(s), dtype=float)
+        if not on_dome:
+            return value
         half = np.hypot(value[:, 0], value[:, 1])
         distance = value[:, 2] * length * sinc(half)
         return distance[:, None] * np.column_stack([sinc(half)[:, None] * value[:, :2], np.cos(half)])
@@ -103,3 +103,12 @@ def from_waypoints(waypoints: Waypoints, length: float, duration: float | None =
     total = duration if duration is not None else (knots[-1] if times is not None else 10.0)
     require_duration(total)
     return TipPath("waypoints", curve, total, even=times is None)
+
+
+def _on_dome(positions: Array, length: float) -> Array:
+    """Return half the bends towards positions, and their distances by those of the dome there, shape (T, 3)."""
+    rho = np.hypot(positions[:, 0], positions[:, 1])
+    half = np.arctan2(rho, positions[:, 2])
+    lateral = positions[:, :2] * np.divide(half, rho, out=np.zeros_like(rho), where=rho != 0)[:, None]
+    ratio = np.hypot(rho, positions[:, 2]) / (length * sinc(half))
+    return np.column_stack([lateral, ratio])

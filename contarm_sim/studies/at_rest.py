@@ -15,6 +15,7 @@ from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.errors import DivergenceError, EquilibriumError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import MAX_LINKS, Arm
+from contarm_sim.model.section import Section
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.compare import Comparison, compare
@@ -40,7 +41,7 @@ class Setting:
         meaning: what it shows, in a few words.
         controller: how lengths and set-points are found.
         arm: with the scenario's gravity and payload.
-        weight_over_stiffness: (m + payload) g L^2/EI [-].
+        weight_over_stiffness: (m + payload) g L^2/EI [-]; of several sections, L/EI is the sum of theirs.
     """
 
     meaning: str
@@ -51,7 +52,7 @@ class Setting:
 
 @dataclass(frozen=True, eq=False)  # arrays have no single answer to ==
 class LinkError:
-    """How far the tip of the worst pose is from that of infinitely many links, and its bend [rad], shape (2,)."""
+    """How far the tip of the worst pose is from that of infinitely many links, and its bend [rad], shape (2 S,)."""
 
     spread: Spread = field(metadata=INLINE)
     bend: Array
@@ -105,7 +106,7 @@ class Failure:
 
 
 def examine(scenario: Scenario, bends: Array, track: Track = quietly) -> Outcome:
-    """Simulate a scenario at rest over bends [rad], shape (T, 2), and judge it.
+    """Simulate a scenario at rest over bends [rad], shape (T, 2 S), and judge it.
 
     Raises:
         EquilibriumError, DivergenceError: the arm has no such rest pose.
@@ -150,7 +151,11 @@ def _at_rest(arm: Arm, bends: Array, controller: ControllerName, ticks: Iterable
 def _setting(scenario: Scenario) -> Setting:
     arm = scenario.arm
     weight = (arm.mass + arm.payload) * math.hypot(*arm.gravity)
-    return Setting(scenario.meaning, scenario.controller, arm, weight * arm.length**2 / arm.bending_stiffness)
+    if len(arm.sections) == 1:
+        ratio = weight * arm.length**2 / arm.bending_stiffness
+    else:
+        ratio = weight * arm.length * sum(section.length / section.bending_stiffness for section in arm.sections)
+    return Setting(scenario.meaning, scenario.controller, arm, ratio)
 
 
 def stepping_speed(arm: Arm, samples: Trajectory, steps: int = 300) -> float | None:
@@ -178,12 +183,17 @@ def _link_error(scenario: Scenario, bends: Array, comparison: Comparison) -> Lin
     being of second order. Under load this is more than the closed-form discretisation, which knows of no sag: coarse
     spans make the arm a little softer.
     """
-    worst, links = int(comparison.tip_error.argmax()), scenario.arm.links
-    bend, tip, double = bends[worst], comparison.simulated_tip[worst], 2 * links <= MAX_LINKS
-    other = replace(scenario.arm, links=2 * links if double else links // 2)
+    worst, arm = int(comparison.tip_error.argmax()), scenario.arm
+    bend, tip, double = bends[worst], comparison.simulated_tip[worst], 2 * arm.links <= MAX_LINKS
     try:
+        other = replace(arm, sections=tuple(_relinked(section, double) for section in arm.sections))
         samples = _at_rest(other, bend[None], scenario.controller)
     except (EquilibriumError, DivergenceError):
         return None
     error = np.linalg.norm(samples.tip - tip, axis=-1) * (4 / 3 if double else 1 / 3)
     return LinkError(spread(error, scenario.arm.length), bend)
+
+
+def _relinked(section: Section, double: bool) -> Section:
+    """Return a section of twice the links, or of half as many."""
+    return replace(section, links=2 * section.links if double else max(section.links // 2, 2))

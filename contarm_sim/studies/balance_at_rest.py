@@ -7,12 +7,14 @@ import numpy as np
 from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.errors import EquilibriumError, NotConvergedError
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics import pneumatics, routing
-from contarm_sim.mechanics.pressures import balance_pressure, level_range
+from contarm_sim.mechanics import muscles, pneumatics, routing
+from contarm_sim.mechanics.pressures import level_range
 from contarm_sim.mechanics.servos import servo_control
-from contarm_sim.mechanics.statics import Balance, balance
+from contarm_sim.mechanics.statics import Balance, balance, min_tensions
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.load import Muscles
 from contarm_sim.statics.solver import Solver
+from contarm_sim.studies.needs import by_pressure, highest_pressure, lowest_tensions, needs
 
 _CORRECTIONS = 20
 """Most corrections of set-points; two or three do."""
@@ -32,12 +34,15 @@ class RestingBalance:
         self._plant = Plant(arm, pull_only=False)
         self._settle = Solver(self._plant)
         self._tensions: Array | None = None
-        self._moved_by_level = arm.path == "spans" or arm.torsional_stiffness is not None
+        twisting = any(section.torsional_stiffness is not None for section in arm.sections)
+        self._moved_by_level = twisting or any(group.routing.path == "spans" for group in arm.groups)
+        self._gain = muscles.each(arm, lambda group: group.servo_stiffness)
+        self._longest = muscles.each(arm, lambda group: group.length_range[1])
 
     def balance(self, bend: Array) -> Balance:
-        """Return the tensions that hold a bend [rad], shape (2,).
+        """Return the tensions that hold a bend [rad], shape (2 S,).
 
-        Where co-contraction moves the arm, the lowest that pressures give.
+        Where co-contraction moves the arm, the lowest that muscles give.
 
         Raises:
             EquilibriumError: the arm does not rest there.
@@ -47,7 +52,7 @@ class RestingBalance:
         wanted = routing.lengths_from_bend(bend, arm)
         if self._tensions is None:  # else a neighbour's pose and tensions
             plant.reset(bend)
-            self._tensions = uniform.at(level_range(uniform, arm)[0])
+            self._tensions = lowest_tensions(uniform, arm)
         setpoint, self._tensions = servo_control(wanted, self._tensions, arm), None
         J = routing.length_jacobian(bend, arm)
         bending = J @ np.linalg.pinv(J)  # what of lengths a bend changes; the rest only makes muscles fight
@@ -56,31 +61,47 @@ class RestingBalance:
                 self._settle(setpoint)
                 off = bending @ (wanted - plant.muscle_lengths)
                 held = self._held(uniform)
-                level = level_range(held, arm)[0][0] if self._moved_by_level else np.zeros(())
-                if np.abs(off).max() < _LENGTH and abs(level) < _LEVEL:
+                level = self._level(held) if self._moved_by_level else np.zeros(len(wanted))
+                if np.abs(off).max() < _LENGTH and np.abs(level).max() < _LEVEL:
                     self._tensions = held.tensions
                     return held
-                setpoint = setpoint + off - level / arm.servo_stiffness
+                setpoint = setpoint + off - level / self._gain
         left = float(np.abs(off).max())
         reason = f"muscle lengths are still {1e3 * left:.3g} mm off after {_CORRECTIONS} corrections"
         raise NotConvergedError(reason, left, _LENGTH, pose=plant.data.qpos.copy())
 
+    def _level(self, held: Balance) -> Array:
+        """Return how far below the lowest level of its section each muscle is [N], shape (n,)."""
+        lowest = level_range(held, self._arm)[0] if by_pressure(self._arm) else held.level(min_tensions(self._arm))
+        return np.repeat(lowest, [own.stop - own.start for own in held.own])
+
     def _held(self, uniform: Balance) -> Balance:
         arm, lengths, tensions = self._arm, self._plant.muscle_lengths, self._plant.actuator_tensions.copy()
-        per_pascal = np.where(lengths <= arm.muscle_length_range[1], pneumatics.force_per_pascal(lengths, arm), 0.0)
-        highest = uniform.highest - (tensions - uniform.tensions).mean()
+        per_pascal = uniform.per_pascal
+        if by_pressure(arm):
+            per_pascal = np.where(lengths <= self._longest, pneumatics.force(1.0, lengths, arm), 0.0)
+        more = tensions - uniform.tensions
+        highest = uniform.highest - np.array([more[own].mean() for own in uniform.own])
         return Balance(tensions, uniform.cocontraction, per_pascal, highest, uniform.own)
 
-    def pressures(self, bend: Array) -> Array:
-        """Return the least pressures [Pa] that hold a bend [rad], shape (n,), all muscles inflated.
+    def drive(self, bend: Array) -> Muscles:
+        """Return how muscles are driven with the least pressures, or else tensions, that hold a bend [rad], (2 S,).
 
-        They may be more than there are: see `needed`.
+        All are inflated. Where that takes more pressure than there is, it is the highest: see `needed`.
+
+        Raises:
+            EquilibriumError: the arm does not rest there.
         """
         held = self.balance(bend)
-        return held.at(level_range(held, self._arm)[0]) / held.per_pascal
+        tensions = lowest_tensions(held, self._arm)
+        if by_pressure(self._arm):
+            pressures, highest = tensions / held.per_pascal, muscles.each(self._arm, highest_pressure)
+            pressures = np.where(pressures > highest * (1 + 1e-9), highest, pressures)
+            return Muscles(kind="pressures", values=tuple(pressures))
+        return Muscles(kind="tensions", values=tuple(tensions))
 
     def needed(self, bend: Array) -> tuple[float, float]:
-        """Return the highest of them [Pa]: (all muscles inflated, one may be vented); inf where none hold it.
+        """Return what that takes, see `needs`: (all muscles inflated, one may be vented); inf where nothing holds it.
 
         Servos hold lengths whatever the load; under constant pressures the same pose may be one that the arm leaves.
         """
@@ -90,15 +111,16 @@ class RestingBalance:
             return np.inf, np.inf
         if not self._stays(held):
             return np.inf, np.inf
-        inflated, vented = balance_pressure(held, self._arm)
+        inflated, vented = needs(held, self._arm)
         return float(inflated), float(vented)
 
     def _stays(self, held: Balance) -> bool:
         """Tell whether the pose just balanced is stable under the least pressures that hold it."""
         arm, lengths = self._arm, self._plant.muscle_lengths
-        tensions = held.at(level_range(held, arm)[0])
-        per_pascal = np.where(held.per_pascal > 0, held.per_pascal, np.inf)
-        slopes = pneumatics.force_slope(tensions / per_pascal, lengths, arm) + pneumatics.passive_slope(lengths, arm)
+        tensions, slopes = lowest_tensions(held, arm), pneumatics.passive_slope(lengths, arm)
+        if by_pressure(arm):
+            per_pascal = np.where(held.per_pascal > 0, held.per_pascal, np.inf)
+            slopes = pneumatics.force_slope(tensions / per_pascal, lengths, arm) + slopes
         stiffness = self._settle.stiffness
         stiffness.forces(tensions + pneumatics.passive_tension(lengths, arm))
         K = stiffness.matrix(tensions, slopes)

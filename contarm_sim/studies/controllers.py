@@ -10,12 +10,13 @@ from contarm_sim import paths
 from contarm_sim.control.registry import NAMES, ControllerName
 from contarm_sim.control.tip_motion import plan_rest
 from contarm_sim.errors import DivergenceError, EquilibriumError, InputError, expect
-from contarm_sim.kinematics import arc
+from contarm_sim.kinematics import dome
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.parameters import as_number
 from contarm_sim.motion.simulate import simulate
-from contarm_sim.paths.reference import Reference
+from contarm_sim.paths.reference import RATE, Reference
 from contarm_sim.results.summary import muscle_use
 from contarm_sim.studies.progress import Track, quietly
 from contarm_sim.studies.scenarios import under_loads
@@ -112,13 +113,20 @@ def compare_controllers(arm: Arm, duration: float = 10.0, track: Track = quietly
 
 
 def _spiral(arm: Arm, duration: float) -> Reference:
-    return Reference.from_path(paths.named("spiral", arm.length, duration), arm)
+    """Return the spiral; several sections bend as one arc, each by its share of the length."""
+    path = paths.named("spiral", arm.length, duration)
+    if len(arm.sections) == 1:
+        return Reference.from_path(path, arm)
+    time, target = path.targets(RATE)
+    bend = dome.bend_from_tip(target, arm.length).bend
+    shares = np.array([section.length for section in arm.sections]) / arm.length
+    return Reference.from_bends(shares[:, None] * bend[:, None], arm, time)
 
 
 def _reachable(arm: Arm, duration: float) -> Array:
     """Return what projects an error on the surface that the tip can reach, shape (K, 3, 3), at every tenth sample.
 
-    Where that has no rest pose, the dome's.
+    Where that has no rest pose, the dome's. The tip of several sections reaches a volume: nothing is taken off there.
     """
     from scipy.interpolate import CubicSpline
 
@@ -130,7 +138,7 @@ def _reachable(arm: Arm, duration: float) -> Array:
         if len(solved) < len(bend):
             inverse = CubicSpline(solved, inverse)(np.arange(len(bend)))
     except EquilibriumError:
-        inverse = np.asarray(np.linalg.pinv(arc.jacobian(bend, arm.length)))
+        inverse = np.asarray(np.linalg.pinv(shape.tip_jacobian(bend, arm)))
     return np.linalg.pinv(inverse) @ inverse
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from contarm_sim.errors import DivergenceError, EquilibriumError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.section import MAX_LINKS
 from contarm_sim.results.document import INLINE
 from contarm_sim.studies.at_rest import NO_REST, examine
 from contarm_sim.studies.progress import Track, quietly
@@ -21,7 +22,7 @@ class Convergence:
     """The largest tip errors of arms of three link counts, without gravity.
 
     Attributes:
-        links: the counts.
+        links: the counts, of all sections together.
         max_error_vs_arc_m, max_error_vs_chain_m: largest errors [m], one a count.
         observed_orders: of the error against the arc, one a step from one count to the next.
         judged: whether the last order is 2.
@@ -57,16 +58,35 @@ def refinements(links: int) -> list[int]:
     return [links // 2, links, 2 * links] if links >= 12 else [links, 2 * links, 4 * links]
 
 
+def refined(arm: Arm) -> list[Arm]:
+    """Return three arms of such link counts; the sections of several are refined alike."""
+    if len(arm.sections) == 1:
+        return [replace(arm, links=links) for links in refinements(arm.links)]
+    links = [section.links for section in arm.sections]
+    halves = min(links) >= 12 and all(count % 2 == 0 for count in links)
+    shares: tuple[float, ...] = (0.5, 1, 2) if halves and 2 * sum(links) <= MAX_LINKS else (1, 2, 4)
+    if max(shares) * sum(links) > MAX_LINKS:
+        shares = (0.25, 0.5, 1)
+        if any(count % 4 for count in links):
+            links = [max(4, 4 * (count // 4)) for count in links]
+    made = [tuple(replace(s, links=round(share * n)) for s, n in zip(arm.sections, links, strict=True))
+            for share in shares]  # fmt: skip
+    return [replace(arm, sections=sections) for sections in made]
+
+
 def convergence(arm: Arm, bends: Array, track: Track = quietly) -> Convergence:
-    """Return the largest tip error against the arc over bends [rad], shape (T, 2), for three link counts.
+    """Return the largest tip error against the arc over bends [rad], shape (T, 2 S), for three link counts.
 
     Raises:
         EquilibriumError, DivergenceError: one of the arms has no such rest pose.
     """
-    counts, errors, chain_errors = refinements(arm.links), [], []
-    for links in counts:
-        scenario = Scenario(f"{links} links", "no gravity", replace(arm.unloaded, links=links), "servo", None)
+    counts: list[int] = []
+    errors: list[float] = []
+    chain_errors: list[float] = []
+    for finer in refined(arm.unloaded):
+        scenario = Scenario(f"{finer.links} links", "no gravity", finer, "servo", None)
         outcome = examine(scenario, bends, track)
+        counts.append(finer.links)
         errors.append(outcome.errors.tip_error.max_m)
         chain_errors.append(outcome.chain_error.max_m)
     pairs = zip(itertools.pairwise(errors), itertools.pairwise(counts), strict=True)
@@ -82,4 +102,4 @@ def attempt_convergence(arm: Arm, bends: Array, track: Track = quietly) -> Conve
     try:
         return convergence(arm, bends, track)
     except (EquilibriumError, DivergenceError) as error:
-        return NoConvergence(links=refinements(arm.links), reason=str(error))
+        return NoConvergence(links=[finer.links for finer in refined(arm)], reason=str(error))

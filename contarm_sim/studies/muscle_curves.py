@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,10 +41,39 @@ class MuscleCurves:
     max_stretch: float
 
 
-def muscle_law(arm: Arm, pressures: Sequence[float] | Array = (), points: int = 9) -> MuscleCurves:
+def of_section(arm: Arm, section: int | None = None) -> Arm:
+    """Return an arm of one section whose muscles have the law and the length of one section's.
+
+    Args:
+        section: its number, from 1; only one section has muscles, or all are alike, where it is left out.
+
+    Raises:
+        InputError: no such section, none with muscles, or sections that differ.
+    """
+    if len(arm.sections) == 1 and section in (None, 1):
+        return arm
+    groups = {group.section + 1: group for group in arm.groups}
+    alike = {(group.law, group.length) for group in arm.groups}
+    if section is None and len(alike) == 1:
+        section = arm.groups[0].section + 1
+    if section not in groups:
+        given = "not given, and they differ" if section is None else section
+        raise InputError("section", given, f"one with muscles: {', '.join(map(str, groups)) or 'there is none'}")
+    group = groups[section]
+    return Arm(
+        sections=(replace(arm.sections[group.section], length=group.length),),
+        routings=(replace(group.routing, start="section"),),
+        laws=(group.law,),
+    )
+
+
+def muscle_law(
+    arm: Arm, pressures: Sequence[float] | Array = (), points: int = 9, section: int | None = None
+) -> MuscleCurves:
     """Return the force of one muscle from its largest stretch to its largest contraction.
 
     Args:
+        section: of several sections, the one that the muscle ends with, from 1; may be left out if all are alike.
         pressures: gauge [Pa]; default 100 to 700 kPa, as far as the muscle takes them.
         points: number of contractions, at least 2.
 
@@ -53,6 +82,7 @@ def muscle_law(arm: Arm, pressures: Sequence[float] | Array = (), points: int = 
     """
     expect("arm", arm, Arm)
     check_count("points", points, 2)
+    arm = of_section(arm, section)
     most, asked = arm.pneumatics.max_pressure, as_numbers(pressures)
     if asked is None:
         raise InputError("pressures", pressures, f"a sequence of numbers from 0 to {most:g} Pa")
@@ -60,7 +90,7 @@ def muscle_law(arm: Arm, pressures: Sequence[float] | Array = (), points: int = 
         if not 0 <= pressure <= most:
             raise InputError("pressure", pressure, f"0 to {most:g} Pa")
     given = np.array(asked or [p for p in PRESSURES if p <= most] or [most], dtype=float)
-    contraction = np.linspace(-arm.muscle.max_stretch, arm.pneumatics.max_contraction, points)
+    contraction = np.linspace(-arm.muscle.max_stretch, arm.muscle.max_contraction, points)
     return MuscleCurves(
         pressure_pa=given,
         contraction=contraction,

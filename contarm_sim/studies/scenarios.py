@@ -55,6 +55,26 @@ def dome_grid(grid: int, max_bend: float = LARGEST_BEND) -> Array:
     return np.concatenate([np.zeros((1, 2)), bends.reshape(-1, 2)])
 
 
+EXTREMES = 8
+"""Poses of `spread_bends` in which every section bends as far as it may."""
+
+
+def spread_bends(arm: Arm, poses: int, max_bend: float) -> Array:
+    """Return bends of all sections [rad], shape (T, 2 S), that fill what there is evenly, the straight pose first.
+
+    Sobol's points: T is the power of two that follows `poses`, and `EXTREMES` more, in which all sections bend by
+    `max_bend` [rad], each in a plane turned by one angle from that of the section before it.
+    """
+    from scipy.stats import qmc
+
+    count = len(arm.sections)
+    points = qmc.Sobol(2 * count, scramble=False).random_base2(max(poses - 1, 1).bit_length())
+    angles, planes = max_bend * np.sqrt(points[:, :count]), 2 * np.pi * points[:, count:]  # evenly over discs
+    turned = 2 * np.pi * np.arange(EXTREMES)[:, None] / EXTREMES * np.arange(count)
+    angles = np.concatenate([angles, np.full((EXTREMES, count), max_bend)])
+    return arc.from_polar(angles, np.concatenate([planes, turned])).reshape(-1, 2 * count)
+
+
 def under_loads(arm: Arm) -> dict[str, Arm]:
     """Return an arm without load (`free`), under gravity alone (`gravity`) and with a payload too (`payload`).
 

@@ -70,20 +70,18 @@ def release(arm: Arm, load: Load = SIDEWAYS, settings: SwingSettings = DEFAULT, 
 
     Raises:
         EquilibriumError: no stable pose to let go from.
-        InputError: settings out of range, an arm of several sections, a load that cannot be.
+        InputError: settings out of range, a load that cannot be.
         DivergenceError: the engine met a bad state; smaller steps help.
     """
     expect("arm", arm, Arm)
     expect("load", load, Load)
     expect("settings", settings, SwingSettings)
-    if len(arm.sections) != 1:
-        raise InputError("sections", f"{len(arm.sections)} of them", "an arm of one section, for `release`")
     _check(settings)
     if not equilibrium(arm, load).stable:
         raise UnstableError("the arm has no stable pose under this load to be let go from")
     found = judged_release(arm, load, settings, lambda runs: track(runs, "swinging"))
     energy = found.swing.energy
-    passive = load.muscles.kind == "off" and arm.damping_time > 0 and settings.course is None
+    passive = load.muscles.kind == "off" and min(s.damping_time for s in arm.sections) > 0 and settings.course is None
     grown, lost = max(float(np.diff(energy).max()), 0.0), float(energy[0] - energy[-1])
     total, step, links = (100 * float(each.mean()) / arm.length for each in (found.total, found.step, found.links))
     reasons = []

@@ -9,6 +9,7 @@ import numpy as np
 from contarm_sim.errors import expect
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics import shape
 from contarm_sim.mechanics.compliance import tip_compliance
 from contarm_sim.mechanics.pneumatics import force_slope, passive_slope
 from contarm_sim.mechanics.pressures import holding_pressures
@@ -16,13 +17,21 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles, Wrench
 from contarm_sim.model.parameters import check_count
 from contarm_sim.statics.equilibrium import Equilibrium, equilibrium
+from contarm_sim.studies.poses import by_section, one_bend
 from contarm_sim.studies.progress import Track, quietly
 
 DIRECTIONS = ("bending", "sideways", "along")
-"""Towards more bend, out of the bending plane, and normal to both."""
+"""Towards more bend, out of the bending plane, and normal to both.
+
+Of several sections: where the tip goes when all bends grow alike; sideways of that and of the tip's own direction; and
+normal to both.
+"""
 
 PROBE = 1e-3
 """Force that probes the tip [N]."""
+
+NOWHERE = 1e-6
+"""Sine of an angle, or share of a length, that is put down to rounding."""
 
 RIGID = 1e-7
 """Compliance that is put down to rounding [m/N]."""
@@ -33,7 +42,7 @@ class StiffnessLevel:
     """The tip at one level of co-contraction.
 
     Attributes:
-        least_tension_n: of the three muscles [N].
+        least_tension_n: of all muscles [N].
         pressures_pa: [Pa], shape (n,).
         mean_pressure_pa: [Pa].
         tip: its position [m], shape (3,).
@@ -58,7 +67,7 @@ class Stiffness:
 
     Attributes:
         rows: levels of co-contraction, from the least to the most that pressures allow.
-        bend: that is held [rad], shape (2,).
+        bend: that is held [rad], shape (2,); of several sections (S, 2).
         directions: what the three stiffnesses of a level are along.
         arm: that holds it, without gravity and payload.
     """
@@ -73,6 +82,7 @@ def stiffness(arm: Arm, bend: Array, levels: int = 6, track: Track = quietly) ->
     """Hold a bend [rad], shape (2,), without gravity and payload, and raise co-contraction from the least to the most.
 
     Args:
+        bend: of several sections (S, 2) or (2 S,); co-contraction of all of them is raised alike.
         levels: of co-contraction, at least 2.
         track: shows progress.
 
@@ -81,12 +91,12 @@ def stiffness(arm: Arm, bend: Array, levels: int = 6, track: Track = quietly) ->
     """
     expect("arm", arm, Arm)
     check_count("levels", levels, 2)
-    arm, bend = arm.unloaded, arc.one_bend(bend)
+    arm, bend = arm.unloaded, one_bend(bend, arm)
     holding_pressures(bend, arm)
     rows = [_level(arm, bend, i / (levels - 1)) for i in track(range(levels), "levels")]
     drifts = [100 * float(np.linalg.norm(row.tip - rows[0].tip)) / arm.length for row in rows]
     drifted = tuple(replace(row, drift_percent=drift) for row, drift in zip(rows, drifts, strict=True))
-    return Stiffness(drifted, bend, DIRECTIONS, arm)
+    return Stiffness(drifted, by_section(bend, arm), DIRECTIONS, arm)
 
 
 def _level(arm: Arm, bend: Array, share: float) -> StiffnessLevel:
@@ -108,10 +118,26 @@ def _level(arm: Arm, bend: Array, share: float) -> StiffnessLevel:
 
 def _directions(arm: Arm, bend: Array) -> Array:
     """Return unit vectors of `DIRECTIONS`, base frame, shape (3, 3)."""
+    if len(arm.sections) > 1:
+        return _directions_of_sections(arm, bend)
     _, plane = arc.to_polar(bend)
     sideways = np.array([-np.sin(plane), np.cos(plane), 0.0])
     outwards = arc.jacobian(bend, arm.length) @ [np.cos(plane), np.sin(plane)]
     outwards /= np.linalg.norm(outwards)
+    return np.stack([outwards, sideways, np.cross(outwards, sideways)])
+
+
+def _directions_of_sections(arm: Arm, bend: Array) -> Array:
+    growing = bend if bend.any() else np.tile([1.0, 0.0], len(arm.sections))
+    moved, tangent = shape.tip_jacobian(bend, arm) @ growing, shape.rotation(bend, arm)[:, 2]
+    size = float(np.linalg.norm(moved))
+    if size < NOWHERE * arm.length * float(np.linalg.norm(growing)):  # bends that undo each other
+        moved, size = shape.rotation(bend, arm)[:, 0], 1.0
+    outwards = moved / size
+    sideways = np.cross(tangent, outwards)
+    if np.linalg.norm(sideways) < NOWHERE:  # the tip goes where it points
+        sideways = shape.rotation(bend, arm)[:, 1]
+    sideways = sideways / np.linalg.norm(sideways)
     return np.stack([outwards, sideways, np.cross(outwards, sideways)])
 
 

@@ -1,9 +1,11 @@
-"""How far to trust the constant-curvature model: the arm at rest over the whole dome, in every scenario."""
+"""How far to trust the constant-curvature model: the arm at rest all over its workspace, in every scenario."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+
+import numpy as np
 
 from contarm_sim.errors import InputError, expect
 from contarm_sim.kinematics.arc import LARGEST_BEND
@@ -14,7 +16,7 @@ from contarm_sim.results.document import HIDDEN, INLINE
 from contarm_sim.studies.at_rest import NOT_JUDGED, Failure, Outcome, attempt
 from contarm_sim.studies.convergence import Convergence, NoConvergence, attempt_convergence
 from contarm_sim.studies.progress import Track, quietly
-from contarm_sim.studies.scenarios import dome_grid, scenarios
+from contarm_sim.studies.scenarios import dome_grid, scenarios, spread_bends
 
 
 @dataclass(frozen=True, eq=False)  # arrays have no single answer to ==
@@ -22,7 +24,7 @@ class Validation:
     """An arm held against the closed forms.
 
     Attributes:
-        bends: that it was held in [rad], shape (T, 2).
+        bends: that it was held in [rad], shape (T, 2 S).
         outcomes: of the scenarios, by name.
         convergence: of the error with the number of links.
         arm: that was validated.
@@ -36,25 +38,33 @@ class Validation:
     verdict: str
 
 
-def validate(arm: Arm, grid: int = 8, track: Track = quietly, max_bend: float = LARGEST_BEND) -> Validation:
-    """Hold the simulated arm against the constant-curvature model, at rest, over the whole dome.
+LARGEST_OF_SECTIONS = float(np.radians(120))
+"""Largest bend of each of several sections, unless another is asked for [rad]."""
+
+
+def validate(arm: Arm, grid: int = 8, track: Track = quietly, max_bend: float | None = None) -> Validation:
+    """Hold the simulated arm against the constant-curvature model, at rest, all over its workspace.
 
     A scenario in which the arm has no rest pose is a `Failure`, and the others still count.
 
     Args:
         arm: its own gravity and payload, if it has them, take the place of hanging with 100 g.
-        grid: bend angles to the largest, with 3 `grid` bending planes each.
+        grid: bend angles to the largest, with 3 `grid` bending planes each. Of several sections as many poses, or some
+            more, are spread evenly over all their bends.
         track: shows progress.
-        max_bend: largest bend angle [rad]; default 170 deg.
+        max_bend: largest bend angle of a section [rad]; default 170 deg, of several sections 120 deg.
 
     Raises:
         InputError: no bend angles, or not a whole number of them, or a largest that is none.
     """
     expect("arm", arm, Arm)
     check_count("grid", grid, 1)
+    several = len(arm.sections) > 1
+    if max_bend is None:
+        max_bend = LARGEST_OF_SECTIONS if several else LARGEST_BEND
     if isinstance(max_bend, bool) or not isinstance(max_bend, (int, float)) or not 0 < max_bend <= LARGEST_BEND:
         raise InputError("max_bend", max_bend, f"more than 0 and at most {LARGEST_BEND:.4g} rad (170 deg)")
-    bends = dome_grid(grid, max_bend)
+    bends = spread_bends(arm, 3 * grid**2, max_bend) if several else dome_grid(grid, max_bend)
     outcomes = {scenario.name: attempt(scenario, bends, track) for scenario in scenarios(arm)}
     converged = attempt_convergence(arm, bends, track)
     verdicts = {each.verdict for each in (*outcomes.values(), converged)}

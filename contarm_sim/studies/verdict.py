@@ -55,6 +55,9 @@ ORIENTATION_LIMIT = 0.05
 ARC_LIMIT = 0.1
 ORDER_TOLERANCE = 0.1
 
+SECTIONS_LIMITS = (0.01, 0.15)
+"""Of several sections, what takes the place of `CHAIN_LIMIT` and `ARC_LIMIT`: each section turns those beyond it."""
+
 Group = Literal["explained", "converged", "targets"]
 
 

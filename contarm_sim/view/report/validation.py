@@ -6,11 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
+from contarm_sim.mechanics.muscles import each
 from contarm_sim.results.document import document
 from contarm_sim.results.summary import Spread
 from contarm_sim.studies.at_rest import Failure, Outcome
 from contarm_sim.studies.convergence import Convergence
 from contarm_sim.studies.validation import Validation
+from contarm_sim.view.report.errors_by_bend import draw_errors_by_bend
 from contarm_sim.view.report.figures import draw_convergence, draw_error_maps
 from contarm_sim.view.report.samples_csv import write_samples
 from contarm_sim.view.report.words import curvature_words, simulation_words
@@ -82,13 +84,16 @@ def notes(found: Validation) -> list[str]:
 
 
 def _pressure_note(outcome: Outcome) -> str:
-    muscle, samples = outcome.scenario.arm.pneumatics, outcome.samples
-    over = np.hypot(*samples.bend[samples.pressure.max(axis=1) > muscle.max_pressure].T)
+    arm, samples = outcome.scenario.arm, outcome.samples
+    highest = each(arm, lambda group: group.law.pressure_limits[1])
+    bends = samples.bends[(samples.pressure > highest).any(axis=1)]
+    over = np.hypot(bends[..., 0], bends[..., 1]).max(axis=1)
     most, beyond = outcome.errors.muscle.max_pressure_needed_pa, outcome.errors.muscle.beyond_max_pressure
     needs = "more than any pressure" if most is None else f"up to {most / 1e3:.0f} kPa"
     where = f"{beyond} of {len(samples)} poses, from {np.degrees(over.min()):.0f} deg on"
-    there = f"available {muscle.min_pressure / 1e3:.0f} to {muscle.max_pressure / 1e3:.0f} kPa"
-    return f"{outcome.scenario.name}: a muscle needs {needs} ({where}); {there}"
+    ranges = dict.fromkeys(group.law.pressure_limits for group in arm.groups)
+    said = " or ".join(f"{low / 1e3:.0f} to {high / 1e3:.0f} kPa" for low, high in ranges if np.isfinite(high))
+    return f"{outcome.scenario.name}: a muscle needs {needs} ({where}); available {said}"
 
 
 def write_outcomes(folder: Path, found: Validation) -> None:
@@ -98,6 +103,7 @@ def write_outcomes(folder: Path, found: Validation) -> None:
 
 def draw_validation(folder: Path, found: Validation) -> None:
     """Draw error_maps.png, and convergence.png where that was found."""
-    draw_error_maps(folder / "error_maps.png", found.arm, list(found.outcomes.values()))
+    draw = draw_error_maps if len(found.arm.sections) == 1 else draw_errors_by_bend
+    draw(folder / "error_maps.png", found.arm, list(found.outcomes.values()))
     if isinstance(found.convergence, Convergence):
         draw_convergence(folder / "convergence.png", found.arm, found.convergence)

@@ -19,6 +19,7 @@ _PARTS = {
     "backbone_error": "largest along the backbone",
     "miss": "miss (target vs dome)",
 }
+_OFF_THE_DOME = "   targets off the dome"
 _SPREAD = ("max_m", "rms_m", "max_percent", "rms_percent")
 
 
@@ -28,6 +29,8 @@ def budget(summary: dict[str, Any]) -> list[tuple[str, list[float]]]:
     Rows that are not known are left out. `tip` shifts lengths on purpose.
     """
     names = dict(_PARTS)
+    if "sections" in summary:
+        names["miss"] = "miss (target vs reachable tips)"
     if not summary["holds_lengths"]:
         names["servo"] = "  lengths: the path's vs those shifted for the tip"
     step = summary["time_step"]
@@ -69,7 +72,8 @@ def simulation_words(summary: dict[str, Any]) -> str:
 def targets_words(summary: dict[str, Any]) -> str:
     """Say whether the targets can be reached, and why not."""
     (check,) = (check for check in summary["checks"] if check["group"] == "targets")
-    near = f"at most {check['value']:.2f} % of length from the dome of reachable tips (limit {check['limit']:g} %)"
+    where = "reachable tips" if "sections" in summary else "the dome of reachable tips"
+    near = f"at most {check['value']:.2f} % of length from {where} (limit {check['limit']:g} %)"
     return _failed(check) or near
 
 
@@ -92,7 +96,7 @@ def in_short(summary: dict[str, Any]) -> str:
     good = summary["explained"] and summary["converged"] is not False
     left = summary["unexplained"]
     within = f" within {left['max_percent']:.3f} %" if good and left is not None else ""
-    missed = "" if summary["targets_met"] else "   targets off the dome"
+    missed = "" if summary["targets_met"] else "   targets out of reach" if "sections" in summary else _OFF_THE_DOME
     return f"constant curvature {holds}   simulation {'' if good else 'not '}explained{within}{missed}"
 
 
@@ -131,7 +135,8 @@ def explanation(summary: dict[str, Any]) -> str:
         rod = "The tip of an ideal rod with the same muscle lengths, weight and accelerations"
         lines.append(f"{rod} is within {left:.3f} mm of the simulated tip.")
     if summary["miss"]["max_m"] > 1e-6:
-        lines.append(f"Targets lie up to {1e3 * summary['miss']['max_m']:.2f} mm off the dome of reachable tips.")
+        off = "out of reach" if "sections" in summary else "off the dome of reachable tips"
+        lines.append(f"Targets lie up to {1e3 * summary['miss']['max_m']:.2f} mm {off}.")
     return " ".join(lines)
 
 
@@ -152,9 +157,16 @@ def muscle_words(muscle: dict[str, Any], pneumatic: bool = True) -> list[tuple[s
 
 
 def available(summary: dict[str, Any]) -> str:
-    """Return the range of pressures that the arm has."""
-    pressures = summary["arm"]["muscle"]
-    return f"{pressures['min_pressure'] / 1e3:.0f} to {pressures['max_pressure'] / 1e3:.0f} kPa"
+    """Return the range of pressures that the arm has, or ranges where its sections differ."""
+    return " or ".join(f"{low / 1e3:.0f} to {high / 1e3:.0f} kPa" for low, high in _pressures(summary))
+
+
+def _pressures(summary: dict[str, Any]) -> list[tuple[float, float]]:
+    """Return the lowest and the highest pressures [Pa] of sections that differ; none where no muscle has any."""
+    arm = summary["arm"]
+    laws = [{**arm.get("muscle", {}), **section.get("muscle", {})} for section in arm.get("section", [{}])]
+    found = [(law["min_pressure"], law["max_pressure"]) for law in laws if {"min_pressure", "max_pressure"} <= set(law)]
+    return list(dict.fromkeys(found))
 
 
 def remarks(summary: dict[str, Any]) -> list[str]:
@@ -172,7 +184,7 @@ def remarks(summary: dict[str, Any]) -> list[str]:
         count = f"{muscle['beyond_max_pressure']} of {summary['samples']} samples exceed this"
         found.append(f"a muscle needs {needs}; available {available(summary)}: {count}")
     if muscle["below_min_pressure"] and pulling:
-        least = summary["arm"]["muscle"]["min_pressure"] / 1e3
+        least = max(low for low, _ in _pressures(summary)) / 1e3
         count = f"{muscle['below_min_pressure']} of {summary['samples']} samples"
         found.append(
             f"the length servos of this controller need less than {least:.0f} kPa, the lowest pressure when inflated, "
