@@ -84,14 +84,15 @@ def _one(kind: type) -> str:
 
 
 class UnreachableError(InputError):
-    """A target off the dome of reachable tips.
+    """A target out of reach: of one section, off the dome of reachable tips.
 
     Attributes:
         target: the first target refused [m], shape (3,).
-        miss: distance from it to the nearest point of the dome [m].
-        nearest: the nearest point of the dome [m], shape (3,).
+        miss: distance from it to the nearest point that can be reached [m].
+        nearest: that point [m], shape (3,).
         index: its place among the targets, 0 for a single one.
         question: what may explain it, such as a unit; or nothing.
+        angle: what is left of a direction or orientation asked for [rad].
     """
 
     def __init__(
@@ -103,25 +104,34 @@ class UnreachableError(InputError):
         index: int,
         where: str | None = None,
         question: str = "",
+        angle: float = 0.0,
+        dome: bool = True,
     ) -> None:
         self.target, self.miss, self.nearest, self.index = target, miss, nearest, index
-        self.tolerance, self.question = tolerance, question
+        self.tolerance, self.question, self.angle, self._dome = tolerance, question, angle, dome
         asked = f" ({question})" if question else ""
+        place = "off the dome of reachable tips" if dome else "out of reach"
+        turned = f" and {math.degrees(angle):.4g} deg" if angle else ""
         super().__init__(
             "target",
-            f"({', '.join(f'{x:.6g}' for x in target)}) m, which is {miss * 1e3:.4g} mm off the dome of reachable tips",
+            f"({', '.join(f'{x:.6g}' for x in target)}) m, which is {miss * 1e3:.4g} mm{turned} {place}",
             f"a miss of at most {tolerance * 1e3:.3g} mm{asked} (the nearest reachable point is "
-            f"({', '.join(f'{x:.6g}' for x in nearest)}) m), or a projection: nearest, ray, paper",
+            f"({', '.join(f'{x:.6g}' for x in nearest)}) m), or a projection: nearest{', ray, paper' if dome else ''}",
             where,
         )
 
     def located(self, where: str | None) -> UnreachableError:
         """Return the same error, said to come from a file or place."""
-        return UnreachableError(self.target, self.miss, self.nearest, self.tolerance, self.index, where, self.question)
+        return self._again(where, self.question)
 
     def asking(self, question: str) -> UnreachableError:
         """Return the same error with a question that explains it, such as one about the unit."""
-        return UnreachableError(self.target, self.miss, self.nearest, self.tolerance, self.index, self.where, question)
+        return self._again(self.where, question)
+
+    def _again(self, where: str | None, question: str) -> UnreachableError:
+        return UnreachableError(
+            self.target, self.miss, self.nearest, self.tolerance, self.index, where, question, self.angle, self._dome
+        )
 
 
 class DivergenceError(ContarmError):

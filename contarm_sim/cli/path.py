@@ -49,7 +49,7 @@ def path_of(arm: Arm, name: str, duration: float | None, shape: dict[str, Any]) 
 
 def reference_of(arm: Arm, path: Any, project: Any, places: list[str] | None, direction: Any = None) -> Any:
     """Return the motion along a path; `places` are those of its waypoints, for messages."""
-    from contarm_sim.cli.kinematics import asking
+    from contarm_sim.cli.ik import asking
     from contarm_sim.paths.reference import Reference
 
     try:

@@ -235,7 +235,7 @@ def _bends(target: Array, direction: Any, arm: Arm, project: dome.Projection, mo
     if project == "refuse" and np.any(found.miss > tolerance):
         index = int(np.argmax(found.miss > tolerance))
         reached = shape.position(found.bends[index].reshape(-1), arm)
-        raise UnreachableError(target[index], float(found.miss[index]), reached, tolerance, index)
+        raise UnreachableError(target[index], float(found.miss[index]), reached, tolerance, index, dome=False)
     return found.bends.reshape(len(target), -1)
 
 

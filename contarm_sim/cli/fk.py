@@ -1,0 +1,100 @@
+"""`contarm fk`: pose of bends or of muscle lengths, on the command line."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from contarm_sim.cli.options import ANGLE, LENGTH, PLAIN, Command, arm_options, json_option
+from contarm_sim.errors import InputError
+from contarm_sim.model.arm import Arm
+
+DELTA_TOLERANCE = 1e-6
+"""Largest mean of muscle length changes that is taken for rounding [m]."""
+
+
+@click.command(cls=Command)
+@click.option(
+    "--deltas", type=LENGTH, nargs=3, multiple=True, metavar="L1 L2 L3",
+    help="Muscle length changes [m], shortening < 0; sum 0. Once for each section.",
+)  # fmt: skip
+@click.option(
+    "--bend", type=ANGLE, nargs=2, multiple=True, metavar="BEND_ANGLE PLANE_ANGLE",
+    help="Bend in polar form [rad]. Once for each section, from the base on.",
+)  # fmt: skip
+@click.option(
+    "--xi", type=PLAIN, multiple=True, metavar="X ...", help="Normalised arc lengths, 0 base to 1 tip; default the tip."
+)
+@json_option
+@arm_options
+def fk(arm: Arm, deltas: Any, bend: Any, xi: tuple[float, ...], as_json: bool) -> None:
+    """Forward kinematics: muscle length changes or a bend to the pose of the arc.
+
+    \b
+    contarm fk --bend 90deg 0
+    contarm fk --deltas -0.02827 0.01414 0.01413 --xi 0 0.5 1 --json
+    contarm fk --preset two --bend 60deg 0 --bend 45deg 180deg
+    """
+    import numpy as np
+
+    from contarm_sim.cli.solutions import of_bends, of_sections, show
+    from contarm_sim.mechanics import shape
+
+    if bool(deltas) == bool(bend):
+        raise InputError(
+            "input", "both" if deltas else "neither of --deltas and --bend", "just one of --deltas, --bend"
+        )
+    vector = _from_deltas(arm, deltas) if deltas else polar("bend", bend, arm)
+    stations = np.array(xi) if xi else np.array(1.0)
+    solution = {**of_bends(arm, vector[None])[0], "transform": shape.transform(vector, arm, stations).tolist()}
+    solution["sections"] = of_sections(arm, vector)
+    if xi:
+        solution["xi"] = list(xi)
+    if as_json:
+        from contarm_sim.view.report.output import to_json
+
+        click.echo(to_json(solution))
+    else:
+        transforms = np.reshape(solution["transform"], (-1, 4, 4))
+        show(arm, solution, [(f"xi = {x:g}", T) for x, T in zip(xi or (1.0,), transforms, strict=True)])
+
+
+def polar(name: str, given: tuple[tuple[float, float], ...], arm: Arm) -> Any:
+    """Return the coordinates [rad], shape (2 S,), of a bend in polar form for each section.
+
+    Raises:
+        InputError: not one for each section, or a bend angle that cannot be.
+    """
+    from contarm_sim.kinematics import arc
+
+    count = len(arm.sections)
+    if len(given) != count:
+        allowed = "once" if count == 1 else f"{count} times, once for each section"
+        raise InputError(f"--{name}", f"given {len(given)} times", allowed)
+    return arc.from_polar([angle for angle, _ in given], [plane for _, plane in given]).reshape(-1)
+
+
+def _from_deltas(arm: Arm, deltas: tuple[tuple[float, float, float], ...]) -> Any:
+    """Return the coordinates [rad] that length changes of three muscles in each section ask for.
+
+    Raises:
+        InputError: another number of muscles, or changes that no arcs have.
+    """
+    import numpy as np
+
+    from contarm_sim.kinematics import arc, muscles
+    from contarm_sim.mechanics import routing
+
+    counts = [line.count for line in arm.routings]
+    if counts != [3] * len(deltas):
+        allowed = f"three for each section; this arm has {' + '.join(map(str, counts))} muscles: --bend takes any"
+        raise InputError("--deltas", f"given {len(deltas)} times", allowed)
+    if len(counts) == 1:
+        return muscles.bend_from_deltas(deltas[0], arm.muscle_radius, DELTA_TOLERANCE, arm.routing.angles)[0]
+    bend, residual = routing.bend_from_arc_deltas(np.ravel(deltas), arm)
+    if np.abs(residual).max() > DELTA_TOLERANCE:
+        given = f"({', '.join(f'{x:.6g}' for x in np.ravel(deltas))}) m, off arcs by {np.abs(residual).max():.3g} m"
+        raise InputError("deltas", given, f"a sum of 0 in each section (within {3 * DELTA_TOLERANCE:.1g} m)")
+    arc.as_bend(bend.reshape(-1, 2))
+    return bend

@@ -1,0 +1,151 @@
+"""What `contarm fk` and `contarm ik` say of bends: as documents, for people, and as CSV."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from contarm_sim.model.arm import Arm
+
+
+def of_bends(arm: Arm, bend: Any) -> list[dict[str, Any]]:
+    """Return what is said of each of many bends [rad], shape (T, 2 S): computed for all at once.
+
+    Of several sections, bend angle, plane angle and curvature are lists.
+    """
+    import numpy as np
+
+    from contarm_sim.kinematics import arc
+    from contarm_sim.mechanics import routing, shape
+    from contarm_sim.mechanics.muscles import each
+
+    angle, plane = arc.to_polar(shape.bends_of(bend, arm))
+    curvature = angle / np.array([section.length for section in arm.sections])
+    if len(arm.sections) == 1:
+        angle, plane, curvature = angle[:, 0], plane[:, 0], curvature[:, 0]
+    deltas = routing.arc_deltas(bend, arm) if arm.groups else np.empty((len(bend), 0))
+    columns = {
+        "bend_angle": angle,
+        "plane_angle": plane,
+        "curvature": curvature,
+        "muscle_deltas": deltas,
+        "muscle_lengths": each(arm, lambda group: group.length) + deltas,
+        "tip": shape.position(bend, arm),
+    }
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in rows]
+
+
+def of_sections(arm: Arm, bend: Any) -> list[dict[str, Any]]:
+    """Return what is said of each section at one bend [rad], shape (2 S,)."""
+    from contarm_sim.kinematics import arc
+    from contarm_sim.mechanics import muscles, routing, shape
+
+    bends = shape.bends_of(bend, arm)
+    angle, plane = arc.to_polar(bends)
+    own = {group.section: part for group, part in zip(arm.groups, muscles.slices(arm), strict=True)}
+    deltas = routing.arc_deltas(bend, arm) if arm.groups else bend[:0]
+    lengths = muscles.each(arm, lambda group: group.length) + deltas
+    out, passed = [], 0.0
+    for number, section in enumerate(arm.sections):
+        passed += section.length
+        mine, last = own.get(number, slice(0, 0)), number == len(arm.sections) - 1
+        out.append(
+            {
+                "bend": bends[number].tolist(),
+                "bend_angle": float(angle[number]),
+                "plane_angle": float(plane[number]),
+                "muscle_deltas": deltas[mine].tolist(),
+                "muscle_lengths": lengths[mine].tolist(),
+                "transform": shape.transform(bend, arm, 1.0 if last else passed / arm.length).tolist(),
+            }
+        )
+    return out
+
+
+def show(arm: Arm, solution: dict[str, Any], frames: list[tuple[str, Any]]) -> None:
+    """Print a solution for people, with frames [m] at places."""
+    rows = _bends(solution) if len(arm.sections) == 1 else _bends_of_sections(arm, solution)
+    rows.append(("tip", _mm(solution["tip"])))
+    if "miss" in solution:
+        beyond = "  (off the dome)" if len(arm.sections) == 1 else "  (out of reach)"
+        off = "" if solution["reachable"] else beyond
+        rows += [("target", _mm(solution["target"])), ("miss", f"{1e3 * solution['miss']:.4g} mm{off}")]
+        rows += _turned(solution)
+    for name, frame in frames:
+        for i, line in enumerate(frame):
+            rows.append((f"frame at {name} [m]" if i == 0 else "", "  ".join(f"{x + 0.0: .6f}" for x in line)))
+    for label, text in rows:
+        click.echo(f"{label:24} {text}".rstrip())
+
+
+def _mm(values: list[float]) -> str:
+    return "  ".join(f"{1e3 * x + 0.0:.4f}" for x in values) + " mm"
+
+
+def _bends(solution: dict[str, Any]) -> list[tuple[str, str]]:
+    import math
+
+    return [
+        ("bend angle", f"{math.degrees(solution['bend_angle']):.4f} deg"),
+        ("bending plane", f"{math.degrees(solution['plane_angle']):.4f} deg"),
+        ("curvature", f"{solution['curvature']:.5g} 1/m"),
+        ("muscle length changes", _mm(solution["muscle_deltas"])),
+        ("muscle lengths", _mm(solution["muscle_lengths"])),
+    ]
+
+
+def _bends_of_sections(arm: Arm, solution: dict[str, Any]) -> list[tuple[str, str]]:
+    import math
+
+    from contarm_sim.mechanics import muscles
+
+    own = {group.section: part for group, part in zip(arm.groups, muscles.slices(arm), strict=True)}
+    rows = []
+    for number in range(len(arm.sections)):
+        angle, plane = solution["bend_angle"][number], solution["plane_angle"][number]
+        said = f"bends by {math.degrees(angle):.4f} deg towards {math.degrees(plane) + 0.0:.4f} deg"
+        rows.append((f"section {number + 1}", f"{said}, curvature {solution['curvature'][number]:.5g} 1/m"))
+        if number in own:
+            rows.append(("  muscle length changes", _mm(solution["muscle_deltas"][own[number]])))
+    return rows
+
+
+def _turned(solution: dict[str, Any]) -> list[tuple[str, str]]:
+    import math
+
+    rows = []
+    if solution.get("asks_turn"):
+        rows.append(("angle off", f"{math.degrees(solution['angle_miss']):.4g} deg"))
+    if solution.get("solutions", 1) not in (0, 1):
+        count = solution["solutions"]
+        rows.append(("solutions", "a continuum; --choose all shows it" if count < 0 else str(count)))
+    return rows
+
+
+def write(out: Path, arm: Arm, solutions: list[dict[str, Any]]) -> None:
+    """Write solutions to a CSV file; of several sections, bends have a column for each."""
+    import csv
+
+    from contarm_sim.view.report.output import output_file
+
+    count = len(arm.sections)
+    header = ["target_x_m", "target_y_m", "target_z_m"]
+    for number in range(1, count + 1):
+        of = f"_{number}" if count > 1 else ""
+        header += [f"bend_angle{of}_rad", f"plane_angle{of}_rad", f"curvature{of}_1_per_m"]
+    muscles = range(1, len(solutions[0]["muscle_deltas"]) + 1)
+    header += [f"l{i}_m" for i in muscles] + [f"tip_{a}_m" for a in "xyz"] + ["miss_m", "reachable"]
+    header += ["angle_miss_rad", "solutions"] if count > 1 else []
+    with output_file(out) as scratch, scratch.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(header)
+        for row in solutions:
+            bends = [row["bend_angle"], row["plane_angle"], row["curvature"]]
+            each = zip(*bends, strict=True) if count > 1 else [bends]
+            values = [*row["target"], *(value for section in each for value in section)]
+            values += [*row["muscle_deltas"], *row["tip"], row["miss"]]
+            more = [repr(row["angle_miss"]), row["solutions"]] if count > 1 else []
+            writer.writerow([*map(repr, values), row["reachable"], *more])
