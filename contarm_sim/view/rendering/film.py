@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from contarm_sim.errors import InputError
-from contarm_sim.kinematics import arc
-from contarm_sim.model.colours import muscle_hex
 from contarm_sim.view.rendering.caption import Caption
 from contarm_sim.view.rendering.draw import PATH, TARGET, ArmRenderer, Pixels, Quality, trace_colours
 from contarm_sim.view.rendering.panel import Curve, Panel
+from contarm_sim.view.sections import bend_words, muscle_hexes, pressure_limits, section_hex
 
 if TYPE_CHECKING:
     from contarm_sim.results.trajectory import Trajectory
@@ -95,12 +94,11 @@ def film(
     """
     arm, error, scale = samples.arm, samples.tip_error, scale or Scale.of(samples)
     moving = bool(samples.time[-1] > samples.time[0])
-    angle, plane = (np.round(np.degrees(x)) for x in arc.to_polar(samples.bend))
     texts = [
         (name + "   " if name else "")
         + (f"t = {samples.time[i]:.2f} s" if moving else f"pose {i + 1} of {len(samples)}, at rest")
         + f"   tip error {1e3 * error[i]:.2f} mm = {100 * error[i] / arm.length:.2f} %"
-        + f"   bend {angle[i]:.0f}° towards {plane[i] + 0.0:.0f}°"
+        + f"   {'bend' if len(arm.sections) == 1 else 'bends'} {bend_words(samples.bend[i], arm)}"
         for i in indices
     ]
     panels = _panels(samples, look, scale) if moving and look.plots else {}
@@ -149,10 +147,15 @@ def _panels(samples: Trajectory, look: Look, scale: Scale) -> dict[str, Panel]:
     if size[0] < 160 or size[1] < 90:
         return {}
     red = Curve(1e3 * samples.tip_error, "#C0392B")
-    pressures = [Curve(1e-3 * samples.pressure[:, i], muscle_hex(i)) for i in range(samples.pressure.shape[1])]
-    highest = 1e-3 * samples.arm.muscle.max_pressure
+    error = Panel(size, samples.time, [red], "tip error [mm]", 1e3 * scale.error)
+    highest = 1e-3 * float(pressure_limits(samples.arm)[:, 1].max(initial=0.0))
     limit = highest if scale.pressure > 600 * highest else None
-    return {
-        "left": Panel(size, samples.time, [red], "tip error [mm]", 1e3 * scale.error),
-        "right": Panel(size, samples.time, pressures, "pressure needed [kPa]", 1e-3 * scale.pressure, limit),
-    }
+    pressures = 1e-3 * samples.pressure
+    if len(samples.arm.sections) == 1:
+        colours, names = muscle_hexes(samples.arm), {}
+    else:  # what the muscles of one section do differs less than what the sections do
+        colours = [section_hex(group.section) for group in samples.arm.groups for _ in range(group.routing.count)]
+        names = {f"section {group.section + 1}": section_hex(group.section) for group in samples.arm.groups}
+    curves = [Curve(pressures[:, i], colour) for i, colour in enumerate(colours)]
+    needed = Panel(size, samples.time, curves, "pressure needed [kPa]", 1e-3 * scale.pressure, limit, names)
+    return {"left": error, "right": needed}
