@@ -65,9 +65,13 @@ def section_places(arm: Arm, pieces: int) -> list[Array]:
 
 
 def bend_words(bend: Any, arm: Arm) -> str:
-    """Return a bend [rad], shape (2 S,), in whole degrees: angle and plane of each section."""
+    """Return a bend [rad], shape (2 S,), in whole degrees: angle and plane of each section.
+
+    Of several sections the plane stands in brackets, to save room.
+    """
     words = []
     for own in bends_of(bend, arm):
         angle, plane = (np.round(np.degrees(x)) for x in arc.to_polar(own))
-        words.append(f"{angle:.0f}° towards {plane + 0.0:.0f}°")
+        where = f"towards {plane + 0.0:.0f}°" if len(arm.sections) == 1 else f"({plane + 0.0:.0f}°)"
+        words.append(f"{angle:.0f}° {where}")
     return ", ".join(words)
