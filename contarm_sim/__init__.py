@@ -3,7 +3,9 @@
 The public names are few and load late, so that `import contarm_sim` costs nothing:
 
     Arm                   the parameters (SI units): sections, muscles and the world they stand in
-    Section, Routing, McKibben, World   what an arm consists of
+    Section, Routing, World   what an arm consists of, beside the law of its muscles
+    McKibben, Tendon, Ideal   the laws: pneumatic muscles, elastic cables, tensions as asked for
+    presets               arms to begin with: paper, two, three, tendon
     load_arm              an Arm from TOML
     kinematics            closed forms: arc, dome (inverse), muscles, chain
     spec                  the arm as a mujoco.MjSpec to attach to other models
@@ -39,14 +41,17 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
     from contarm_sim.mjcf import arm_spec as arm_spec
     from contarm_sim.mjcf import scene_spec as scene_spec
     from contarm_sim.mjcf import spec as spec
+    from contarm_sim.model import presets as presets
     from contarm_sim.model.arm import Arm as Arm
     from contarm_sim.model.arm_file import load_arm as load_arm
+    from contarm_sim.model.ideal import Ideal as Ideal
     from contarm_sim.model.load import Load as Load
     from contarm_sim.model.load import Muscles as Muscles
     from contarm_sim.model.load import Wrench as Wrench
     from contarm_sim.model.mckibben import McKibben as McKibben
     from contarm_sim.model.routing import Routing as Routing
     from contarm_sim.model.section import Section as Section
+    from contarm_sim.model.tendon import Tendon as Tendon
     from contarm_sim.model.world import World as World
     from contarm_sim.motion.rest import poses_at_rest as poses_at_rest
     from contarm_sim.motion.simulate import simulate as simulate
@@ -58,15 +63,17 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
     __version__: str
 
 __all__ = [
-    "Arm", "ContarmError", "Controller", "DivergenceError", "EquilibriumError", "Feedback", "InputError",
-    "Interrupted", "Load", "McKibben", "Muscles", "Plan", "Reference", "Routing", "Section", "Seen", "Trajectory",
-    "World", "Wrench", "arm_spec", "compare", "envs", "equilibrium", "kinematics", "load_arm", "mechanics", "mjcf",
-    "paths", "poses_at_rest", "scene_spec", "simulate", "spec", "studies",
+    "Arm", "ContarmError", "Controller", "DivergenceError", "EquilibriumError", "Feedback", "Ideal", "InputError",
+    "Interrupted", "Load", "McKibben", "Muscles", "Plan", "Reference", "Routing", "Section", "Seen", "Tendon",
+    "Trajectory", "World", "Wrench", "arm_spec", "compare", "envs", "equilibrium", "kinematics", "load_arm",
+    "mechanics", "mjcf", "paths", "poses_at_rest", "presets", "scene_spec", "simulate", "spec", "studies",
 ]  # fmt: skip
 
 _HOMES = {
     "Arm": "model.arm",
+    "Ideal": "model.ideal",
     "McKibben": "model.mckibben",
+    "Tendon": "model.tendon",
     "Routing": "model.routing",
     "Section": "model.section",
     "World": "model.world",
@@ -93,7 +100,8 @@ _HOMES = {
     "Plan": "control.plan",
     "Seen": "control.feedback",
 }
-_MODULES = ("envs", "kinematics", "mechanics", "mjcf", "paths", "studies")
+_MODULES = {name: name for name in ("envs", "kinematics", "mechanics", "mjcf", "paths", "studies")}
+_MODULES["presets"] = "model.presets"
 
 if not TYPE_CHECKING:  # to a type checker, a name that is not imported above does not exist
 
@@ -103,7 +111,7 @@ if not TYPE_CHECKING:  # to a type checker, a name that is not imported above do
         if name in _HOMES:
             return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
         if name in _MODULES:
-            return import_module(f"{__name__}.{name}")
+            return import_module(f"{__name__}.{_MODULES[name]}")
         if name == "__version__":
             return metadata.version("contarm-sim")
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -60,7 +60,7 @@ def test_toml_round_trip(tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [("lenght = 1", "did you mean 'length'"), ("[muscle]\nmin_tention = 1", "did you mean 'muscle.min_tension'"),
-     ("length = -1", "greater than 0"), ("length = ", "not TOML"), ("muscle = 3", "a table"),
+     ("length = -1", "at least 0.001"), ("length = ", "not TOML"), ("muscle = 3", "a table"),
      ("links = 24.5", "whole number")],
 )  # fmt: skip
 def test_bad_toml_is_one_line_that_names_the_file(tmp_path, text, said):

@@ -10,9 +10,10 @@ from bad_inputs import HUGE, LONG, TINY, WRONG, damaged_at_random, parameters, r
 from references import along
 
 from contarm_sim.model.arm import Arm
-from contarm_sim.model.arm_file import arm_from_dict, arm_template, load_arm
+from contarm_sim.model.arm_file import arm_from_dict, load_arm
 from contarm_sim.model.load import Load, Muscles, Wrench, load_from_dict
 from contarm_sim.model.mckibben import McKibben
+from contarm_sim.model.template import arm_template
 from contarm_sim.motion.simulate import simulate
 from contarm_sim.paths.waypoints import read_csv
 from contarm_sim.results.trajectory import ARRAYS, Trajectory

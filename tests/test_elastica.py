@@ -17,6 +17,7 @@ from contarm_sim.mechanics.pneumatics import force, force_slope, pressure_for
 from contarm_sim.mechanics.statics import holding_tensions
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles, Wrench, load_from_dict
+from contarm_sim.model.mckibben import McKibben
 from contarm_sim.statics.continuation import Whole
 from contarm_sim.statics.equilibrium import driven_plant, equilibrium
 from contarm_sim.statics.extrapolation import extrapolated
@@ -346,7 +347,7 @@ def test_lateral_compliance_of_the_straight_arm_is_the_closed_form():
     errors = []
     for links in (24, 48):
         arm = Arm(links=links)
-        arm = replace(arm, muscle=replace(arm.muscle, servo_stiffness=700.0, min_tension=1e-6))
+        arm = replace(arm, muscle=McKibben(servo_stiffness=700.0, min_tension=1e-6))
         found = equilibrium(arm, Load(muscles=Muscles(kind="bend", values=(0.0, 0.0))))
         k_m = 1.5 * arm.muscle_radius**2 * 700.0
         L, B = arm.length, arm.bending_stiffness

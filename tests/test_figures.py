@@ -79,7 +79,7 @@ def possibility(axes):
         lengths, tensions, inflated, _ = balance(ARM, bend)
         per_pascal = tension(1.0, lengths, ARM)[0]
         needed.append([((tensions + least) / per_pascal).max() for least in (-tensions.min(), inflated)])
-    vented, inflated = np.transpose(needed) / ARM.muscle.max_pressure  # one muscle without any tension, or none
+    vented, inflated = np.transpose(needed) / ARM.pneumatics.max_pressure  # one muscle without any tension, or none
     assert (vented < 1.01).all()
     assert (inflated > 0.99).all()
     assert (

@@ -2,11 +2,17 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, chain, sections
 from contarm_sim.kinematics.backbone import Backbone
+from contarm_sim.mechanics.muscles import each
+from contarm_sim.mechanics.routing import arc_deltas
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.routing import Routing
+from contarm_sim.model.section import Section
 
 ARM = {"lengths": (0.2, 0.17, 0.1)}
 CONNECTED = {"connectors": (0.02, 0.0, 0.03)}
@@ -89,3 +95,38 @@ def test_a_backbone_that_cannot_be_is_refused_by_name(wrong, name):
 def test_bends_that_cannot_be_are_refused(wrong):
     with pytest.raises(InputError, match="bend"):
         sections.position(wrong, Backbone(lengths=(0.2, 0.1)))
+
+
+def test_frames_and_muscle_lengths_are_those_of_an_integration_along_the_backbone():
+    """R' = R k^, p' = R e3, and muscles at an offset, |p' + R (k x offset)| long a metre; nothing in closed form."""
+    arm = Arm(
+        sections=tuple(Section(length=length) for length in (0.2, 0.17, 0.1)),
+        routings=(Routing(), Routing(count=4, offset=0.7, start="base"), Routing(radius=0.012, offset=-0.4)),
+    )
+    backbone = Backbone(**ARM)
+    points = [[(*point, 0.0) for point in line.points] for line in arm.routings]
+    for b in bends(12):
+        frame, lengths = np.concatenate([np.eye(3).ravel(), np.zeros(3)]), [np.zeros(len(line)) for line in points]
+        for number, (x, y) in enumerate(b):
+            curvature = np.array([-y, x, 0.0]) / backbone.lengths[number]
+            passing = {line for line, own in enumerate(arm.routings) if own.start == "base" and line > number}
+            through = sorted(passing | {number})
+            offsets = np.array([point for line in through for point in points[line]])
+
+            def along(_, state, curvature=curvature, offsets=offsets):
+                R = state[:9].reshape(3, 3)
+                moved = R[:, 2] + np.cross(curvature, offsets) @ R.T
+                turned = (R @ np.cross(curvature, np.eye(3)).T).ravel()
+                return np.concatenate([turned, R[:, 2], np.linalg.norm(moved, axis=1)])
+
+            start = np.concatenate([frame, np.zeros(len(offsets))])
+            end = solve_ivp(along, (0, backbone.lengths[number]), start, "DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
+            frame, first = end[:12], 12
+            for line in through:
+                lengths[line] += end[first : first + len(points[line])]
+                first += len(points[line])
+        T = sections.transform(b, backbone)
+        np.testing.assert_allclose(T[:3, :3], frame[:9].reshape(3, 3), atol=1e-12)
+        np.testing.assert_allclose(T[:3, 3], frame[9:], atol=1e-12)
+        straight = each(arm, lambda group: group.length)
+        np.testing.assert_allclose(arc_deltas(b.ravel(), arm), np.concatenate(lengths) - straight, atol=1e-12)

@@ -11,9 +11,13 @@ from sampling import HEAVY
 from contarm_sim.engine.plant import engine_room
 from contarm_sim.mjcf import ACTUATIONS, arm_spec, exact_xml, scene_spec, write_models
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.presets import tendon, two
 
 MODELS = Path(__file__).parents[1] / "models"
-FOLDERS = (("contarm", "lengths"), ("contarm_pneumatic", "pressures"))
+FOLDERS = {
+    "contarm": (Arm(), "lengths"), "contarm_pneumatic": (Arm(), "pressures"), "contarm_two": (two(), "lengths"),
+    "contarm_tendon": (tendon(), "lengths"),
+}  # fmt: skip
 
 
 def _float_arrays(model):
@@ -39,18 +43,19 @@ def _words(file):
     return re.split(r'[\s"=]+', file.read_text())
 
 
-@pytest.mark.parametrize(("folder", "actuation"), FOLDERS)
-def test_the_committed_models_are_what_the_generator_makes(tmp_path, folder, actuation):
-    write_models(Arm(), tmp_path, actuation)
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_the_committed_models_are_what_the_generator_makes(tmp_path, folder):
+    arm, actuation = FOLDERS[folder]
+    write_models(arm, tmp_path, actuation)
     for name in ("arm.xml", "scene.xml"):
         committed, made = (_words(place / name) for place in (MODELS / folder, tmp_path))
         assert len(committed) == len(made), "run scripts/models"
-        for one, two in zip(committed, made, strict=True):
-            assert one == two or float(one) == pytest.approx(float(two), rel=1e-12, abs=1e-15), "run scripts/models"
+        for one, other in zip(committed, made, strict=True):
+            assert one == other or float(one) == pytest.approx(float(other), rel=1e-12, abs=1e-15), "run scripts/models"
 
 
 @pytest.mark.parametrize("name", ["arm.xml", "scene.xml"])
-@pytest.mark.parametrize("folder", [folder for folder, _ in FOLDERS])
+@pytest.mark.parametrize("folder", FOLDERS)
 def test_committed_models_survive_a_second_of_random_control(folder, name):
     model = mujoco.MjModel.from_xml_path(str(MODELS / folder / name))
     data = mujoco.MjData(model)

@@ -1,4 +1,4 @@
-"""Another muscle law: a subclass of `MuscleLaw`, in place of the McKibben law."""
+"""Another muscle law: a subclass of `PneumaticLaw`, in place of the McKibben law."""
 
 from dataclasses import dataclass, replace
 
@@ -14,15 +14,15 @@ from contarm_sim.mjcf import arm_spec
 from contarm_sim.model import laws
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import arm_from_dict, arm_to_dict, arm_to_toml, load_arm
-from contarm_sim.model.law import MuscleLaw
 from contarm_sim.model.load import Load, Muscles
 from contarm_sim.model.parameters import number
+from contarm_sim.model.pneumatic_law import PneumaticLaw
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.statics.equilibrium import equilibrium
 
 
 @dataclass(frozen=True, kw_only=True)
-class Linear(MuscleLaw):
+class Linear(PneumaticLaw):
     """A muscle whose force falls evenly from the blocked force to nothing: F = P area (1 - eps/eps_max)."""
 
     area: float = number(2e-4, "m^2", "force by pressure at rest length", above=0)
@@ -80,7 +80,7 @@ def test_fields_that_do_not_fit_together_are_refused(wrong):
 def test_servos_and_tensions_drive_it():
     found = poses_at_rest(ARM, resting(ARM, BEND))
     assert found.muscle_tensions.min() == pytest.approx(4.0, abs=1e-6)
-    per_pascal = ARM.muscle.force(1.0, found.muscle_lengths, ARM.muscle_rest_length)
+    per_pascal = ARM.pneumatics.force(1.0, found.muscle_lengths, ARM.muscle_rest_length)
     np.testing.assert_allclose(found.pressure, found.muscle_tensions / per_pascal)
     tensions = tuple(found.muscle_tensions[1].tolist())
     pulled = equilibrium(ARM, Load(muscles=Muscles(kind="tensions", values=tensions)))

@@ -26,7 +26,7 @@ def _standing(rng, links=60, weight=np.inf):
         arm = random_arm(rng, twist=0.3, spans=0.2)
         arm = replace(arm, damping_time=float(rng.choice([0.003, 0.02, 0.05, 0.2])), links=min(arm.links, links))
         if np.isfinite(weight):  # dry friction makes motions that no step settles
-            arm = replace(arm, joint_friction=None, muscle=replace(arm.muscle, braid_friction=None))
+            arm = replace(arm, joint_friction=None, muscle=replace(arm.pneumatics, braid_friction=None))
         farthest = arc.from_polar(rng.uniform(0.2, 1.8), rng.uniform(-np.pi, np.pi))
         heavy = (arm.mass + arm.payload) * np.linalg.norm(arm.gravity) * arm.length**2 > weight * arm.bending_stiffness
         if arm.links >= 6 and not heavy and can_stand(arm, farthest) and can_stand(arm, 0.5 * farthest):

@@ -107,7 +107,7 @@ def test_pressures_at_rest_hold_the_bend_and_are_the_least():
     np.testing.assert_allclose(lengths, routing.lengths_from_bend(bend, arm), atol=1e-12)
     np.testing.assert_allclose(samples.muscle_tensions[0], pneumatics.force(pressures, lengths, arm), rtol=1e-9)
     per_pascal = pneumatics.force(1.0, lengths, arm)
-    least = np.maximum(arm.muscle.min_pressure, arm.muscle.min_tension / per_pascal)
+    least = np.maximum(arm.pneumatics.min_pressure, arm.muscle.min_tension / per_pascal)
     assert (pressures - least).min() == pytest.approx(0, abs=1e-3)
 
 

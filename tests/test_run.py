@@ -220,9 +220,9 @@ def test_pressures_move_the_arm_within_their_limits():
     error = np.linalg.norm(samples.tip - reference.target, axis=1)
     assert np.sqrt(np.mean(error[100:] ** 2)) < 0.01 * arm.length
     for pressures in (samples.setpoint, samples.pressure):
-        assert pressures.min() >= 0.999 * arm.muscle.min_pressure
-        assert pressures.max() <= 1.001 * arm.muscle.max_pressure
-    lagging = np.gradient(samples.pressure, 0.01, axis=0) * arm.muscle.valve_time + samples.pressure
+        assert pressures.min() >= 0.999 * arm.pneumatics.min_pressure
+        assert pressures.max() <= 1.001 * arm.pneumatics.max_pressure
+    lagging = np.gradient(samples.pressure, 0.01, axis=0) * arm.pneumatics.valve_time + samples.pressure
     np.testing.assert_allclose(lagging[20:-20], samples.setpoint[20:-20], rtol=0.02, atol=3e3)
 
 
@@ -235,7 +235,7 @@ def test_at_rest_pressures_bring_lengths_where_servos_would_under_load():
     )
     found = [routing.bend_from_lengths(s.muscle_lengths, arm)[0] for s in (pressed, served)]
     np.testing.assert_allclose(*found, atol=1e-5)
-    assert pressed.pressure.min() >= arm.muscle.min_pressure * (1 - 1e-9)
+    assert pressed.pressure.min() >= arm.pneumatics.min_pressure * (1 - 1e-9)
 
 
 def test_the_planned_tips_derivative_is_that_of_the_resting_tip():

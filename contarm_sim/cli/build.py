@@ -14,8 +14,8 @@ from contarm_sim.model.arm import Arm
 @click.command(cls=Command)
 @click.option(
     "--actuation", default="lengths", show_default=True, type=click.Choice(["lengths", "pressures", "tensions"]),
-    help="lengths: three length servos. pressures: McKibben muscles behind valves; controls are p1 p2 p3 p1 p2 p3. "
-    "tensions: three forces.",
+    help="lengths: a length servo a muscle. pressures: McKibben muscles behind valves; controls are p1 p2 p3 p1 p2 p3. "
+    "tensions: a force a muscle.",
 )  # fmt: skip
 @out_option("runs/build-<time>")
 @json_option
@@ -26,6 +26,7 @@ def build(arm: Arm, actuation: Any, out: str | None, as_json: bool) -> None:
     \b
     contarm build --links 48 --out my_arm
     contarm build --actuation pressures --out my_pneumatic_arm
+    contarm build --preset two --out my_arm_of_two
     python -m mujoco.viewer --mjcf=my_arm/scene.xml
     """
     from contarm_sim.mjcf import write_models

@@ -79,18 +79,18 @@ def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: A
     if as_json:
         click.echo(to_json(document(found if file is not None else found[0])))
     else:
-        _show(found)
+        _show(found, arm)
     return 0 if all(case.stable for case in found) else 1
 
 
-def _show(found: tuple[studies.CaseAtRest | studies.CaseWithoutRest, ...]) -> None:
+def _show(found: tuple[studies.CaseAtRest | studies.CaseWithoutRest, ...], arm: Arm) -> None:
 
     for number, case in enumerate(found, 1):
         head = f"case {number}: " if len(found) > 1 else ""
         if isinstance(case, studies.CaseWithoutRest):
             click.echo(f"{head}no equilibrium: {case.error}")
             continue
-        click.echo(f"{head}tip {_millimetres(case.tip)} mm; {_muscles(case)}")
+        click.echo(f"{head}tip {_millimetres(case.tip)} mm; {_muscles(case, arm)}")
         if case.trust is not None:
             off = case.trust.error_estimate
             may = f"perhaps {1e3 * off:.2g} mm" if math.isfinite(off) else "an unknown amount"
@@ -110,10 +110,12 @@ def _millimetres(point: Iterable[float]) -> str:
     return "  ".join(f"{1e3 * x + 0.0:.4f}" for x in point)
 
 
-def _muscles(case: studies.CaseAtRest) -> str:
+def _muscles(case: studies.CaseAtRest, arm: Arm) -> str:
     if not case.muscle_tensions.any():
         return "no muscle pulls"
     tensions = "  ".join(f"{x + 0.0:.2f}" for x in case.muscle_tensions)
+    if not any(math.isfinite(group.law.pressure_limits[1]) for group in arm.groups):
+        return f"muscles {tensions} N"
     pressures = "  ".join(f"{p / 1e3:.0f}" if math.isfinite(p) else "too much" for p in case.muscle_pressures)
     return f"muscles {tensions} N, which takes {pressures} kPa"
 

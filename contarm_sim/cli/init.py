@@ -22,11 +22,12 @@ def init(arm: Arm, file: str, as_json: bool) -> None:
     \b
     contarm init my_arm.toml
     contarm init my_arm.toml --length 250mm --links 32
+    contarm init my_arm.toml --preset two
     contarm run --arm my_arm.toml
     """
     from contarm_sim.cli.terminal import say
     from contarm_sim.errors import InputError
-    from contarm_sim.model.arm_file import arm_template
+    from contarm_sim.model.template import arm_template
     from contarm_sim.view.report.output import output_file, to_json
 
     target = Path(file)

@@ -11,6 +11,7 @@ import click
 from contarm_sim.control.registry import NAMES
 from contarm_sim.errors import InputError, in_short
 from contarm_sim.model.flat import MUSCLE_PARAMETERS, PARAMETERS
+from contarm_sim.model.presets import PRESETS
 from contarm_sim.model.units import quantity
 
 _MUSCLE = "muscle__"
@@ -94,7 +95,13 @@ def _parameter_options() -> list[Callable[[Any], Any]]:
             cls=ArmOption,
             metavar="FILE.toml",
             help="Read parameters from TOML; flags win over it.",
-        )
+        ),
+        click.option(
+            "--preset",
+            cls=ArmOption,
+            type=click.Choice(list(PRESETS)),
+            help="Begin with a preset in place of a file: arms of two and three sections, or with tendons.",
+        ),
     ]
     groups: tuple[tuple[dict[str, Field[Any]], str, type[ArmOption]], ...] = (
         (PARAMETERS, "", ArmOption), (MUSCLE_PARAMETERS, _MUSCLE, MuscleOption),
@@ -123,15 +130,17 @@ def _parameter_options() -> list[Callable[[Any], Any]]:
 
 
 def arm_options(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Add --arm and a flag for every parameter; the function receives them as `arm`, an `Arm`."""
+    """Add --arm, --preset and a flag for every parameter; the function receives them as `arm`, an `Arm`."""
 
     def wrapped(**given: Any) -> Any:
         from contarm_sim.model.arm_file import arm_from_dict, load_arm
 
         own = {name: value for name in PARAMETERS if (value := given.pop(name)) is not None}
         muscle = {name: value for name in MUSCLE_PARAMETERS if (value := given.pop(_MUSCLE + name)) is not None}
-        file = given.pop("arm_file")
-        base = load_arm(file) if file is not None else None
+        file, name = given.pop("arm_file"), given.pop("preset")
+        if file is not None and name is not None:
+            raise InputError("preset", repr(name), "either --preset or --arm")
+        base = load_arm(file) if file is not None else PRESETS[name]() if name is not None else None
         return function(arm=arm_from_dict({**own, "muscle": muscle}, base=base), **given)
 
     wrapped.__doc__, wrapped.__name__ = function.__doc__, function.__name__

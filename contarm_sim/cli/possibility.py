@@ -47,7 +47,7 @@ def possibility(arm: Arm, out: str | None, as_json: bool) -> None:
 def _show(found: studies.Possibility) -> None:
     from contarm_sim.cli.terminal import table
 
-    muscle = found.arm.muscle
+    muscle = found.arm.pneumatics
     limits = f"{muscle.min_pressure / 1e3:.0f} to {muscle.max_pressure / 1e3:.0f} kPa"
     columns = ["load", "towards [deg]", "all inflated [deg]", "one may be vented [deg]", "simulated, off by [deg]"]
     table(f"largest bends that {limits} hold", columns, [_cells(row) for row in found.rows])

@@ -118,7 +118,7 @@ class Controller(ABC):
         Each is a number, or one for each muscle, shape (n,).
         """
         if self.actuation == "pressures":
-            return 0.0, each(arm, lambda group: group.law.max_pressure)
+            return 0.0, each(arm, lambda group: group.pneumatics.max_pressure)
         return (0.0, each(arm, lambda group: group.law.blocked_force)) if self.actuation == "tensions" else None
 
     def resting(self, plant: Plant, reference: Reference) -> Callable[[int], Array]:

@@ -31,7 +31,7 @@ class Pressure(Controller):
 
     def limits(self, arm: Arm) -> tuple[Array, Array]:
         """Return the lowest and the highest pressure of each muscle [Pa], shape (n,)."""
-        return _lowest(arm), each(arm, lambda group: group.law.max_pressure)
+        return _lowest(arm), each(arm, lambda group: group.pneumatics.max_pressure)
 
     def plan(self, arm: Arm, reference: Reference) -> Plan:
         """Return lengths and pressures; in motion these lead the valves, and carry the backbone's damping."""
@@ -42,7 +42,8 @@ class Pressure(Controller):
             return Plan(lengths, held, held[0])
         period = 1 / reference.rate
         setpoint = holding_pressures(bend, arm, rate=np.gradient(bend, period, axis=0))
-        setpoint = setpoint + each(arm, lambda group: group.law.valve_time) * np.gradient(setpoint, period, axis=0)
+        lag = each(arm, lambda group: group.pneumatics.valve_time)
+        setpoint = setpoint + lag * np.gradient(setpoint, period, axis=0)
         return Plan(lengths, setpoint, holding_pressures(bend[:1], arm)[0])
 
     def feedback(self, arm: Arm, reference: Reference, plan: Plan) -> Feedback:
@@ -92,7 +93,7 @@ class PressureFeedback(Feedback):
         self._by_bend = -(inverse.swapaxes(-1, -2) @ stiffness) / held.per_pascal[..., None]
         self._by_level = held.cocontraction / held.per_pascal[..., None, :]
         self._least = np.maximum(_lowest(arm), min_tensions(arm) / held.per_pascal)
-        self._highest = each(arm, lambda group: group.law.max_pressure)
+        self._highest = each(arm, lambda group: group.pneumatics.max_pressure)
         self._offset = np.zeros(J.shape[-1])
         self._own = held.own[::-1]
 
@@ -117,4 +118,4 @@ class PressureFeedback(Feedback):
 
 
 def _lowest(arm: Arm) -> Array:
-    return each(arm, lambda group: group.law.min_pressure)
+    return each(arm, lambda group: group.pneumatics.min_pressure)

@@ -64,7 +64,7 @@ class Actions:
             low, high = arm.setpoint_range
             return max(low, -np.pi * arm.muscle_radius), min(high, np.pi * arm.muscle_radius)
         if self.mode == "pressures":
-            return muscle.min_pressure, muscle.max_pressure
+            return arm.pneumatics.pressure_limits
         farthest = holding_tensions(arc.from_polar(arc.LARGEST_BEND, np.radians(np.arange(0, 360, 15))), arm)
         if self.mode == "tensions":
             return 0.0, min(float(farthest.max()), muscle.blocked_force)

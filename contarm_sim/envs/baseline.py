@@ -110,7 +110,7 @@ class _Hold:
         self._offset += GAIN * np.where(near[:, None], seen["bend_error"], 0.0)
         for i, (pressures, by_bend, by_level) in enumerate(self._parts):
             found = pressures + by_bend @ self._offset[i]
-            lacking = (self._arm.muscle.min_pressure - found) / by_level
+            lacking = (self._arm.pneumatics.min_pressure - found) / by_level
             asked[i] = found + max(float(lacking.max()), 0.0) * by_level
         return self._definition.actions.asking(asked)
 

@@ -101,7 +101,7 @@ class Hold(Task):
     def scales(self) -> dict[str, tuple[float, float]]:
         """See the table above."""
         arm = self.arm
-        slope = float(force_slope(arm.muscle.max_pressure, arm.length, arm))
+        slope = float(force_slope(arm.pneumatics.max_pressure, arm.length, arm))
         most = arm.bending_stiffness / arm.length + 1.5 * arm.muscle_radius**2 * slope
         return {
             "bend_asked": (0.0, np.pi),

@@ -49,7 +49,7 @@ def scales(arm: Arm) -> dict[str, tuple[float, float]]:
         "muscle_lengths": (arm.length, np.pi * arm.muscle_radius),
         "muscle_velocities": (0.0, 1.0),
         "actuator_tensions": (0.0, arm.muscle.blocked_force),
-        "pressures": (0.0, arm.muscle.max_pressure),
+        "pressures": (0.0, arm.muscle.pressure_limits[1]),
         "joint_angles": (0.0, np.pi / arm.links),
         "tip_position": (0.0, arm.length),
         "tip_orientation": (0.0, 1.0),

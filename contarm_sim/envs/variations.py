@@ -71,6 +71,10 @@ def varied_arm(variations: Mapping[str, Any], arm: Arm, current: Arm, random: np
         if name in VARIED:
             place, _, field = name.rpartition(".")
             owner, now = (arm.muscle, current.muscle) if place else (arm, current)
+            if not hasattr(owner, field):
+                raise InputError(
+                    f"variation {name!r}", f"of a {type(owner).__name__}, which has none", "a parameter of it"
+                )
             value = evaluate(variation, getattr(owner, field), getattr(now, field), random)
             (muscle if place else own)[field] = value
     return arm_from_dict({**own, "muscle": muscle}, base=arm) if own or muscle else arm

@@ -15,16 +15,36 @@ from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.muscle_group import MuscleGroup
+from contarm_sim.model.pneumatic_law import PneumaticLaw
 
 
 def force(pressure: Any, length: Any, arm: Arm) -> Array:
-    """Return pulling forces [N] at gauge pressures and lengths."""
-    return _each(lambda group, *given: group.law.force(*given, group.rest_length), arm, pressure, length)
+    """Return pulling forces [N] at gauge pressures and lengths.
+
+    Raises:
+        InputError: a law that has no pressures.
+    """
+    return _each(lambda group, p, x: group.pneumatics.force(p, x, group.rest_length), arm, pressure, length)
+
+
+def force_per_pascal(length: Any, arm: Arm) -> Array:
+    """Return pulling forces by gauge pressure [N/Pa]; 0 for muscles that no pressure drives."""
+
+    def one(group: MuscleGroup, at: Any) -> Array:
+        if isinstance(group.law, PneumaticLaw):
+            return group.pneumatics.force(1.0, at, group.rest_length)
+        return np.zeros(np.shape(at))
+
+    return _each(one, arm, length)
 
 
 def force_slope(pressure: Any, length: Any, arm: Arm) -> Array:
-    """Return dF/dL [N/m] of `force` at constant pressure."""
-    return _each(lambda group, *given: group.law.slope(*given, group.rest_length), arm, pressure, length)
+    """Return dF/dL [N/m] of `force` at constant pressure.
+
+    Raises:
+        InputError: a law that has no pressures.
+    """
+    return _each(lambda group, p, x: group.pneumatics.slope(p, x, group.rest_length), arm, pressure, length)
 
 
 def passive_tension(length: Any, arm: Arm) -> Array:
@@ -38,8 +58,17 @@ def passive_slope(length: Any, arm: Arm) -> Array:
 
 
 def pressure_for(tension: Any, length: Any, arm: Arm) -> Array:
-    """Return gauge pressures [Pa] that give tensions [N], the silicone's included; inf where none does."""
-    return _each(lambda group, *given: group.law.pressure_for(*given, group.rest_length), arm, tension, length)
+    """Return gauge pressures [Pa] that give tensions [N], the silicone's included; inf where none does.
+
+    And inf for muscles that no pressure drives.
+    """
+
+    def one(group: MuscleGroup, pull: Any, at: Any) -> Array:
+        if isinstance(group.law, PneumaticLaw):
+            return group.law.pressure_for(pull, at, group.rest_length)
+        return np.full(np.broadcast(pull, at).shape, np.inf)
+
+    return _each(one, arm, tension, length)
 
 
 def _each(law: Callable[..., Array], arm: Arm, *given: Any) -> Array:

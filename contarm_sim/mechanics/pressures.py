@@ -29,11 +29,11 @@ def level_range(held: Balance, arm: Arm) -> tuple[Array, Array]:
 
 
 def _min_pressure(group: MuscleGroup) -> float:
-    return group.law.min_pressure
+    return group.pneumatics.min_pressure
 
 
 def _max_pressure(group: MuscleGroup) -> float:
-    return group.law.max_pressure
+    return group.pneumatics.max_pressure
 
 
 def pressure_needed(bend: Any, arm: Arm) -> tuple[Array, Array]:
@@ -101,7 +101,8 @@ def _refusal(held: Balance, low: Array, arm: Arm, number: int) -> tuple[str, str
     """Say what the first bend of a section that no pressures hold needs, and what is allowed."""
     group, own = arm.groups[number], held.own[number]
     of_section = "" if len(arm.sections) == 1 else f" for the muscles of section {number + 1}"
-    pressures = f"{group.law.min_pressure / 1e3:.4g} to {group.law.max_pressure / 1e3:.4g} kPa{of_section}"
+    lowest, highest = (pressure / 1e3 for pressure in group.law.pressure_limits)
+    pressures = f"{lowest:.4g} to {highest:.4g} kPa{of_section}"
     if not np.all(held.per_pascal[..., own] > 0):
         shortest, longest = (1e3 * length for length in group.length_range)
         return (

@@ -124,7 +124,7 @@ def balance(bend: Any, arm: Arm, rate: Any = None, load: Any = 0.0) -> Balance:
     gram = J.swapaxes(-1, -2) @ J
     tensions = -(J @ np.linalg.solve(gram, moment[..., None]))[..., 0]
     longest = muscles.each(arm, lambda group: group.length_range[1])
-    per_pascal = np.where(lengths <= longest, pneumatics.force(1.0, lengths, arm), 0.0)
+    per_pascal = np.where(lengths <= longest, pneumatics.force_per_pascal(lengths, arm), 0.0)
     return Balance(tensions, null, per_pascal, _highest(tensions, arm), own)
 
 

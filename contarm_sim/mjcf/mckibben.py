@@ -87,7 +87,7 @@ def _quadratic(spec: mujoco.MjSpec, strands: Strands) -> mujoco.MjsDefault:
 def _add_default(spec: mujoco.MjSpec, strands: Strands, part: str) -> mujoco.MjsDefault:
     """Add a default class of actuators whose pressure [Pa] follows its control with a first-order lag."""
     name = strands.default.name.removesuffix(CLASS) + f"pressure_{part}"
-    default, law = spec.add_default(name, spec.default), strands.group.law
+    default, law = spec.add_default(name, spec.default), _law(strands.group)
     default.actuator.dyntype = mujoco.mjtDyn.mjDYN_FILTEREXACT
     default.actuator.dynprm[0] = law.valve_time
     default.actuator.ctrlrange = [0.0, law.max_pressure]

@@ -10,11 +10,11 @@ from contarm_sim.errors import InputError
 from contarm_sim.mjcf.actuators import Actuators
 from contarm_sim.mjcf.mckibben import McKibbenMuscles
 from contarm_sim.mjcf.routing import Strands
-from contarm_sim.model.law import MuscleLaw
 from contarm_sim.model.mckibben import McKibben
 from contarm_sim.model.muscle_group import MuscleGroup
+from contarm_sim.model.pneumatic_law import PneumaticLaw, as_pneumatic
 
-LAWS: dict[type[MuscleLaw], Actuators] = {McKibben: McKibbenMuscles()}
+LAWS: dict[type[PneumaticLaw], Actuators] = {McKibben: McKibbenMuscles()}
 """Actuators whose control is a gauge pressure [Pa], by the law whose force they have."""
 
 
@@ -27,13 +27,14 @@ class PressuredMuscles(Actuators):
         """Add the law's actuators.
 
         Raises:
-            InputError: a law without actuators, or sections of different laws.
+            InputError: a law without pressures or without actuators, or sections of different laws.
         """
-        laws = {type(one.group.law) for one in strands}
-        if len(laws) > 1:
-            raise InputError("laws", ", ".join(sorted(law.__name__ for law in laws)), "one law for pressures")
-        if strands:
-            _of(strands[0].group).add(spec, strands)
+        found = [_of(one.group) for one in strands]
+        if len(set(map(id, found))) > 1:
+            laws = {type(one.group.law).__name__ for one in strands}
+            raise InputError("laws", ", ".join(sorted(laws)), "one law for pressures")
+        if found:
+            found[0].add(spec, strands)
 
     def straight_control(self, group: MuscleGroup) -> float:
         """Return a pressure [Pa]."""
@@ -50,8 +51,9 @@ def _of(group: MuscleGroup) -> Actuators:
     Raises:
         InputError: there are none.
     """
-    found = LAWS.get(type(group.law))
+    law = as_pneumatic(group.law)
+    found = LAWS.get(type(law))
     if found is None:
-        given = f"'pressures' with the law {type(group.law).__name__}"
+        given = f"'pressures' with the law {type(law).__name__}"
         raise InputError("actuation", given, f"lengths, tensions, or a law of {', '.join(k.__name__ for k in LAWS)}")
     return found

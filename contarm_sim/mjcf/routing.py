@@ -55,8 +55,8 @@ def add_tendons(
     """
     default = spec.add_default(names.of_section(arm, group.section) + CLASS, spec.default)
     default.tendon.damping = [damping, 0, 0]
-    if group.law.braid_friction is not None:
-        default.tendon.frictionloss = group.law.braid_friction
+    if group.law.dry_friction is not None:
+        default.tendon.frictionloss = group.law.dry_friction
         default.tendon.solimp_friction[:2] = HARD
     if group.law.passive_stiffness is not None:  # slack up to the rest length
         zero = counted_from(group)

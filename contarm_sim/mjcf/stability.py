@@ -62,8 +62,9 @@ def longest_step(model: mujoco.MjModel, arm: Arm, actuation: Actuation, most: fl
 
 def unstable(arm: Arm) -> InputError:
     """Return the error that says that no time step suits an arm, and what to change."""
+    damping = min(section.damping_time for section in arm.sections)
     return InputError(
         "damping_time",
-        f"{arm.damping_time:g} s, at which no time step down to {SHORTEST:g} s is stable",
+        f"{damping:g} s, at which no time step down to {SHORTEST:g} s is stable",
         "more damping, fewer links, more mass, or softer servos (--muscle.servo-stiffness)",
     )

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import InitVar, dataclass, replace
 from functools import cached_property
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 from contarm_sim.errors import InputError
@@ -18,12 +19,15 @@ from contarm_sim.model.law import MuscleLaw
 from contarm_sim.model.mckibben import McKibben
 from contarm_sim.model.muscle_group import MuscleGroup
 from contarm_sim.model.parameters import Quaternion, Vector
-from contarm_sim.model.routing import Path, Routing
-from contarm_sim.model.section import MAX_LINKS, Section
+from contarm_sim.model.routing import Path, Routing, coinciding
+from contarm_sim.model.section import MAX_LINKS, MAX_SECTIONS, Section
 from contarm_sim.model.world import World
 
 LEAST_INERTIA = 1e-15
 """Smallest moment of inertia that the engine accepts [kg m^2]."""
+
+LEAST_SHARE = 1e-14
+"""Smallest moment of inertia of half a link over that of all that it carries: less is lost in the engine's rounding."""
 
 
 class _Omitted:
@@ -127,20 +131,59 @@ class Arm(FlatArm):
         self._check()
 
     def _check(self) -> None:
+        if len(self.sections) > MAX_SECTIONS:
+            raise InputError("sections", f"{len(self.sections)} of them", f"at most {MAX_SECTIONS}")
         if sum(section.links for section in self.sections) > MAX_LINKS:
             raise InputError("links", self.links, f"at most {MAX_LINKS} in all")
-        for section, routing in zip(self.sections, self.routings, strict=True):
+        for number, (section, routing) in enumerate(zip(self.sections, self.routings, strict=True)):
             if routing.radius * math.pi >= section.length:
-                raise InputError("muscle_radius", routing.radius, f"below length/pi, {section.length / math.pi:.4g} m")
-        for section, disks in zip(self.sections, self.disk_radii, strict=True):
-            radius = section.section_radius or disks
-            thin, thick = (
-                radius**2 / 4,
-                radius**2 / 8 + section.link_pitch**2 / 96,
-            )  # half a link about axis and diameter
-            least = LEAST_INERTIA * section.links / min(thin, thick)
-            if section.mass <= least:
-                raise InputError("mass", section.mass, f"more than {least:.3g} kg, for links that the engine can turn")
+                allowed = f"below length/pi, {section.length / math.pi:.4g} m"
+                raise InputError("muscle_radius", routing.radius, allowed, self._said_of(number))
+        self._check_places()
+        for number in range(len(self.sections)):
+            self._check_inertia(number)
+
+    def _check_inertia(self, number: int) -> None:
+        """Refuse a section whose links the engine cannot turn: too light for it, or beside what they carry.
+
+        Raises:
+            InputError: the mass that it takes.
+        """
+        section = self.sections[number]
+        radius = section.section_radius or self.disk_radii[number]
+        thin = radius**2 / 4  # of half a link about its axis
+        thick = radius**2 / 8 + section.link_pitch**2 / 96  # and about its diameter
+        beyond = self.sections[number + 1 :]
+        carried = self.payload + sum(part.mass for part in beyond)
+        reach = sum(part.length for part in (section, *beyond))
+        turning = thick if section.torsional_stiffness is None else min(thin, thick)
+        light = LEAST_INERTIA * section.links / min(thin, thick)
+        beside = LEAST_SHARE * carried * reach**2 * section.links / turning
+        if section.mass <= max(light, beside):
+            what = (
+                "links that the engine can turn"
+                if light >= beside
+                else "links that are not lost beside what they carry"
+            )
+            allowed = f"more than {max(light, beside):.3g} kg, for {what}"
+            raise InputError("mass", section.mass, allowed, self._said_of(number))
+
+    def _check_places(self) -> None:
+        """Refuse muscles of two sections that run at the same place through a section.
+
+        Raises:
+            InputError: names the two.
+        """
+        for group, other in combinations(self.groups, 2):
+            shared = other.crosses(group.section) and coinciding(group.routing.points, *other.routing.points)
+            if shared:
+                name = f"muscle {shared[1] + 1} of section {other.section + 1}"
+                given = f"where muscle {shared[0] + 1} of section {group.section + 1} is: muscles that coincide"
+                raise InputError(name, given, "another muscle_offset, muscle_angles or muscle_radius of one of the two")
+
+    def _said_of(self, number: int) -> str | None:
+        """Return what a message begins with that speaks of a section, numbered from 0."""
+        return f"section {number + 1}" if len(self.sections) > 1 else None
 
     def in_world(self, world: World) -> Arm:
         """Return the same arm in another world."""

@@ -1,68 +1,101 @@
-"""An arm as TOML: the names are those of `Arm`, muscle parameters in a [muscle] table, SI units or quantities."""
+"""An arm as TOML: SI units or quantities, muscles in a [muscle] table.
+
+The names of an arm of one section are those of `Arm`. Of several, each has a table [[section]], see `section_tables`;
+the world stands at the top of the file.
+"""
 
 from __future__ import annotations
 
-import difflib
 import tomllib
-from dataclasses import Field, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 from contarm_sim.errors import InputError, one_line
 from contarm_sim.inputs import read_text
 from contarm_sim.model.arm import Arm
-from contarm_sim.model.flat import MUSCLE_PARAMETERS, PARAMETERS
-from contarm_sim.model.law import MuscleLaw
-from contarm_sim.model.laws import LAWS, law_name
-from contarm_sim.model.mckibben import McKibben
-from contarm_sim.model.routing import Routing
+from contarm_sim.model.flat import PARAMETERS
+from contarm_sim.model.laws import LAWS
+from contarm_sim.model.muscle_table import (
+    law_to_table,
+    muscle_from_table,
+    plain,
+    refuse_unknown,
+    routing_to_table,
+)
+from contarm_sim.model.section_tables import PLACED, SECTION, said_of, sections_from_tables, sections_to_tables
 from contarm_sim.model.units import quantity, slip
+from contarm_sim.model.world import World
 
 MOST_BYTES = 2**20
 """Largest TOML file that is read [bytes]."""
 
-_ROUTED = ("count", "offset", "start")
-"""Keys of [muscle] beside the parameters that are flags: of the routing, left out where they are the default's."""
+WORLD = [item.name for item in fields(World)]
+"""Keys of the world, which stand at the top of every file."""
 
 
 def arm_from_dict(values: dict[str, Any], where: str | None = None, base: Arm | None = None) -> Arm:
-    """Return `base` (default: `Arm()`), an arm of one section, with the given parameters changed.
+    """Return `base` (default: `Arm()`) with the given parameters changed, or the arm whose sections are given.
 
     Args:
-        values: parameters by name; `muscle` holds a dict of its own.
+        values: parameters by name; `muscle` holds a dict of its own, `section` a list of dicts.
         where: the file the values came from, for error messages.
 
     Raises:
-        InputError: an unknown name (with the nearest known one), or a value out of range.
+        InputError: an unknown name (with the nearest known one), a value out of range, or a parameter of one section
+            for an arm of several.
     """
-    base = base or Arm()
+    try:
+        if "section" in values:
+            return _of_sections(values, base)
+        return _of_one(values, base or Arm())
+    except InputError as error:
+        raise _within(error, where) from None
+
+
+def _of_one(values: dict[str, Any], base: Arm) -> Arm:
     values = dict(values)
     muscle = values.pop("muscle", {})
-    if not isinstance(muscle, dict):
-        raise InputError("muscle", muscle, "a table, [muscle]", where)
-    _refuse_unknown(values, [*PARAMETERS, "muscle"], "", where)
+    refuse_unknown(values, [*PARAMETERS, "muscle", "section"], "")
+    if len(base.sections) > 1 and isinstance(muscle, dict):
+        for name, value in muscle.items():
+            count = len(base.sections)
+            raise InputError(
+                f"muscle.{name}", value, f"an arm of one section; this one has {count}: change its sections"
+            )
+        return replace(base, **values)
     try:
-        law = _law(muscle.get("law"), base.laws[0])
-        own = [item.name for item in fields(law)]
-        _refuse_unknown(muscle, ["law", *own, "path", *_ROUTED], "muscle.", where)
-        routed = {name: muscle[name] for name in ("path", *_ROUTED) if name in muscle}
-        law = replace(law, **{name: value for name, value in muscle.items() if name in own})
-        return replace(base, routings=(replace(base.routing, **routed),), laws=(law,), **values)
+        law, routing = muscle_from_table(muscle, base.laws[0], base.routing)
+        return replace(base, routings=(routing,), laws=(law,), **values)
     except InputError as error:
-        raise _asking(error, {**values, **{f"muscle.{name}": x for name, x in muscle.items()}}).located(where) from None
+        raise _asking(error, {**values, **_prefixed(muscle)}) from None
 
 
-def _law(name: Any, base: MuscleLaw) -> MuscleLaw:
-    """Return the law of a name with its defaults; `base` if there is no name, or it is that of `base`.
+def _of_sections(values: dict[str, Any], base: Arm | None) -> Arm:
+    for name in values:
+        if name in SECTION or name in PLACED:
+            allowed = "in each [[section]]; what sections share is in [muscle]"
+            raise InputError(f"key {name!r}", "outside of the sections", allowed)
+    refuse_unknown(values, [*WORLD, "muscle", "section"], "")
+    world = replace(base.world if base else World(), **{name: values[name] for name in WORLD if name in values})
+    shared = values.get("muscle", {})
+    try:
+        return Arm(**sections_from_tables(values["section"], shared), world=world)
+    except InputError as error:
+        given = {**values, **_prefixed(shared)}
+        if error.where and isinstance(values["section"], list):
+            table = values["section"][int(error.where.split()[-1]) - 1]
+            given |= {**table, **_prefixed(table.get("muscle", {}))}
+        raise _asking(error, given) from None
 
-    Raises:
-        InputError: an unknown name.
-    """
-    if name is None or name == law_name(base):
-        return base
-    if not isinstance(name, str) or name not in LAWS:
-        raise InputError("muscle.law", name, f"{', '.join(LAWS)}, or one put into contarm_sim.model.laws.LAWS before")
-    return LAWS[name]()
+
+def _prefixed(muscle: Any) -> dict[str, Any]:
+    return {f"muscle.{name}": value for name, value in muscle.items()} if isinstance(muscle, dict) else {}
+
+
+def _within(error: InputError, where: str | None) -> InputError:
+    """Return an error, said to come from a file, and from its part if it names one."""
+    return error.located(": ".join(part for part in (where, error.where) if part) or None)
 
 
 def _asking(error: InputError, values: dict[str, Any]) -> InputError:
@@ -78,33 +111,15 @@ def units() -> dict[str, str]:
     found = {name: item.metadata["unit"] for name, item in PARAMETERS.items()}
     for law in LAWS.values():
         found |= {f"muscle.{item.name}": item.metadata["unit"] for item in fields(law())}
-    return found | {"muscle.offset": "rad"}
-
-
-def _refuse_unknown(values: dict[str, Any], known: list[str], prefix: str, where: str | None) -> None:
-    for name in values:
-        if name not in known:
-            near = difflib.get_close_matches(str(name)[:100], known, n=1, cutoff=0.0)[0]
-            allowed = f"did you mean {prefix + near!r}? All: {', '.join(known)}"
-            raise InputError(f"key {prefix + str(name)!r}", "unknown", allowed, where)
+    return found | {"muscle.offset": "rad", "muscle.angles": "rad", "muscle_offset": "rad", "muscle_angles": "rad"}
 
 
 def arm_to_dict(arm: Arm) -> dict[str, Any]:
-    """Return the parameters of an arm of one section as plain values; omitted options are left out.
-
-    Raises:
-        InputError: an arm of several sections.
-    """
-    routing, usual = arm.routing, Routing()
-    law = {item.name: getattr(arm.muscle, item.name) for item in fields(arm.muscle)}
-    muscle = {**({} if type(arm.muscle) is McKibben else {"law": law_name(arm.muscle)}), **law, "path": routing.path}
-    muscle |= {name: getattr(routing, name) for name in _ROUTED if getattr(routing, name) != getattr(usual, name)}
-    return _plain({name: getattr(arm, name) for name in PARAMETERS}) | {"muscle": _plain(muscle)}
-
-
-def _plain(values: dict[str, Any]) -> dict[str, Any]:
-    given = {key: value for key, value in values.items() if value is not None}
-    return {key: list(value) if isinstance(value, tuple) else value for key, value in given.items()}
+    """Return the parameters of an arm as plain values, see `arm_from_dict`; omitted options are left out."""
+    if len(arm.sections) > 1:
+        return plain({name: getattr(arm.world, name) for name in WORLD}) | sections_to_tables(arm)
+    muscle = law_to_table(arm.laws[0]) | routing_to_table(arm.routing)
+    return plain({name: getattr(arm, name) for name in PARAMETERS}) | {"muscle": muscle}
 
 
 def load_arm(path: str | Path) -> Arm:
@@ -120,9 +135,10 @@ def load_arm(path: str | Path) -> Arm:
         given = f"not TOML ({one_line(str(error), 80)})"
         raise InputError("file", given, "lines such as: length = 0.37", str(path)) from error
     try:
-        return arm_from_dict(_in_si(values, units()), str(path))
+        in_si = _in_si(values, units())
     except InputError as error:
-        raise error if error.where else error.located(str(path)) from None
+        raise _within(error, str(path)) from None
+    return arm_from_dict(in_si, str(path))
 
 
 def _in_si(values: dict[str, Any], known: dict[str, str], prefix: str = "") -> dict[str, Any]:
@@ -131,6 +147,8 @@ def _in_si(values: dict[str, Any], known: dict[str, str], prefix: str = "") -> d
     def one(name: str, value: Any) -> Any:
         if isinstance(value, dict) and not prefix:
             return _in_si(value, known, f"{name}.")
+        if name == "section" and not prefix and isinstance(value, list):
+            return [_section_in_si(number, table, known) for number, table in enumerate(value)]
         if isinstance(value, list) and any(isinstance(x, str) for x in value):
             return [one(name, x) if isinstance(x, str) else x for x in value]
         unit = known.get(prefix + name, "-")
@@ -143,41 +161,17 @@ def _in_si(values: dict[str, Any], known: dict[str, str], prefix: str = "") -> d
     return {name: one(name, value) for name, value in values.items()}
 
 
+def _section_in_si(number: int, table: Any, known: dict[str, str]) -> Any:
+    """Return a table [[section]] in SI units; parameters of its law may stand beside those of the section."""
+    if not isinstance(table, dict):
+        return table
+    beside = {name.removeprefix("muscle."): unit for name, unit in known.items()}
+    with said_of(number):
+        return _in_si(table, {**beside, **known})
+
+
 def arm_to_toml(arm: Arm) -> str:
     """Return the arm as TOML text; `load_arm` reads it back to an equal arm."""
     import tomli_w
 
     return tomli_w.dumps(arm_to_dict(arm))
-
-
-def arm_template(arm: Arm) -> str:
-    """Return the arm as TOML text to be edited: every parameter with its meaning, unit and default."""
-    head = [
-        '# An arm for contarm_sim. Numbers are in SI units; with another unit write a text: length = "370 mm".',
-        "# A line that begins with # is left out. Parameters that are left out have their defaults.",
-    ]
-    values = arm_to_dict(arm)
-    muscle = values.pop("muscle")
-    rest = {name: value for name, value in muscle.items() if name not in MUSCLE_PARAMETERS}
-    lines = [*head, *_entries(PARAMETERS, values), "", "[muscle]", *_entries(MUSCLE_PARAMETERS, muscle)]
-    return "\n".join([*lines, *(f"{name} = {_flat(value)}" for name, value in rest.items())]) + "\n"
-
-
-def _entries(parameters: dict[str, Field[Any]], values: dict[str, Any]) -> list[str]:
-    """Return the lines of a table: a comment and a key for each parameter; one without a value is a comment too."""
-    lines = []
-    for name, item in parameters.items():
-        unit, choices = item.metadata["unit"], item.metadata.get("choices")
-        default = "left out" if item.default is None else _flat(item.default)
-        kind = f", one of {', '.join(choices)}" if choices else "" if unit == "-" else f" [{unit}]"
-        lines += ["", f"# {item.metadata['help']}{kind}; default: {default}"]
-        lines.append(f"{name} = {_flat(values[name])}" if name in values else f"# {name} =")
-    return lines
-
-
-def _flat(value: Any) -> str:
-    """Return a value as TOML writes it, lists on one line."""
-    import tomli_w
-
-    text = tomli_w.dumps({"x": list(value) if isinstance(value, tuple) else value}).removeprefix("x = ")
-    return " ".join(text.split()).replace("[ ", "[").replace(", ]", "]")

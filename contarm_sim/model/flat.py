@@ -15,6 +15,7 @@ from contarm_sim.model.law import MuscleLaw
 from contarm_sim.model.mckibben import McKibben
 from contarm_sim.model.muscle_group import MuscleGroup
 from contarm_sim.model.parameters import Quaternion, Vector
+from contarm_sim.model.pneumatic_law import PneumaticLaw, as_pneumatic
 from contarm_sim.model.routing import Path, Routing
 from contarm_sim.model.section import Section
 from contarm_sim.model.world import World
@@ -159,6 +160,15 @@ class FlatArm:
     def muscle(self) -> MuscleLaw:
         """The law by which muscles pull."""
         return _agreed("muscle", [group.law for group in self.groups] or list(self.laws))
+
+    @property
+    def pneumatics(self) -> PneumaticLaw:
+        """The law by which pneumatic muscles pull.
+
+        Raises:
+            InputError: sections differ, or their law has no pressures.
+        """
+        return as_pneumatic(self.muscle)
 
     @property
     def gravity(self) -> Vector:

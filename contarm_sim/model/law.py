@@ -1,10 +1,11 @@
-"""What a muscle law is: how a pneumatic muscle pulls, by its pressure and its length."""
+"""What a muscle law is: how a muscle pulls, and the length servo that drives it by default."""
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Self
 
 from contarm_sim.errors import InputError
 from contarm_sim.model.parameters import check_numbers
@@ -16,35 +17,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class MuscleLaw(ABC):
-    """The law of one pneumatic muscle, and the length servo that stands for its valve and controller.
+    """The law of one muscle: what every muscle has, whatever makes it pull.
 
-    A law is a frozen dataclass that subclasses this one and declares the attributes below as its fields (with
-    `parameters.number`), and calls `check` when it is made. Its force must be proportional to the pressure: force by
-    pascal is `force(1, ...)`. Its methods take pressures [Pa] and lengths [m] as arrays, broadcast, and load NumPy when
-    they are called: parameters alone are made without it.
-
-    Attributes:
-        min_pressure, max_pressure: lowest gauge pressure when inflated, and highest [Pa].
-        max_contraction: contraction from the rest length at which the force vanishes [-].
-        mount_contraction: contraction in the straight arm [-].
-        min_tension: tension that the slackest muscle is held at [N].
-        passive_stiffness: of the silicone beyond its rest length [N/m], or None.
-        braid_friction: dry friction along the muscle [N], or None.
-        valve_time: time constant of valve and filling [s].
-        servo_stiffness, servo_time: of the length servo [N/m], [s], or None for what follows from the arm.
+    A law is a frozen dataclass that subclasses this one or `PneumaticLaw`, declares its parameters as fields with
+    defaults (by `parameters.number`), and calls `check` when it is made. The properties below may be fields of a law.
+    Its methods take lengths [m] as arrays, broadcast, and load NumPy when they are called: parameters alone are made
+    without it.
     """
-
-    if TYPE_CHECKING:  # each law declares its own fields, in its own order, with defaults and limits
-        min_pressure: float
-        max_pressure: float
-        max_contraction: float
-        mount_contraction: float
-        min_tension: float
-        passive_stiffness: float | None
-        braid_friction: float | None
-        valve_time: float
-        servo_stiffness: float | None
-        servo_time: float | None
 
     @property
     @abstractmethod
@@ -53,21 +32,64 @@ class MuscleLaw(ABC):
 
     @property
     @abstractmethod
-    def max_stretch(self) -> float:
-        """Largest strain from the rest length [-]."""
+    def blocked_force(self) -> float:
+        """Highest tension [N]."""
 
     @property
     @abstractmethod
-    def blocked_force(self) -> float:
-        """Force at rest length and highest pressure [N]."""
+    def min_tension(self) -> float:
+        """Tension that the slackest muscle is held at [N]."""
 
-    @abstractmethod
-    def force(self, pressure: Any, length: Any, rest_length: float) -> NDArray[float64]:
-        """Return the pulling force [N], 0 or more."""
+    @property
+    def servo_stiffness(self) -> float | None:
+        """Gain of the length servo [N/m]; None: what follows from the arm."""
+        return None
 
-    @abstractmethod
-    def slope(self, pressure: Any, length: Any, rest_length: float) -> NDArray[float64]:
-        """Return dF/dL [N/m] of `force` at constant pressure."""
+    @property
+    def servo_time(self) -> float | None:
+        """Damping along the muscle over the length servo's gain [s]; None: what follows from the arm."""
+        return None
+
+    @property
+    def mount_contraction(self) -> float:
+        """Contraction in the straight arm, from the length without load [-]."""
+        return 0.0
+
+    @property
+    def max_contraction(self) -> float:
+        """Largest contraction from the length without load [-]."""
+        return 1.0
+
+    @property
+    def max_stretch(self) -> float:
+        """Largest strain from the length without load [-]: no bend of half a turn takes more than 1."""
+        return 1.0
+
+    @property
+    def passive_stiffness(self) -> float | None:
+        """Stiffness beyond the length without load, actuators apart [N/m], or None."""
+        return None
+
+    @property
+    def dry_friction(self) -> float | None:
+        """Dry friction along the muscle [N], or None."""
+        return None
+
+    @property
+    def pressure_limits(self) -> tuple[float, float]:
+        """Lowest gauge pressure when inflated, and highest [Pa]; 0 and inf for a muscle without pressures."""
+        return 0.0, math.inf
+
+    def servo_gain(self, length: float) -> float | None:
+        """Return the gain of the length servo of a muscle of a length [m] in the straight arm [N/m].
+
+        None: what follows from the arm.
+        """
+        return self.servo_stiffness
+
+    def with_min_tension(self, tension: float) -> Self:
+        """Return the same law with another tension of the slackest muscle [N]."""
+        return replace(self, min_tension=tension)  # type: ignore[call-arg]  # a field of most laws
 
     def check(self) -> None:
         """Check the fields' numbers, and that they fit together.
@@ -76,31 +98,13 @@ class MuscleLaw(ABC):
             InputError: names the first that does not.
         """
         check_numbers(self, "muscle.")
-        if self.min_pressure >= self.max_pressure:
-            raise InputError("muscle.min_pressure", self.min_pressure, f"below max_pressure ({self.max_pressure:g} Pa)")
-        if self.mount_contraction >= self.max_contraction:
-            raise InputError(
-                "muscle.mount_contraction", self.mount_contraction, f"below max_contraction ({self.max_contraction:g})"
-            )
         if self.min_tension >= self.blocked_force:
             raise InputError(
                 "muscle.min_tension", self.min_tension, f"below the blocked force, {self.blocked_force:.4g} N"
             )
 
-    def pressure_for(self, tension: Any, length: Any, rest_length: float) -> NDArray[float64]:
-        """Return the gauge pressure [Pa] at which a muscle of a length [m] has a tension [N], its silicone's included.
-
-        0 where that alone pulls more; inf where no pressure does it.
-        """
-        import numpy as np
-
-        per_pascal = self.force(1.0, length, rest_length)
-        wanted = np.maximum(np.asarray(tension, dtype=float) - self.passive_tension(length, rest_length), 0.0)
-        out = np.full(np.broadcast(wanted, per_pascal).shape, np.inf)
-        return np.divide(wanted, per_pascal, out=out, where=per_pascal > 0)
-
     def passive_tension(self, length: Any, rest_length: float) -> NDArray[float64]:
-        """Return the tension [N] of the silicone alone: a spring beyond the rest length, slack below."""
+        """Return the tension [N] of the muscle's own stiffness alone: a spring beyond the rest length, slack below."""
         import numpy as np
 
         stretch = np.maximum(np.asarray(length, dtype=float) - rest_length, 0.0)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from contarm_sim.model.ideal import Ideal
 from contarm_sim.model.law import MuscleLaw
 from contarm_sim.model.mckibben import McKibben
+from contarm_sim.model.tendon import Tendon
 
-LAWS: dict[str, Callable[[], MuscleLaw]] = {"mckibben": McKibben}
+LAWS: dict[str, Callable[[], MuscleLaw]] = {"mckibben": McKibben, "tendon": Tendon, "ideal": Ideal}
 """The first is the default, whose parameters are also flags of the command line."""
 
 

@@ -67,8 +67,8 @@ class Muscles:
         if not isinstance(self.kind, str) or self.kind not in DRIVES:
             raise InputError("muscles", repr(self.kind) if isinstance(self.kind, str) else self.kind, ", ".join(DRIVES))
         object.__setattr__(self, "values", _vector(self.values, _SIZE.get(self.kind), f"muscles {self.kind}"))
-        if self.kind == "bend" and (not self.values or len(self.values) % 2):
-            raise InputError("muscles bend", self.values, "2 finite numbers, or two for each section")
+        if self.kind == "bend" and len(self.values) not in range(2, 13, 2):
+            raise InputError("muscles bend", self.values, "2 finite numbers, or two for each section, at most 12")
         if self.kind in ("tensions", "pressures") and min(self.values) < 0:
             unit = "[N]: muscles pull" if self.kind == "tensions" else "[Pa]"
             raise InputError(f"muscles {self.kind}", self.values, f"0 or more {unit}")

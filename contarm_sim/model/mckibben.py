@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from contarm_sim.errors import InputError
-from contarm_sim.model.law import MuscleLaw
 from contarm_sim.model.parameters import check_numbers, number
+from contarm_sim.model.pneumatic_law import PneumaticLaw
 
 if TYPE_CHECKING:
     from numpy import float64
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class McKibben(MuscleLaw):
+class McKibben(PneumaticLaw):
     """One braided pneumatic muscle (PMA) and the length servo that stands for its valve and controller.
 
     Raises:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from contarm_sim.model.law import MuscleLaw
+from contarm_sim.model.pneumatic_law import PneumaticLaw, as_pneumatic
 from contarm_sim.model.routing import Routing
 
 SERVO_RATIO = 180.0
@@ -45,13 +46,22 @@ class MuscleGroup:
         return self.first <= section <= self.section
 
     @property
+    def pneumatics(self) -> PneumaticLaw:
+        """The law, if pressure drives the muscles.
+
+        Raises:
+            InputError: it has no pressures.
+        """
+        return as_pneumatic(self.law)
+
+    @property
     def rest_length(self) -> float:
         """Length without pressure or load [m]; mounted pre-contracted, a muscle has `length` in the straight arm."""
         return self.length / (1 - self.law.mount_contraction)
 
     @property
     def length_range(self) -> tuple[float, float]:
-        """Shortest and longest length [m] that a muscle can take: full contraction, closed braid."""
+        """Shortest and longest length [m] that a muscle can take, such as full contraction and closed braid."""
         rest = self.rest_length
         return rest * (1 - self.law.max_contraction), rest * (1 + self.law.max_stretch)
 
@@ -63,8 +73,9 @@ class MuscleGroup:
     @property
     def servo_stiffness(self) -> float:
         """Gain of the length servos [N/m]: the law's, or `SERVO_RATIO` times what the bent section resists with."""
-        if self.law.servo_stiffness is not None:
-            return self.law.servo_stiffness
+        gain = self.law.servo_gain(self.length)
+        if gain is not None:
+            return gain
         return float(f"{SERVO_RATIO * self.bending_resistance / self.stiffness_share:.1e}")  # two digits say enough
 
     @property

@@ -76,7 +76,8 @@ def check_count(name: str, value: Any, least: int, what: str = "") -> None:
 def _allowed(bounds: dict[str, float | None]) -> str:
     words = {"above": "greater than", "least": "at least", "below": "below"}
     said = [f"{words[key]} {value:g}" for key, value in bounds.items() if value is not None]
-    return f"a finite number, {' and '.join([*said, f'at most {LARGEST:g}'])}"
+    most = [] if bounds["below"] is not None else [f"at most {LARGEST:g}"]
+    return f"a finite number, {' and '.join([*said, *most])}"
 
 
 def _check_number(owner: Any, name: str, prefix: str, bounds: dict[str, float | None], optional: bool) -> None:

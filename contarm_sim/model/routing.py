@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 from contarm_sim.errors import InputError
-from contarm_sim.model.parameters import check_numbers, number
+from contarm_sim.model.parameters import LARGEST, as_numbers, check_numbers, number
 
 Path = Literal["parallel", "spans"]
 PATHS: tuple[Path, ...] = get_args(Path)
@@ -19,15 +19,32 @@ STARTS: tuple[Start, ...] = get_args(Start)
 MAX_MUSCLES = 12
 """Most muscles of a section."""
 
+NEAREST = 1e-6
+"""Least distance of two muscles of an arm [their radii]: nearer ones are the same muscle twice."""
+
+
+def coinciding(points: tuple[tuple[float, float], ...], *others: tuple[float, float]) -> tuple[int, int] | None:
+    """Return the numbers of the first two places [m] that are the same, or None.
+
+    Args:
+        points: places across the backbone, compared with one another, or with `others` if there are any.
+    """
+    for first, point in enumerate(points):
+        for second, other in enumerate(others or points[:first]):
+            if math.dist(point, other) <= NEAREST * math.hypot(*point):
+                return (first, second) if others else (second, first)
+    return None
+
 
 @dataclass(frozen=True, kw_only=True)
 class Routing:
-    """The muscles of one section, evenly spaced on a circle about the backbone. They end at the end of the section.
+    """The muscles of one section, on a circle about the backbone. They end at the end of the section.
 
     Attributes:
         radius: of the circle [m].
-        count: muscles of the section; 0 for a section without muscles of its own.
+        count: muscles of the section, evenly spaced; 0 for a section without muscles of its own.
         offset: angle of the first muscle about +Z from +X [rad].
+        at: the muscles' own angles about +Z [rad], counted from `offset`, in place of even spacing; None: even.
         path: `parallel`: sheathed along the backbone, everywhere at the radius from it, as the paper draws them;
             lengths are those of the arc. `spans`: straight from disk to disk, one disk a link, as cables through few
             disks run.
@@ -35,12 +52,13 @@ class Routing:
             pass through the sections before theirs.
 
     Raises:
-        InputError: a parameter that is not in its stated interval.
+        InputError: a parameter that is not in its stated interval, or muscles that coincide.
     """
 
     radius: float = number(0.018, "m", "radius r of the muscles' attachment circle (paper)", above=0)
     count: int = 3
     offset: float = number(0.0, "rad", "angle of the first muscle about +Z from +X")
+    at: tuple[float, ...] | None = None
     path: Path = field(
         default="parallel",
         metadata={
@@ -63,13 +81,31 @@ class Routing:
         if not 0 <= count <= MAX_MUSCLES:
             raise InputError("muscle.count", self.count, f"a whole number from 0 to {MAX_MUSCLES}")
         object.__setattr__(self, "count", count)
+        if self.at is not None:
+            self._place()
         for name, allowed in (("path", PATHS), ("start", STARTS)):
             if getattr(self, name) not in allowed:
                 raise InputError(f"muscle.{name}", repr(getattr(self, name)), ", ".join(allowed))
 
+    def _place(self) -> None:
+        """Check the given angles, and count them."""
+        given = as_numbers(self.at)
+        if given is None or not 1 <= len(given) <= MAX_MUSCLES or not all(abs(x) <= LARGEST for x in given):
+            shown = repr(self.at) if isinstance(self.at, str) else self.at
+            raise InputError("muscle.angles", shown, f"1 to {MAX_MUSCLES} finite angles [rad]")
+        if self.count not in (len(given), type(self).count):
+            raise InputError("muscle.count", self.count, f"{len(given)}, as many as muscle.angles, or one of the two")
+        object.__setattr__(self, "at", given)
+        object.__setattr__(self, "count", len(given))
+        if near := coinciding(self.points):
+            allowed = "muscles at places of their own: these coincide"
+            raise InputError("muscle.angles", f"{given[near[0]]:g} and {given[near[1]]:g}", allowed)
+
     @property
     def angles(self) -> tuple[float, ...]:
         """Angles psi_i [rad] of the muscles about +Z from +X."""
+        if self.at is not None:
+            return tuple(self.offset + angle for angle in self.at)
         return tuple(self.offset + 2 * math.pi * index / self.count for index in range(self.count))
 
     @property

@@ -9,8 +9,17 @@ from dataclasses import dataclass, field
 from contarm_sim.errors import InputError
 from contarm_sim.model.parameters import check_numbers, number
 
+MAX_SECTIONS = 6
+"""Most sections of an arm."""
+
 MAX_LINKS = 400
 """Most links of an arm."""
+
+SHORTEST = 1e-3
+"""Shortest section [m]: less is no continuum, and its links are beyond what the engine can turn."""
+
+LONGEST = 1e4
+"""Length that sections are below [m]: beyond it the engine loses their links in rounding."""
 
 GUIDE = 1 / math.sqrt(6)
 """Height of a link's guide above its middle [link pitches], where muscles run in straight spans.
@@ -28,7 +37,7 @@ class Section:
         InputError: a parameter is not a finite number in its stated interval.
     """
 
-    length: float = number(0.37, "m", "backbone length L0 (paper)", above=0)
+    length: float = number(0.37, "m", "backbone length L0 (paper)", least=SHORTEST, below=LONGEST)
     links: int = field(
         default=24, metadata={"unit": "-", "help": f"joints of the rigid-link backbone, 2 to {MAX_LINKS}"}
     )

@@ -144,7 +144,7 @@ class Motion:
     def _rubs(self) -> bool:
         """Whether dry friction, which sticks and slips, makes a window tell little of the whole."""
         rubbing = any(section.joint_friction is not None for section in self.arm.sections)
-        return rubbing or any(group.law.braid_friction is not None for group in self.arm.groups)
+        return rubbing or any(group.law.dry_friction is not None for group in self.arm.groups)
 
     def _in_a_window(self, run: Trajectory, substeps: int) -> tuple[Array, bool]:
         """Estimate the step's error [m] where the tip accelerates most, by simulating that again in half the step.

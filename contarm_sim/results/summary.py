@@ -128,7 +128,7 @@ def muscle_use(trajectory: Trajectory) -> MuscleUse:
     """Return what the muscles did."""
     arm, tensions, lengths = trajectory.arm, trajectory.muscle_tensions, trajectory.muscle_lengths
     contraction = 1 - lengths / arm.muscle_rest_length
-    pressure, low, high = trajectory.pressure, arm.muscle.min_pressure, arm.muscle.max_pressure
+    pressure, (low, high) = trajectory.pressure, arm.muscle.pressure_limits
     return MuscleUse(
         min_force_n=float(tensions.min()),
         max_force_n=float(tensions.max()),

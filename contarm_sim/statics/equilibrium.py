@@ -205,7 +205,8 @@ def _held(plant: Plant) -> bool:
 def _checked_pressures(arm: Arm, pressures: Array) -> Array:
     first = 0
     for group in arm.groups:
-        low, high, end = group.law.min_pressure, group.law.max_pressure, first + group.routing.count
+        law, end = group.pneumatics, first + group.routing.count
+        low, high = law.pressure_limits
         own, rounding = pressures[first:end], 1e-9 * high
         if np.any((own > high + rounding) | ((own > 0) & (own < low - rounding))):
             of_section = f" for muscles of section {group.section + 1}" if len(arm.sections) > 1 else ""

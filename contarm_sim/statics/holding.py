@@ -145,7 +145,7 @@ class Holder:
         arm = self.plant.arm
         per_pascal = force(1.0, self.plant.muscle_lengths, arm)
         pressures = np.divide(self.tensions, per_pascal, out=np.full(len(per_pascal), np.inf), where=per_pascal > 0)
-        limit = muscles.each(arm, lambda group: group.law.max_pressure)
+        limit = muscles.each(arm, lambda group: group.pneumatics.max_pressure)
         over = int((pressures - limit).argmax())
         if pressures[over] > limit[over]:
             raise too_much_pressure(float(limit[over]), float(pressures[over]))

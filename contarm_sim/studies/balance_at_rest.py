@@ -67,7 +67,7 @@ class RestingBalance:
 
     def _held(self, uniform: Balance) -> Balance:
         arm, lengths, tensions = self._arm, self._plant.muscle_lengths, self._plant.actuator_tensions.copy()
-        per_pascal = np.where(lengths <= arm.muscle_length_range[1], pneumatics.force(1.0, lengths, arm), 0.0)
+        per_pascal = np.where(lengths <= arm.muscle_length_range[1], pneumatics.force_per_pascal(lengths, arm), 0.0)
         highest = uniform.highest - (tensions - uniform.tensions).mean()
         return Balance(tensions, uniform.cocontraction, per_pascal, highest, uniform.own)
 

@@ -42,7 +42,7 @@ def largest_bends(arm: Arm, planes: Array) -> tuple[Array, Array]:
 
 def _largest(needed: Array, which: int, arm: Arm, planes: Array) -> Array:
     """Return the largest angles [rad], shape (P,), of pressures needed [Pa], shape (angles, P), of one of two kinds."""
-    limit = arm.muscle.max_pressure
+    limit = arm.pneumatics.max_pressure
     held = needed <= limit
     last = len(_ANGLES) - 1 - held[::-1].argmax(axis=0)  # of those that are held
     angles = np.minimum(_ANGLES[last] + FINE * np.arange(round(COARSE / FINE) + 1)[:, None], _LAST)
@@ -73,7 +73,7 @@ def largest_bends_at_rest(arm: Arm, planes: Array) -> tuple[Array, Array]:
             def room(
                 angle: float, which: int = which, plane: float = plane, resting: RestingBalance = resting
             ) -> float:
-                return arm.muscle.max_pressure / resting.needed(arc.from_polar(angle, plane))[which] - 1
+                return arm.pneumatics.max_pressure / resting.needed(arc.from_polar(angle, plane))[which] - 1
 
             found[which, i] = _limit(room, float(found[which, i]))
     return found[0], found[1]
@@ -84,7 +84,7 @@ def fallen_from(arm: Arm, largest: float) -> list[float]:
 
     An arm that stands under too much weight falls over before it is bent far enough to be held again.
     """
-    resting, limit = RestingBalance(arm), arm.muscle.max_pressure
+    resting, limit = RestingBalance(arm), arm.pneumatics.max_pressure
     angles = [angle for angle in np.radians([1, 15, 30, 45, 60, 90, 120, 150]).tolist() if angle < largest]
     return [angle for angle in angles if not resting.needed(arc.from_polar(angle, 0.0))[1] <= limit]
 

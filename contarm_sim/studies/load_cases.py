@@ -168,7 +168,7 @@ def _beyond(arm: Arm, tensions: Array, pressures: Array) -> str:
         tension, force = float(own.max()), group.law.blocked_force
         if tension > force:
             return f"a muscle pulls with {tension:.4g} N, more than its blocked force, {force:.0f} N"
-        pressure, most = float(needed.max()), group.law.max_pressure
+        pressure, most = float(needed.max()), group.law.pressure_limits[1]
         if pressure > most * (1 + 1e-9):
             needs = f"{pressure / 1e3:.0f} kPa" if math.isfinite(pressure) else "more than any pressure"
             return f"a muscle needs {needs}, more than the {most / 1e3:.0f} kPa there are"

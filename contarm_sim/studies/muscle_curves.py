@@ -53,14 +53,14 @@ def muscle_law(arm: Arm, pressures: Sequence[float] | Array = (), points: int = 
     """
     expect("arm", arm, Arm)
     check_count("points", points, 2)
-    most, asked = arm.muscle.max_pressure, as_numbers(pressures)
+    most, asked = arm.pneumatics.max_pressure, as_numbers(pressures)
     if asked is None:
         raise InputError("pressures", pressures, f"a sequence of numbers from 0 to {most:g} Pa")
     for pressure in asked:
         if not 0 <= pressure <= most:
             raise InputError("pressure", pressure, f"0 to {most:g} Pa")
     given = np.array(asked or [p for p in PRESSURES if p <= most] or [most], dtype=float)
-    contraction = np.linspace(-arm.muscle.max_stretch, arm.muscle.max_contraction, points)
+    contraction = np.linspace(-arm.muscle.max_stretch, arm.pneumatics.max_contraction, points)
     return MuscleCurves(
         pressure_pa=given,
         contraction=contraction,

@@ -51,8 +51,11 @@ def tube_radii(arm: Arm) -> list[float]:
 
 
 def pressure_limits(arm: Arm) -> Array:
-    """Return the lowest and the highest pressure of the muscles of each group [Pa], shape (groups, 2)."""
-    return np.array([(group.law.min_pressure, group.law.max_pressure) for group in arm.groups]).reshape(-1, 2)
+    """Return the lowest and the highest pressure of the muscles of each group [Pa], shape (groups, 2).
+
+    0 and inf for muscles that no pressure drives.
+    """
+    return np.array([group.law.pressure_limits for group in arm.groups]).reshape(-1, 2)
 
 
 def section_places(arm: Arm, pieces: int) -> list[Array]:

@@ -109,14 +109,14 @@ def lengths_on_map(path: Files, arm: Arm) -> None:
     samples = followed(arm)
     bends = arc.from_polar(np.radians(np.linspace(0, 179.9, 120))[:, None], np.linspace(0, 2 * np.pi, 541))
     deltas = MM * muscles.deltas_from_bend(bends, arm.muscle_radius)
-    held = pressure_needed(bends, arm)[1] <= arm.muscle.max_pressure
+    held = pressure_needed(bends, arm)[1] <= arm.pneumatics.max_pressure
     with figure(path, figsize=(4.4, 4.2)) as fig:
         ax = fig.subplots()
         ax.contourf(deltas[..., 1], deltas[..., 2], held.astype(float), [0.5, 1.5], colors=["#DCE6F2"])
         ax.plot(deltas[-1, :, 1], deltas[-1, :, 2], color=BLACK, label="paper's ellipse, bends of 180°")
         walked = MM * (samples.muscle_lengths - arm.length)
         ax.plot(walked[:, 1], walked[:, 2], color=RED, label="spiral, simulated")
-        ax.fill([], [], color="#DCE6F2", label=f"held by {arm.muscle.max_pressure / 1e3:.0f} kPa")
+        ax.fill([], [], color="#DCE6F2", label=f"held by {arm.pneumatics.max_pressure / 1e3:.0f} kPa")
         ax.set_aspect("equal")
         edge = 1.04 * np.abs(deltas).max()
         ax.set(xlim=(-edge, edge), ylim=(-edge, edge))

@@ -95,7 +95,7 @@ class Panel:
         arm = self._session.arm
         # A hair of gravity keeps the picture's way down while it is turned off.
         x, y, z = (float(part) for part in max(value(self._gravity), 1e-9) * down)
-        laws = tuple(replace(law, min_tension=value(self._least)) for law in arm.laws)
+        laws = tuple(law.with_min_tension(value(self._least)) for law in arm.laws)
         changed = replace(arm, gravity=(x, y, z), payload=1e-3 * value(self._payload), laws=laws)
         turned = not np.allclose(_direction(changed), _direction(arm))
         self._session.change(arm=changed)
@@ -134,7 +134,7 @@ class Panel:
         """
         reading, arm = self._session.reading, self._session.arm
         pace = "**slower than the set speed**" if behind else f"{100 * busy:.0f} % of a core"
-        highest = each(arm, lambda group: group.law.max_pressure)
+        highest = each(arm, lambda group: group.law.pressure_limits[1])
         beyond = highest[reading.pressures > 1.001 * highest]
         over = f"  \n**needs more than {1e-3 * beyond.min():.0f} kPa**" if beyond.size else ""
         text = (

@@ -137,10 +137,8 @@ class Session:
             return servo_control(lengths, tensions, arm)
         bend, _ = routing.bend_from_lengths(lengths, arm)
         per_pascal = np.maximum(pneumatics.force(1.0, lengths, arm), 1e-9)
-        lowest, highest = (
-            each(arm, lambda group: group.law.min_pressure),
-            each(arm, lambda group: group.law.max_pressure),
-        )
+        lowest = each(arm, lambda group: group.law.pressure_limits[0])
+        highest = each(arm, lambda group: group.law.pressure_limits[1])
         for level, own in reversed(list(zip(cocontraction(bend, arm), slices(arm), strict=True))):
             # Enough of it that no pressure is too low; from the tip on, for muscles load all sections that they cross.
             tensions = tensions + level * ((lowest * per_pascal - tensions)[own] / level[own]).max()

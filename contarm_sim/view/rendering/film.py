@@ -39,17 +39,20 @@ class Look:
 
 @dataclass(frozen=True)
 class Scale:
-    """What the colours of the trace and the plots reach to: tip error [m] and pressure [Pa]."""
+    """What the colours of the trace and the plots reach to: tip error [m], pressure [Pa] and tension [N]."""
 
     error: float
     pressure: float
+    tension: float = 0.0
 
     @classmethod
     def of(cls, *runs: Trajectory) -> Scale:
         """Return the scale that shows all of some runs."""
         finite = [samples.pressure[np.isfinite(samples.pressure)] for samples in runs]
         return cls(
-            max(float(run.tip_error.max()) for run in runs), max(float(each.max(initial=0.0)) for each in finite)
+            max(float(run.tip_error.max()) for run in runs),
+            max(float(each.max(initial=0.0)) for each in finite),
+            max(float(run.muscle_tensions.max(initial=0.0)) for run in runs),
         )
 
 
@@ -148,14 +151,18 @@ def _panels(samples: Trajectory, look: Look, scale: Scale) -> dict[str, Panel]:
         return {}
     red = Curve(1e3 * samples.tip_error, "#C0392B")
     error = Panel(size, samples.time, [red], "tip error [mm]", 1e3 * scale.error)
-    highest = 1e-3 * float(pressure_limits(samples.arm)[:, 1].max(initial=0.0))
-    limit = highest if scale.pressure > 600 * highest else None
-    pressures = 1e-3 * samples.pressure
-    if len(samples.arm.sections) == 1:
-        colours, names = muscle_hexes(samples.arm), {}
+    arm = samples.arm
+    if len(arm.sections) == 1:
+        colours, names = muscle_hexes(arm), {}
     else:  # what the muscles of one section do differs less than what the sections do
-        colours = [section_hex(group.section) for group in samples.arm.groups for _ in range(group.routing.count)]
-        names = {f"section {group.section + 1}": section_hex(group.section) for group in samples.arm.groups}
-    curves = [Curve(pressures[:, i], colour) for i, colour in enumerate(colours)]
-    needed = Panel(size, samples.time, curves, "pressure needed [kPa]", 1e-3 * scale.pressure, limit, names)
+        colours = [section_hex(group.section) for group in arm.groups for _ in range(group.routing.count)]
+        names = {f"section {group.section + 1}": section_hex(group.section) for group in arm.groups}
+    highest = 1e-3 * float(pressure_limits(arm)[:, 1].min(initial=np.inf))
+    if math.isfinite(highest):
+        limit = highest if scale.pressure > 600 * highest else None
+        title, values, top = "pressure needed [kPa]", 1e-3 * samples.pressure, 1e-3 * scale.pressure
+    else:  # some muscles that no pressure drives
+        limit, title, values, top = None, "tension [N]", samples.muscle_tensions, scale.tension
+    curves = [Curve(values[:, i], colour) for i, colour in enumerate(colours)]
+    needed = Panel(size, samples.time, curves, title, top, limit, names)
     return {"left": error, "right": needed}

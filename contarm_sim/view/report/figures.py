@@ -16,6 +16,7 @@ from contarm_sim.mechanics.pneumatics import force
 from contarm_sim.mechanics.routing import arc_deltas
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.colours import muscle_hex
+from contarm_sim.model.pneumatic_law import PneumaticLaw
 from contarm_sim.results.compare import Comparison
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.at_rest import Failure, Outcome
@@ -126,40 +127,52 @@ def _draw_section_parts(ax: Any, time: Array, comparison: Comparison) -> None:
 
 
 def draw_muscles(path: Path, samples: Trajectory, comparison: Comparison) -> None:
-    """Draw muscle length changes, analytic and simulated, tensions and pressures over time, a column a section."""
+    """Draw muscle length changes, analytic and simulated, tensions and, where there are any, pressures over time.
+
+    Each section has a column.
+    """
     t, arm = samples.time, samples.arm
     analytic, straight = arc_deltas(samples.bend, arm), each(arm, lambda group: group.length)
     pressure = 1e-3 * np.where(np.isfinite(samples.pressure), samples.pressure, np.nan)
-    with figure(path, figsize=(6.4 if len(arm.groups) == 1 else 1.6 + 2.8 * len(arm.groups), 5.8)) as fig:
-        columns = fig.subplots(3, len(arm.groups), sharex=True, sharey="row", squeeze=False).T
-        for group, muscles, (top, middle, bottom) in zip(arm.groups, slices(arm), columns, strict=True):
+    pneumatic = any(isinstance(group.law, PneumaticLaw) for group in arm.groups)
+    width = 6.4 if len(arm.groups) == 1 else 1.6 + 2.8 * len(arm.groups)
+    with figure(path, figsize=(width, 5.8 if pneumatic else 4.2)) as fig:
+        rows = 3 if pneumatic else 2
+        columns = fig.subplots(rows, len(arm.groups), sharex=True, sharey="row", squeeze=False).T
+        for group, muscles, (top, middle, *others) in zip(arm.groups, slices(arm), columns, strict=True):
             for i in range(muscles.start, muscles.stop):
                 colour, name = muscle_hex(i - muscles.start), f"muscle {i - muscles.start + 1}"
                 top.plot(t, 1e3 * (samples.muscle_lengths[:, i] - straight[i]), color=colour, label=name)
                 top.plot(t, 1e3 * analytic[:, i], color=BLACK, linewidth=0.8, linestyle=":")
                 middle.plot(t, samples.muscle_tensions[:, i], color=colour)
-                bottom.plot(t, pressure[:, i], color=colour)
+                for bottom in others:
+                    bottom.plot(t, pressure[:, i], color=colour)
             top.plot([], [], color=BLACK, linewidth=0.8, linestyle=":", label="arc (paper)")
             title, wide = (None, 4) if len(arm.sections) == 1 else (f"section {group.section + 1}", 2)
             top.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=wide, title=title)
             middle.axhline(group.law.min_tension, color="#888888", linewidth=0.8, linestyle="--")
-            bottom.axhline(group.law.min_pressure / 1e3, color="#888888", linewidth=0.8, linestyle="--")
-            bottom.set_xlabel("time [s]")
-        top, middle, bottom = columns[0]
+            for bottom in others:
+                bottom.axhline(group.law.pressure_limits[0] / 1e3, color="#888888", linewidth=0.8, linestyle="--")
+            (others or [middle])[-1].set_xlabel("time [s]")
+        top, middle, *others = columns[0]
         top.set_ylabel("length change [mm]")
         middle.set_ylim(bottom=min(0.0, float(samples.muscle_tensions.min())))
         middle.set_ylabel("tension [N]")
-        bottom.set_ylim(bottom=0)
-        bottom.set_ylabel("pressure\nneeded [kPa]")
+        for bottom in others:
+            bottom.set_ylim(bottom=0)
+            bottom.set_ylabel("pressure\nneeded [kPa]")
 
 
 def draw_error_maps(path: Files, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
     """Draw tip error over the dome, one polar map a scenario: bend angle outwards, bending plane around.
 
-    A scenario without rest poses has a panel that says so.
+    Of several sections, over the sum of their bend angles. A scenario without rest poses has a panel that says so.
     """
     from matplotlib.ticker import MaxNLocator
 
+    if len(arm.sections) > 1:
+        _draw_errors_of_several(path, arm, outcomes)
+        return
     columns = min(3, len(outcomes))
     rows = -(-len(outcomes) // columns)
     with figure(path, figsize=(3.1 * columns, 3.3 * rows)) as fig:
@@ -201,6 +214,26 @@ def draw_error_maps(path: Files, arm: Arm, outcomes: Sequence[Outcome | Failure]
             bar.ax.tick_params(labelsize=6.5)
 
 
+def _draw_errors_of_several(path: Files, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
+    """Draw tip error over the sum of the sections' bend angles, a panel a scenario."""
+    columns = min(3, len(outcomes))
+    rows = -(-len(outcomes) // columns)
+    with figure(path, figsize=(0.6 + 2.7 * columns, 0.4 + 2.4 * rows)) as fig:
+        for index, outcome in enumerate(outcomes):
+            ax = fig.add_subplot(rows, columns, index + 1)
+            ax.set_title(f"{outcome.scenario.name}: {outcome.scenario.meaning}", fontsize=7.5)
+            if isinstance(outcome, Failure):
+                ax.set_axis_off()
+                ax.text(0.5, 0.5, outcome.verdict, ha="center", va="center")
+                continue
+            total = np.degrees(np.linalg.norm(outcome.samples.bends, axis=-1).sum(axis=-1))
+            ax.plot(total, 100 * outcome.comparison.tip_error / arm.length, ".", color=BLUE, markersize=3)
+            ax.set_ylim(bottom=0)
+            ax.set_xlim(left=0)
+            ax.set_xlabel("sum of bend angles [deg]")
+            ax.set_ylabel("tip error vs arcs [% of length]")
+
+
 def draw_convergence(path: Files, arm: Arm, study: Convergence) -> None:
     """Draw the largest tip error over the dome against the number of links, with the slope of second order."""
     from matplotlib.ticker import LogLocator
@@ -224,7 +257,7 @@ def draw_convergence(path: Files, arm: Arm, study: Convergence) -> None:
         ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         ax.yaxis.set_major_formatter("{x:g}")
         ax.set_xlabel("links N [-]")
-        ax.set_ylabel("largest tip error, dome to 170° [mm]")
+        ax.set_ylabel("largest tip error, dome to 170° [mm]" if len(arm.sections) == 1 else "largest tip error [mm]")
         ax.legend()
 
 

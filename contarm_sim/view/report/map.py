@@ -23,7 +23,7 @@ def draw_possibility(path: Files, arms: dict[str, Arm]) -> None:
         for ax, (name, arm) in zip(axes, arms.items(), strict=True):
             deltas = 1e3 * muscles.deltas_from_bend(bend, arm.muscle_radius)
             need = np.minimum(pressure_needed(bend, arm)[1], 1e9) / 1e3
-            highest = arm.muscle.max_pressure / 1e3
+            highest = arm.pneumatics.max_pressure / 1e3
             levels = np.linspace(0, highest, 8)
             filled = ax.contourf(deltas[..., 1], deltas[..., 2], np.minimum(need, 2 * highest), levels, cmap="cividis")
             ax.contour(deltas[..., 1], deltas[..., 2], np.minimum(need, 2 * highest), [highest], colors=RED)

@@ -13,6 +13,7 @@ from contarm_sim.files import write_whole
 from contarm_sim.kinematics import arc
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm_file import arm_to_toml
+from contarm_sim.model.pneumatic_law import PneumaticLaw
 from contarm_sim.results.compare import Comparison
 from contarm_sim.results.summary import spread
 from contarm_sim.results.trajectory import Trajectory
@@ -58,7 +59,7 @@ def write_page(folder: Path, samples: Trajectory, comparison: Comparison, summar
         remarks=[remark.replace("`", "") for remark in remarks(summary)],
         budget=budget(summary) + (_section_rows(comparison, samples.arm.length) if several else []),
         several=several,
-        muscles=muscle_words(summary["muscle"]),
+        muscles=muscle_words(summary["muscle"], any(isinstance(law, PneumaticLaw) for law in samples.arm.laws)),
         figures=[
             {"alt": alt, "data": _encoded((folder / name).read_bytes())}
             for name, alt in (_FIGURES_OF_SEVERAL if several else FIGURES).items()

@@ -135,9 +135,10 @@ def explanation(summary: dict[str, Any]) -> str:
     return " ".join(lines)
 
 
-def muscle_words(muscle: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return ranges of tension, pressure and contraction, a name and a value each."""
+def muscle_words(muscle: dict[str, Any], pneumatic: bool = True) -> list[tuple[str, str]]:
+    """Return ranges of tension, pressure and contraction, a name and a value each; no pressure unless `pneumatic`."""
     pressure = muscle["max_pressure_needed_pa"]
+    needed = "no pressure is enough" if pressure is None else f"{pressure / 1e3:.0f} kPa"
     pushes = f"{100 * muscle['push_fraction']:.3g} % of muscle samples"
     if muscle["pushes"]:
         pushes += f", largest {muscle['largest_push_n']:.2g} N"
@@ -145,7 +146,7 @@ def muscle_words(muscle: dict[str, Any]) -> list[tuple[str, str]]:
         ("tensions", f"{muscle['min_force_n']:.1f} to {muscle['max_force_n']:.1f} N"),
         ("pushes", pushes),
         ("slack", f"{100 * muscle['slack_fraction']:.3g} % of muscle samples"),
-        ("highest pressure needed", "no pressure is enough" if pressure is None else f"{pressure / 1e3:.0f} kPa"),
+        *([("highest pressure needed", needed)] if pneumatic else []),
         ("contractions", f"{100 * muscle['min_contraction']:.1f} to {100 * muscle['max_contraction']:.1f} %"),
     ]
 
