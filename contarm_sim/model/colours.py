@@ -13,7 +13,7 @@ _COLOURS = (
 
 
 def muscle_colour(index: int) -> tuple[float, float, float, float]:
-    """Return red, green, blue and opacity of a muscle, numbered from 0 in its section; from the seventh on colours come again."""
+    """Return red, green, blue and opacity of a muscle of a section, numbered from 0; the seventh has the first's."""
     return _COLOURS[index % len(_COLOURS)]
 
 

@@ -10,10 +10,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.kinematics import sections
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.backbone import Backbone
+
+Indices = NDArray[np.intp]
 
 BATCH = 50_000
 """Poses that are found at a time: memory stays below 100 MB."""
@@ -46,19 +49,19 @@ class Grid:
     @property
     def distances(self) -> Array:
         """Distance of the middle of the cells from the axis [m]."""
-        return self.size * (np.arange(self.shape[0]) + 0.5)
+        return np.asarray(self.size * (np.arange(self.shape[0]) + 0.5), dtype=float)
 
     @property
     def heights(self) -> Array:
         """Height of the middle of the cells [m]."""
-        return self.low + self.size * (np.arange(self.shape[1]) + 0.5)
+        return np.asarray(self.low + self.size * (np.arange(self.shape[1]) + 0.5), dtype=float)
 
     @property
     def volumes(self) -> Array:
         """Volume that a cell sweeps around the axis [m^3], shape (distances, 1)."""
         return 2 * np.pi * self.distances[:, None] * self.size**2
 
-    def cell(self, tips: Array) -> Array:
+    def cell(self, tips: Array) -> Indices:
         """Return the number of the cell of tips [m], shape (K, 3) -> (K,)."""
         column = np.hypot(tips[:, 0], tips[:, 1]) / self.size
         row = (tips[:, 2] - self.low) / self.size
@@ -83,7 +86,7 @@ class Workspace:
     directions: Array
 
     @property
-    def reached(self) -> Array:
+    def reached(self) -> NDArray[np.bool_]:
         """Whether any pose's tip is there."""
         return self.density > 0
 
@@ -124,7 +127,7 @@ def _drawn(backbone: Backbone, count: int, rng: np.random.Generator) -> Iterator
         yield np.stack([angle * np.cos(plane), angle * np.sin(plane)], axis=-1)
 
 
-def _patch(frames: Array) -> Array:
+def _patch(frames: Array) -> Indices:
     """Return the patch of the tip's direction, about the axis as seen from the tip's meridian, mirrored to 0..pi."""
     rings, slices = _PATCHES
     tips, ways = frames[:, :3, 3], frames[:, :3, 2]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import sections
@@ -52,7 +53,7 @@ def slices(path: Files, arm: Arm) -> None:
         fig.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=3)
 
 
-def _filled(found: Workspace, backbone: Backbone) -> Array:
+def _filled(found: Workspace, backbone: Backbone) -> NDArray[np.bool_]:
     """Return the cells that drawn poses reach, and planar ones, which find the edges."""
     tips = np.insert(planar_tips(backbone), 1, 0.0, axis=1)
     reached = found.reached.ravel().copy()

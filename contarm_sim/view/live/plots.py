@@ -12,7 +12,7 @@ from contarm_sim.mechanics.muscles import slices
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.colours import muscle_hex
 from contarm_sim.view.live.session import Reading
-from contarm_sim.view.sections import section_hex
+from contarm_sim.view.sections import pressure_limits, section_hex
 
 _SHOWN, _EVERY = 10.0, 0.05
 """Time that the plots show, and between their points [s]."""
@@ -40,6 +40,8 @@ class Plots:
             said = ", ".join(f"{i + 1} {_WORDS[i % len(_WORDS)]}" for i in range(count))
             title = f"section {group.section + 1}: tension [N]" if self._several else f"tension [N]: {said}"
             self._add(gui, title, muscles, 10.0)
+        if not np.isfinite(pressure_limits(arm)).all():  # some muscles that no pressure drives
+            return
         if self._several:
             names = {f"{group.section + 1}": section_hex(group.section) for group in arm.groups}
             self._add(gui, "pressure needed, by section [kPa]", names, 100.0)

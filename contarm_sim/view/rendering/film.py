@@ -156,7 +156,7 @@ def _panels(samples: Trajectory, look: Look, scale: Scale) -> dict[str, Panel]:
         colours, names = muscle_hexes(arm), {}
     else:  # what the muscles of one section do differs less than what the sections do
         colours = [section_hex(group.section) for group in arm.groups for _ in range(group.routing.count)]
-        names = {f"section {group.section + 1}": section_hex(group.section) for group in arm.groups}
+        names = {f"{group.section + 1}": section_hex(group.section) for group in arm.groups}
     highest = 1e-3 * float(pressure_limits(arm)[:, 1].min(initial=np.inf))
     if math.isfinite(highest):
         limit = highest if scale.pressure > 600 * highest else None

@@ -34,7 +34,7 @@ class Panel:
         title: quantity and unit.
         top: the largest value to be shown.
         limit: a value to draw a dashed line at.
-        names: what the colours mean, each with its own; nothing is said of them unless given.
+        names: colours by the number of the section; nothing is said of them unless given.
     """
 
     def __init__(
@@ -83,8 +83,12 @@ def _drawn(
     ax.tick_params(labelsize=7.5, length=2)
     ax.set_xlabel("time [s]", fontsize=7.5, labelpad=1)
     ax.locator_params(axis="y", nbins=4)
-    for place, (name, colour) in enumerate(names.items()):
-        ax.text(0.99, 0.97 - 0.1 * place, name, color=colour, fontsize=7, ha="right", va="top", transform=ax.transAxes)
+    for place, (name, colour) in enumerate(reversed(names.items())):
+        ax.text(1.0 - 0.07 * place, 1.04, name, color=colour, fontsize=9, ha="right", transform=ax.transAxes)
+    if names:
+        ax.text(
+            0.97 - 0.07 * len(names), 1.04, "section", color="#888888", fontsize=8, ha="right", transform=ax.transAxes
+        )
     for side in ("top", "right"):
         ax.spines[side].set_visible(False)
     canvas.draw()
