@@ -166,13 +166,10 @@ def draw_muscles(path: Path, samples: Trajectory, comparison: Comparison) -> Non
 def draw_error_maps(path: Files, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
     """Draw tip error over the dome, one polar map a scenario: bend angle outwards, bending plane around.
 
-    Of several sections, over the sum of their bend angles. A scenario without rest poses has a panel that says so.
+    A scenario without rest poses has a panel that says so.
     """
     from matplotlib.ticker import MaxNLocator
 
-    if len(arm.sections) > 1:
-        _draw_errors_of_several(path, arm, outcomes)
-        return
     columns = min(3, len(outcomes))
     rows = -(-len(outcomes) // columns)
     with figure(path, figsize=(3.1 * columns, 3.3 * rows)) as fig:
@@ -212,26 +209,6 @@ def draw_error_maps(path: Files, arm: Arm, outcomes: Sequence[Outcome | Failure]
             )
             bar.set_label("tip error vs arc [% of length]", fontsize=7)
             bar.ax.tick_params(labelsize=6.5)
-
-
-def _draw_errors_of_several(path: Files, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
-    """Draw tip error over the sum of the sections' bend angles, a panel a scenario."""
-    columns = min(3, len(outcomes))
-    rows = -(-len(outcomes) // columns)
-    with figure(path, figsize=(0.6 + 2.7 * columns, 0.4 + 2.4 * rows)) as fig:
-        for index, outcome in enumerate(outcomes):
-            ax = fig.add_subplot(rows, columns, index + 1)
-            ax.set_title(f"{outcome.scenario.name}: {outcome.scenario.meaning}", fontsize=7.5)
-            if isinstance(outcome, Failure):
-                ax.set_axis_off()
-                ax.text(0.5, 0.5, outcome.verdict, ha="center", va="center")
-                continue
-            total = np.degrees(np.linalg.norm(outcome.samples.bends, axis=-1).sum(axis=-1))
-            ax.plot(total, 100 * outcome.comparison.tip_error / arm.length, ".", color=BLUE, markersize=3)
-            ax.set_ylim(bottom=0)
-            ax.set_xlim(left=0)
-            ax.set_xlabel("sum of bend angles [deg]")
-            ax.set_ylabel("tip error vs arcs [% of length]")
 
 
 def draw_convergence(path: Files, arm: Arm, study: Convergence) -> None:

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from contarm_sim.mechanics.muscles import each
 from contarm_sim.results.document import document
 from contarm_sim.results.summary import Spread
 from contarm_sim.studies.at_rest import Failure, Outcome
@@ -83,15 +82,12 @@ def notes(found: Validation) -> list[str]:
 
 
 def _pressure_note(outcome: Outcome) -> str:
-    arm, samples = outcome.scenario.arm, outcome.samples
-    lowest = each(arm, lambda group: group.law.pressure_limits[0])
-    highest = each(arm, lambda group: group.law.pressure_limits[1])
-    beyond_any = (samples.pressure > highest).any(axis=1)
-    over = np.linalg.norm(samples.bends[beyond_any], axis=-1).max(axis=-1)  # of the section that bends most
+    muscle, samples = outcome.scenario.arm.pneumatics, outcome.samples
+    over = np.hypot(*samples.bend[samples.pressure.max(axis=1) > muscle.max_pressure].T)
     most, beyond = outcome.errors.muscle.max_pressure_needed_pa, outcome.errors.muscle.beyond_max_pressure
     needs = "more than any pressure" if most is None else f"up to {most / 1e3:.0f} kPa"
     where = f"{beyond} of {len(samples)} poses, from {np.degrees(over.min()):.0f} deg on"
-    there = f"available {lowest.max() / 1e3:.0f} to {highest.min() / 1e3:.0f} kPa"
+    there = f"available {muscle.min_pressure / 1e3:.0f} to {muscle.max_pressure / 1e3:.0f} kPa"
     return f"{outcome.scenario.name}: a muscle needs {needs} ({where}); {there}"
 
 
