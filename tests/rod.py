@@ -117,8 +117,12 @@ def _solve(
     breaks = tuple(np.unique(np.round(np.concatenate([np.linspace(0, 1, panels + 1), *stations]), 12)))
     grid = grid_of(breaks, arm.length, order or (6 if len(breaks) < 20 else 4))
     drive = _drive(arm, tensions, pressures, lengths)
-    system = _System(arm, grid, disks, drive, dead, follower_moment, actuation_moment)
-    u, done, step = np.zeros((len(grid.nodes), 3)), 0.0, 1 / steps
+    return raised(System(arm, grid, disks, drive, dead, follower_moment, actuation_moment), guess, steps)
+
+
+def raised(system, guess=None, steps=4):
+    """Return the equilibrium of a system, everything raised from none in `steps`, or from a `guess` at once."""
+    u, done, step = np.zeros((len(system.grid.nodes), 3)), 0.0, 1 / steps
     if guess is not None:
         u, step = guess, 1.0
     while done < 1:
@@ -133,7 +137,7 @@ def _solve(
     return system.result(found, margin)
 
 
-class _System:
+class System:
     """Residual and tangent of the rod's equation at the nodes."""
 
     def __init__(self, arm, grid, disks, drive, dead, follower_moment, actuation_moment):
@@ -184,7 +188,7 @@ class _System:
         c[G] += follower
         dc[G] += cross(spin[G : G + 1], follower[None])[0]
         m, dm = self.K * u, np.zeros((G, 3, G, n))
-        dm[np.arange(G), :, np.arange(G)] = np.diag(self.K)[:, :n]
+        dm[np.arange(G), :, np.arange(G)] = self.K[..., None] * np.eye(3)[:, :n]
         if self.disks:
             first = G + self.W
             lengths, T = self._spans(a[first:], da[first:], scale, f[first:], df[first:])
