@@ -184,8 +184,8 @@ def lowest(backbone: Backbone) -> float:
 def folds(backbone: Backbone, points: int = 361) -> list[Array]:
     """Return the curves that two sections' reachable tips end or fold at, distance from the axis and height [m].
 
-    They are planar poses in which both bends move the tip along one line, and poses with a bend at its limit; each of
-    shape (K, 2).
+    They are planar poses in which both bends move the tip along one line, planar poses with a bend at its limit, and
+    poses with both bends at their limits in any two planes; each of shape (K, 2).
     """
     import contourpy
 
@@ -196,7 +196,13 @@ def folds(backbone: Backbone, points: int = 361) -> list[Array]:
     lines = contourpy.contour_generator(first, second, determinant.T).lines(0.0)
     edges = [np.stack([np.full(points, side * backbone.limits[0]), second], axis=1) for side in (-1, 1)]
     edges += [np.stack([first, np.full(points, side * backbone.limits[1])], axis=1) for side in (-1, 1)]
-    return [sections.position(_planar(line), backbone, check=False)[:, [0, 2]] for line in [*lines, *edges]]
+    planar = [sections.position(_planar(line), backbone, check=False)[:, [0, 2]] for line in [*lines, *edges]]
+    turn = np.linspace(0.0, np.pi, points)
+    both = np.zeros((points, 2, 2))
+    both[:, 0, 0], both[:, 1] = first[-1], second[-1] * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    tips = sections.position(both, backbone, check=False)
+    corner = np.stack([np.hypot(tips[:, 0], tips[:, 1]), tips[:, 2]], axis=1)
+    return [*planar, corner, corner * [-1, 1]]
 
 
 def _planar(angles: Array) -> Array:

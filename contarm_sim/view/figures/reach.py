@@ -27,7 +27,7 @@ _LOOK: dict[str, Any] = {"cmap": "viridis", "rasterized": True}
 def slices(path: Files, arm: Arm) -> None:
     """Draw where the tip can be in a plane through the axis, its convex hull, and arms bent in that plane.
 
-    Of two sections also the curves at which planar poses fold or bends are at their limits: the edges are among them.
+    Of two sections also the curves at which poses fold or bends are at their limits: the edges are among them.
     """
     backbone = shape.backbone(arm)
     found, outer = workspace(backbone, 2 * CELLS, POSES), hull(backbone)
@@ -48,6 +48,7 @@ def slices(path: Files, arm: Arm) -> None:
             ax.plot([], [], color=PURPLE, linewidth=0.9, label="folds and limits")
         _draw_examples(ax, arm, backbone)
         ax.set_aspect("equal", anchor="N")
+        ax.set_xlim(*(MM * 1.06 * outer[:, 0].max() * np.array([-1, 1])))
         ax.set_xlabel("distance from the axis, in the plane [mm]")
         ax.set_ylabel("height z [mm]")
         fig.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=3)
