@@ -20,7 +20,6 @@ from contarm_sim.motion.simulate import simulate
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.compare import compare
 from contarm_sim.view.figures import figures_of, reach
-from contarm_sim.view.live.redundancy import Redundancy
 from contarm_sim.view.live.session import Session
 from contarm_sim.view.rendering.draw import ArmRenderer, Overlays
 from contarm_sim.view.rendering.film import Look, film
@@ -256,14 +255,14 @@ def test_four_sections_and_more_are_controlled_half_as_often():
 
 class TestRedundancy:
     @pytest.fixture(autouse=True)
-    def inverse(self):
-        pytest.importorskip("contarm_sim.kinematics.inverse.least_squares")
+    def lead_of(self):
+        self.lead = pytest.importorskip("contarm_sim.view.live.redundancy").Redundancy
 
     @pytest.mark.parametrize("count", [2, 3])
     @pytest.mark.parametrize("taken", ["nearest", "least bend"])
     def test_a_pulled_tip_is_followed_without_a_jump(self, count, taken):
         one = arm(count)
-        lead = Redundancy(one)
+        lead = self.lead(one)
         lead.taken = taken
         bend = np.array([0.9, 0.2, 0.3, -0.8, 0.4, 0.5])[: 2 * count]
         start, moves = lead.tip(bend), []
@@ -276,7 +275,7 @@ class TestRedundancy:
         assert max(moves[3:]) < 0.12
 
     def test_least_bend_bends_less(self):
-        lead, bend = Redundancy(arm(3)), np.array([0.9, 0.5, -0.8, 0.4, 0.6, -0.9])
+        lead, bend = self.lead(arm(3)), np.array([0.9, 0.5, -0.8, 0.4, 0.6, -0.9])
         point = lead.tip(bend)
         lead.taken = "least bend"
         for _ in range(5):
@@ -288,7 +287,7 @@ class TestRedundancy:
 
     def test_out_of_reach_the_tip_comes_near_and_back(self):
         one = arm(2)
-        lead, bend = Redundancy(one), np.array([0.5, 0.2, 0.3, -0.1])
+        lead, bend = self.lead(one), np.array([0.5, 0.2, 0.3, -0.1])
         home = lead.tip(bend)
         away = lead.pull(bend, np.array([0.0, 0.0, 2.0]))
         assert np.linalg.norm(lead.tip(away) - [0, 0, one.length]) < 2e-2
@@ -296,7 +295,7 @@ class TestRedundancy:
         assert np.linalg.norm(lead.tip(back) - home) < 1e-6
 
     def test_a_kept_direction_stays(self):
-        lead, bend = Redundancy(arm(3)), np.array([0.5, 0.3, -0.4, 0.4, 0.3, -0.5])
+        lead, bend = self.lead(arm(3)), np.array([0.5, 0.3, -0.4, 0.4, 0.3, -0.5])
         lead.direction = shape.rotation(bend, arm(3))[:, 2]
         point = lead.tip(bend) + np.array([0.01, -0.01, 0.005])
         new = lead.pull(bend, point)
@@ -305,7 +304,7 @@ class TestRedundancy:
 
     def test_the_slider_goes_along_all_poses_of_one_tip(self):
         pytest.importorskip("contarm_sim.kinematics.inverse.two_sections")
-        lead, bend = Redundancy(arm(2)), np.array([0.7, 0.2, 0.3, -0.4])
+        lead, bend = self.lead(arm(2)), np.array([0.7, 0.2, 0.3, -0.4])
         poses = np.array([lead.along(bend, share) for share in np.linspace(0, 1, 41)])
         tips = shape.position(poses, arm(2))
         np.testing.assert_allclose(tips, np.broadcast_to(lead.tip(bend), tips.shape), atol=1e-9)

@@ -12,7 +12,6 @@ from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import shape
 from contarm_sim.view.live.inputs import slider, value
-from contarm_sim.view.live.redundancy import TAKEN, Redundancy
 from contarm_sim.view.live.session import Session
 
 On = Callable[[Any, Callable[[], None]], None]
@@ -51,6 +50,8 @@ class SeveralSections:
     """
 
     def __init__(self, gui: Any, session: Session) -> None:
+        from contarm_sim.view.live.redundancy import TAKEN, Redundancy  # one section does without
+
         self._session, arm = session, session.arm
         self.redundancy = Redundancy(arm)
         with gui.add_folder("Target"):
