@@ -2,6 +2,9 @@
 
 All three step the same arms through whole episodes of `reach`, resets included, under the same actions. They take turns
 within one run; ratios are of neighbouring turns, their median and range.
+
+Then arms of one, two and three sections of as many links each: environment steps a second of the native vector, and
+microseconds a degree of freedom and engine step of one thread.
 """
 
 import os
@@ -14,6 +17,8 @@ from mujoco.batch import Batch
 
 import contarm_sim.envs.gym  # noqa: F401
 from contarm_sim.envs.definition import define
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.section import Section
 
 ARMS, THREADS, ROUNDS = 256, len(os.sched_getaffinity(0)), 5
 definition = define("reach")
@@ -46,6 +51,28 @@ def wrapped(mode, **given):
     return run
 
 
+def by_sections(count=64, links=12):
+    """Print what steps cost of arms of one, two and three sections; they take turns."""
+    sections = tuple(Section(length=length, links=links, mass=0.1) for length in (0.2, 0.17, 0.12))
+    arms = [Arm(sections=sections[:number]) for number in (1, 2, 3)]
+    made = [gymnasium.make_vec("contarm/Reach-v0", count, vectorization_mode="vector_entry_point", arm=arm, threads=1)
+            for arm in arms]  # fmt: skip
+    took, rng = [[] for _ in arms], np.random.default_rng(0)
+    for _ in range(ROUNDS):
+        for envs, spent in zip(made, took, strict=True):
+            envs.reset(seed=0)
+            actions = rng.uniform(-1, 1, (20, *envs.action_space.shape))
+            start = time.perf_counter()
+            for action in actions:
+                envs.step(action)
+            spent.append((time.perf_counter() - start) / (20 * count))
+    for number, (envs, spent) in enumerate(zip(made, took, strict=True), 1):
+        one = float(np.median(spent))
+        dofs, substeps = envs.definition.sizes["joint_angles"], envs.definition.substeps
+        each = 1e6 * one / (dofs * substeps)
+        print(f"{number} sections of {links} links, {dofs} dofs: {1 / one:6.0f} steps/s, {each:.2f} us a dof and step")
+
+
 def main() -> None:
     rng = np.random.default_rng(0)
     actions = rng.uniform(-1, 1, (TICKS, ARMS, 2))
@@ -67,6 +94,7 @@ def main() -> None:
     bare_took, native, loop = (np.array(values) for values in took.values())
     for what, ratios in (("native vector over bare", native / bare_took), ("SyncVectorEnv over native", loop / native)):
         print(f"time of {what}: {np.median(ratios):.2f} x ({ratios.min():.2f} to {ratios.max():.2f})")
+    by_sections()
 
 
 if __name__ == "__main__":

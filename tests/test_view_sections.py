@@ -20,6 +20,7 @@ from contarm_sim.motion.simulate import simulate
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.compare import compare
 from contarm_sim.view.figures import figures_of, reach
+from contarm_sim.view.live.redundancy import Redundancy
 from contarm_sim.view.live.session import Session
 from contarm_sim.view.rendering.draw import ArmRenderer, Overlays
 from contarm_sim.view.rendering.film import Look, film
@@ -193,7 +194,6 @@ def test_folds_are_where_two_sections_stop_reaching():
 
 
 def test_three_sections_reach_directions_and_two_have_an_elbow(tmp_path, monkeypatch):
-    pytest.importorskip("contarm_sim.kinematics.inverse.two_sections")
     monkeypatch.setattr(reach, "CELLS", 16)
     monkeypatch.setattr(reach, "POSES", 20_000)
     assert "elbow" in figures_of(arm(2))
@@ -254,15 +254,11 @@ def test_four_sections_and_more_are_controlled_half_as_often():
 
 
 class TestRedundancy:
-    @pytest.fixture(autouse=True)
-    def lead_of(self):
-        self.lead = pytest.importorskip("contarm_sim.view.live.redundancy").Redundancy
-
     @pytest.mark.parametrize("count", [2, 3])
     @pytest.mark.parametrize("taken", ["nearest", "least bend"])
     def test_a_pulled_tip_is_followed_without_a_jump(self, count, taken):
         one = arm(count)
-        lead = self.lead(one)
+        lead = Redundancy(one)
         lead.taken = taken
         bend = np.array([0.9, 0.2, 0.3, -0.8, 0.4, 0.5])[: 2 * count]
         start, moves = lead.tip(bend), []
@@ -275,7 +271,7 @@ class TestRedundancy:
         assert max(moves[3:]) < 0.12
 
     def test_least_bend_bends_less(self):
-        lead, bend = self.lead(arm(3)), np.array([0.9, 0.5, -0.8, 0.4, 0.6, -0.9])
+        lead, bend = Redundancy(arm(3)), np.array([0.9, 0.5, -0.8, 0.4, 0.6, -0.9])
         point = lead.tip(bend)
         lead.taken = "least bend"
         for _ in range(5):
@@ -287,7 +283,7 @@ class TestRedundancy:
 
     def test_out_of_reach_the_tip_comes_near_and_back(self):
         one = arm(2)
-        lead, bend = self.lead(one), np.array([0.5, 0.2, 0.3, -0.1])
+        lead, bend = Redundancy(one), np.array([0.5, 0.2, 0.3, -0.1])
         home = lead.tip(bend)
         away = lead.pull(bend, np.array([0.0, 0.0, 2.0]))
         assert np.linalg.norm(lead.tip(away) - [0, 0, one.length]) < 2e-2
@@ -295,7 +291,7 @@ class TestRedundancy:
         assert np.linalg.norm(lead.tip(back) - home) < 1e-6
 
     def test_a_kept_direction_stays(self):
-        lead, bend = self.lead(arm(3)), np.array([0.5, 0.3, -0.4, 0.4, 0.3, -0.5])
+        lead, bend = Redundancy(arm(3)), np.array([0.5, 0.3, -0.4, 0.4, 0.3, -0.5])
         lead.direction = shape.rotation(bend, arm(3))[:, 2]
         point = lead.tip(bend) + np.array([0.01, -0.01, 0.005])
         new = lead.pull(bend, point)
@@ -303,8 +299,7 @@ class TestRedundancy:
         np.testing.assert_allclose(shape.rotation(new, arm(3))[:, 2], lead.direction, atol=1e-7)
 
     def test_the_slider_goes_along_all_poses_of_one_tip(self):
-        pytest.importorskip("contarm_sim.kinematics.inverse.two_sections")
-        lead, bend = self.lead(arm(2)), np.array([0.7, 0.2, 0.3, -0.4])
+            lead, bend = Redundancy(arm(2)), np.array([0.7, 0.2, 0.3, -0.4])
         poses = np.array([lead.along(bend, share) for share in np.linspace(0, 1, 41)])
         tips = shape.position(poses, arm(2))
         np.testing.assert_allclose(tips, np.broadcast_to(lead.tip(bend), tips.shape), atol=1e-9)

@@ -28,7 +28,8 @@ def envs(arm: Arm, seeds: int, actions: Any, no_scores: bool, as_json: bool) -> 
 
     Reward is the mean of an episode's actions, at most 1; the error is taken at an episode's end, of `track` the root
     mean square after its first second; solved is an error within 1 % of length (of `hold` with the stiffness asked
-    for). With gravity or payload `track` solves statics at every step, which takes minutes.
+    for). With gravity or payload `track` solves statics at every step, which takes minutes. Arms of several sections
+    have `reach` and `track` only.
 
     \b
     contarm envs --no-scores
@@ -47,7 +48,8 @@ def envs(arm: Arm, seeds: int, actions: Any, no_scores: bool, as_json: bool) -> 
     from contarm_sim.view.report.output import to_json
 
     found = []
-    for name in TASKS:
+    needs = {name: needed for name, kind in TASKS.items() if (needed := kind.needs(arm)) is not None}
+    for name in [name for name in TASKS if name not in needs]:
         definition = define(name, arm, actions if actions in TASKS[name].modes else None)
         row: dict[str, Any] = {
             "task": name,
@@ -63,11 +65,14 @@ def envs(arm: Arm, seeds: int, actions: Any, no_scores: bool, as_json: bool) -> 
                 row["scores"][policy] = score(definition, make(definition), seeds, show).summary
         found.append(row)
     if as_json:
-        click.echo(to_json({"seeds": None if no_scores else seeds, "tasks": found}))
+        left_out = {"left_out": {name: f"needs {needed}" for name, needed in needs.items()}} if needs else {}
+        click.echo(to_json({"seeds": None if no_scores else seeds, "tasks": found} | left_out))
         return
     table(
         "tasks", ["task", "Gymnasium", "actions", "observation", "steps", "action modes"], [_task(row) for row in found]
     )
+    for name, needed in needs.items():
+        click.echo(f"{name} needs {needed}")
     if not no_scores:
         columns = ["task", "policy", "reward", "solved", "error, mean [mm]", "error, largest [mm]"]
         rows = [_score(row, policy, seeds) for row in found for policy in row["scores"]]

@@ -1,15 +1,18 @@
 """What an action means: numbers in [-1, 1] to the engine's controls.
 
     mode        per action  -1 .. 1 is                                    engine
-    bend        2           -170 .. 170 deg of bend along x and y         length servos, feed-forward tensions folded in
-    lengths     3           -pi r .. pi r: a change of length [m]         length servos; within their range
-    tensions    3           0 .. what holds 170 deg at most: a force [N]  plain forces
-    pressures   3           lowest .. highest pressure [Pa]               McKibben muscles behind valves
+    bend        2 S         -170 .. 170 deg of bend along x and y         length servos, feed-forward tensions folded in
+    lengths     n           -pi r .. pi r: a change of length [m]         length servos; within their range
+    tensions    n           0 .. what holds 170 deg at most: a force [N]  plain forces
+    pressures   n           lowest .. highest pressure [Pa]               McKibben muscles behind valves
+
+S is the number of sections, n that of muscles, section by section; each muscle has the range of its section's, see
+`ranges`. A bend may be given as S bends, shape (S, 2), too.
 
 A change of length is counted from the straight arm; the servo of a muscle that has it pulls with the least tension,
 and with more by its gain for every metre that the muscle is longer than asked for. `bend` uses the closed forms of the
 arm that the task was made with: lengths of the chain, and the least tensions that hold them under that arm's gravity
-and payload. It knows nothing of variations. Bends beyond 170 deg are shortened.
+and payload. It knows nothing of variations. Bends of a section beyond 170 deg are shortened.
 """
 
 from __future__ import annotations
@@ -18,11 +21,13 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
+from contarm_sim.envs.ranges import action_range
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics import routing
+from contarm_sim.mechanics import muscles, routing
 from contarm_sim.mechanics.pressures import level_range
 from contarm_sim.mechanics.servos import servo_control
 from contarm_sim.mechanics.statics import balance, holding_tensions
@@ -40,7 +45,8 @@ class Actions:
     Attributes:
         arm: the arm whose closed forms are used.
         mode: bend, lengths, tensions or pressures.
-        middle, half: an action a asks for middle + half * a, in the mode's unit.
+        middle, half: an action a asks for middle + half * a, in the mode's unit: one number, or one for each of an
+            action's where the muscles of sections differ.
 
     Raises:
         InputError: an unknown mode, or an arm that no pulling muscles hold at 170 deg.
@@ -48,32 +54,20 @@ class Actions:
 
     arm: Arm
     mode: Mode
-    middle: float = field(init=False)
-    half: float = field(init=False)
+    middle: float | Array = field(init=False, compare=False)
+    half: float | Array = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
-        low, high = self._limits()
-        object.__setattr__(self, "middle", 0.5 * (low + high))
-        object.__setattr__(self, "half", 0.5 * (high - low))
-
-    def _limits(self) -> tuple[float, float]:
-        arm, muscle = self.arm, self.arm.muscle
         if self.mode not in MODES:
             raise InputError("actions", repr(self.mode), ", ".join(MODES))
-        if self.mode == "lengths":
-            low, high = arm.setpoint_range
-            return max(low, -np.pi * arm.muscle_radius), min(high, np.pi * arm.muscle_radius)
-        if self.mode == "pressures":
-            return arm.pneumatics.pressure_limits
-        farthest = holding_tensions(arc.from_polar(arc.LARGEST_BEND, np.radians(np.arange(0, 360, 15))), arm)
-        if self.mode == "tensions":
-            return 0.0, min(float(farthest.max()), muscle.blocked_force)
-        return -arc.LARGEST_BEND, arc.LARGEST_BEND
+        low, high = action_range(self.arm, self.mode)
+        object.__setattr__(self, "middle", _as_one(0.5 * (low + high)))
+        object.__setattr__(self, "half", _as_one(0.5 * (high - low)))
 
     @property
     def size(self) -> int:
         """Numbers in an action."""
-        return 2 if self.mode == "bend" else 3
+        return 2 * len(self.arm.sections) if self.mode == "bend" else muscles.count(self.arm)
 
     @property
     def actuation(self) -> Actuation:
@@ -94,6 +88,8 @@ class Actions:
             array = array.astype(float)
         except (TypeError, ValueError):
             raise InputError("action", repr(action), f"numbers in [-1, 1], shape {wanted}") from None
+        if self.mode == "bend" and len(self.arm.sections) > 1 and array.shape == (*wanted[:-1], self.size // 2, 2):
+            array = array.reshape(wanted)
         if array.shape != wanted:
             raise InputError("action", f"of shape {array.shape}", f"shape {wanted}, numbers in [-1, 1]")
         if not np.isfinite(array).all():
@@ -108,35 +104,63 @@ class Actions:
         return np.concatenate([asked, asked], axis=-1) if self.mode == "pressures" else asked
 
     def setpoints(self, bend: Array) -> Array:
-        """Return length changes [m], shape (B, 3), that hold bends [rad], shape (B, 2), shortened to 170 deg."""
+        """Return length changes [m], shape (B, n), that hold bends [rad], shape (B, 2 S), shortened to 170 deg."""
         arm, bend = self.arm, shortened(bend)
         lengths = routing.lengths_from_bend(bend, arm)
         return servo_control(lengths, holding_tensions(bend, arm), arm)
 
     def within(self, bends: Array) -> Array:
-        """Return bends [rad], shape (T, 2), all shortened alike until the muscles, driven in this mode, hold them."""
+        """Return bends [rad], shape (T, 2 S), all shortened alike until the muscles, driven in this mode, hold them."""
         for _ in range(100):
-            if self._hold(bends):
+            if self.hold(bends).all():
                 break
             bends = 0.97 * bends
         return bends
 
-    def _hold(self, bends: Array) -> bool:
+    def hold(self, bends: Array) -> NDArray[np.bool_]:
+        """Tell which bends [rad], shape (T, 2 S), the muscles hold, driven in this mode, shape (T,)."""
+        try:
+            return self._held(bends)
+        except InputError:  # of several sections: no pulling muscles hold some of these bends
+            if len(self.arm.sections) == 1:
+                raise
+            if len(bends) == 1:
+                return np.zeros(1, dtype=bool)
+            return np.concatenate([self.hold(bend[None]) for bend in bends])
+
+    def _held(self, bends: Array) -> NDArray[np.bool_]:
         if self.mode == "pressures":
             low, high = level_range(balance(bends, self.arm), self.arm)
-            return bool(np.all(low <= high))
+            return np.asarray((low <= high).all(axis=-1))
         if self.mode == "tensions":
-            return bool(np.all(holding_tensions(bends, self.arm) <= self.middle + self.half))
-        lowest, highest = self.arm.setpoint_range
+            return np.asarray((holding_tensions(bends, self.arm) <= self.middle + self.half).all(axis=-1))
+        lowest = muscles.each(self.arm, lambda group: group.setpoint_range[0])
+        highest = muscles.each(self.arm, lambda group: group.setpoint_range[1])
         setpoints = self.setpoints(bends)
-        return bool(np.all((setpoints >= lowest) & (setpoints <= highest)))
+        return np.asarray(((setpoints >= lowest) & (setpoints <= highest)).all(axis=-1))
 
     def asking(self, values: Array) -> Array:
         """Return the actions, shape (B, size), that ask for values in the mode's unit, as near as [-1, 1] allows."""
         return ((values - self.middle) / self.half).clip(-1.0, 1.0)
 
 
+def action_names(arm: Arm, mode: Mode) -> list[str]:
+    """Return a name for each number of an action: `bend_x`, `lengths_2`; with several sections, `bend_2_x`."""
+    many, out = len(arm.sections) > 1, []
+    bent = [(number, "xy") for number in range(len(arm.sections))]
+    pulled = [(group.section, range(1, group.routing.count + 1)) for group in arm.groups]
+    for section, own in bent if mode == "bend" else pulled:
+        out += [f"{mode}_{section + 1}_{name}" if many else f"{mode}_{name}" for name in own]
+    return out
+
+
 def shortened(bend: Array) -> Array:
-    """Return bends [rad], shape (..., 2), those beyond 170 deg shortened to it."""
-    angle = np.sqrt(bend[..., 0] * bend[..., 0] + bend[..., 1] * bend[..., 1])
-    return bend * (arc.LARGEST_BEND / np.maximum(angle, arc.LARGEST_BEND))[..., None]
+    """Return bends [rad], shape (..., 2 S), those of sections beyond 170 deg shortened to it."""
+    bends = bend.reshape(*bend.shape[:-1], -1, 2)
+    angle = np.sqrt(bends[..., 0] * bends[..., 0] + bends[..., 1] * bends[..., 1])
+    return (bends * (arc.LARGEST_BEND / np.maximum(angle, arc.LARGEST_BEND))[..., None]).reshape(bend.shape)
+
+
+def _as_one(values: Array) -> float | Array:
+    """Return the number that all values are, or the values."""
+    return float(values[0]) if (values == values[0]).all() else values

@@ -6,6 +6,9 @@
     hold   tensions that balance bend, weight and wrench in closed form, co-contraction for the stiffness asked for, as
            pressures; what the measured bend lacks is added up in the same closed forms
 
+Of several sections, bends are sought from those that the arm has, by damped least squares on the chain's closed form,
+and followed from there as the target moves.
+
 All of them know the arm that the task was made with, and nothing of variations.
 """
 
@@ -30,6 +33,12 @@ Policy = Callable[[Array], Array]
 REMEMBERED = 10_000
 """Targets under load whose bends are kept."""
 
+JUMP = 0.1
+"""Way of a target between two actions that means another episode [lengths]: bends are sought anew."""
+
+RELAX = 0.97
+"""What bends are shortened by before they follow a target: of all that reach it, the arm goes to less bent ones."""
+
 MARGIN = 1.02
 """Stiffness that the baseline of `hold` goes for, over what is asked for."""
 
@@ -48,7 +57,7 @@ def baseline(definition: Definition) -> Policy:
     """Return the closed-form policy of a task. It has a memory: make a new one for new arms."""
     if definition.task.name == "hold":
         return _Hold(definition)
-    return _Steer(definition)
+    return _Steer(definition) if len(definition.arm.sections) == 1 else _SteerSections(definition)
 
 
 class _Steer:
@@ -60,9 +69,10 @@ class _Steer:
         self._known: dict[bytes, Array] = {}
 
     def __call__(self, observation: Array) -> Array:
-        return self._asking(self._bends(self._definition.unflat(observation)[self._seen]))
+        seen = self._definition.unflat(observation)
+        return self._asking(self._bends(seen[self._seen], seen))
 
-    def _bends(self, targets: Array) -> Array:
+    def _bends(self, targets: Array, seen: dict[str, Array]) -> Array:
         """Return the bends [rad], shape (B, 2), whose tips rest nearest to targets; under load each is solved once."""
         resting = self._definition.task.resting
         if not resting.loaded:
@@ -86,6 +96,31 @@ class _Steer:
         held = balance(bend, self._arm)
         level = level_range(held, self._arm)[0]
         return actions.asking(held.at(level) / np.maximum(held.per_pascal, 1e-9))
+
+
+class _SteerSections(_Steer):
+    """Bends the sections of an arm so that its tip meets a target, from one target to the next without a jump."""
+
+    def __init__(self, definition: Definition) -> None:
+        super().__init__(definition)
+        self._targets: Array = np.empty((0, 3))
+        self._last: Array = np.empty((0, 0))
+
+    def _bends(self, targets: Array, seen: dict[str, Array]) -> Array:
+        """Return the bends [rad], shape (B, 2 S); a target that has not moved keeps its own."""
+        if len(targets) != len(self._targets):
+            self._targets, self._last = (
+                np.full(targets.shape, np.inf),
+                np.zeros((len(targets), 2 * len(self._arm.sections))),
+            )
+        way = np.linalg.norm(targets - self._targets, axis=-1)
+        new, moved = way > JUMP * self._arm.length, way > 0
+        if new.any():
+            self._last[new] = routing.bend_from_lengths(seen["muscle_lengths"][new], self._arm)[0]
+        if moved.any():
+            self._last[moved] = self._definition.task.resting.bends(targets[moved], RELAX * self._last[moved])
+        self._targets = targets.copy()
+        return self._last
 
 
 class _Hold:

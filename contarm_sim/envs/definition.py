@@ -13,7 +13,8 @@ from contarm_sim.envs import variations as variation
 from contarm_sim.envs.actions import Actions, Mode
 from contarm_sim.envs.hold import Hold
 from contarm_sim.envs.reach import Reach
-from contarm_sim.envs.state import State, scales
+from contarm_sim.envs.state import State, add_end_sensors, scales
+from contarm_sim.envs.state import sizes as sizes_of_state
 from contarm_sim.envs.task import CONTROL_PERIOD, LIMIT, Goals, Task
 from contarm_sim.envs.track import Track
 from contarm_sim.errors import InputError
@@ -59,9 +60,9 @@ class Definition:
     scale: Array = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        arm, wide = self.arm, {"joint_angles": (3 if self.arm.torsional_stiffness is not None else 2) * self.arm.links}
-        seen = [name for name in scales(arm) if name != "pressures" or self.actions.mode == "pressures"]
-        sizes = {name: {**wide, "tip_orientation": 4}.get(name, 3) for name in seen}
+        arm, of_state = self.arm, sizes_of_state(self.arm)
+        seen = [name for name in of_state if name != "pressures" or self.actions.mode == "pressures"]
+        sizes = {name: of_state[name] for name in seen}
         odd = {"bend_asked": 2, "bend_error": 2, "stiffness_asked": 1, "stiffness": 1}
         known = scales(arm) | self.task.scales
         sizes |= {name: odd.get(name, 3) for name in self.task.scales}
@@ -115,13 +116,14 @@ class Definition:
 
 
 def plain_spec(arm: Arm, actuation: Actuation, timestep: float) -> mujoco.MjSpec:
-    """Return the arm as the environments simulate it: `arm_spec` with the payload not drawn.
+    """Return the arm as the environments simulate it: `arm_spec` with the payload not drawn, and `add_end_sensors`.
 
     Whatever varies, models must be laid out alike. What tension in twisted muscles adds to `torsional_stiffness`, r^2
     times the sum of tensions, is in the model as a constant, that of the least tension in all three; `simulate` and
     `equilibrium` follow the tensions.
     """
     spec = arm_spec(arm, actuation, timestep)
+    add_end_sensors(spec, arm)
     if arm.payload:
         spec.delete(spec.geom("payload"))
     return spec
@@ -147,7 +149,7 @@ def define(
             task's own.
 
     Raises:
-        InputError: an unknown name, or a value that cannot be.
+        InputError: an unknown name, an arm that the task is not for, or a value that cannot be.
     """
     _check_name("task", name, tuple(TASKS))
     if arm is not None and not isinstance(arm, Arm):
@@ -164,7 +166,7 @@ def define(
     if ticks < 1 or abs(ticks * CONTROL_PERIOD - limit) > 1e-9 or limit > longest:
         at_most = f", at most {longest:g} s" if np.isfinite(longest) else ""
         raise InputError("time_limit", given, f"a multiple of {CONTROL_PERIOD:g} s{at_most}")
-    return Definition(task, reward, variation.check(variations, task.drawn), ticks)
+    return Definition(task, reward, variation.check(variations, task.drawn, task.arm), ticks)
 
 
 def _check_name(what: str, given: Any, known: tuple[str, ...], where: str = "") -> None:

@@ -24,7 +24,7 @@ import numpy as np
 from dm_env import specs
 
 from contarm_sim.engine.plant import quiet_engine
-from contarm_sim.envs.actions import Mode
+from contarm_sim.envs.actions import Mode, action_names
 from contarm_sim.envs.definition import TASKS, Definition, Reward, define
 from contarm_sim.envs.dm_entity import ArmArena, ContinuumArm, PhysicsError, composer, observable
 from contarm_sim.envs.episodes import Episodes, Outcome
@@ -127,9 +127,8 @@ class ArmTask(composer.Task):
     def action_spec(self, physics: Any) -> specs.BoundedArray:
         """Return the spec of actions: numbers in [-1, 1]."""
         actions = self.definition.actions
-        names = "xy" if actions.mode == "bend" else "123"
-        shape = (actions.size,)
-        return specs.BoundedArray(shape, float, -1.0, 1.0, "\t".join(f"{actions.mode}_{name}" for name in names))
+        names = action_names(actions.arm, actions.mode)
+        return specs.BoundedArray((actions.size,), float, -1.0, 1.0, "\t".join(names))
 
     def get_reward_spec(self) -> specs.BoundedArray:
         """Return the spec of rewards: between 0 and 1."""

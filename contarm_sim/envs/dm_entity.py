@@ -11,9 +11,9 @@ import numpy as np
 from contarm_sim import libmujoco
 from contarm_sim.envs.actions import Actions, Mode
 from contarm_sim.envs.definition import plain_spec
-from contarm_sim.envs.state import State, read
+from contarm_sim.envs.state import State, end_sensors, read
 from contarm_sim.mjcf import TIMESTEP, exact_xml, names
-from contarm_sim.mjcf.muscles import straight_control
+from contarm_sim.mjcf.muscles import straight_controls
 from contarm_sim.mjcf.scene import add_scene, base_quaternion, base_rotation
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.rendering.draw import TARGET
@@ -68,7 +68,7 @@ class ContinuumArm(composer.Robot):
 
     @property
     def actuators(self) -> list[Any]:
-        """Three of them, or six where pressures drive the arm."""
+        """One a muscle, or two where pressures drive the arm."""
         return self._mjcf.find_all("actuator")
 
     @property
@@ -78,7 +78,7 @@ class ContinuumArm(composer.Robot):
 
     @property
     def tendons(self) -> list[Any]:
-        """The three muscles."""
+        """The muscles, section by section."""
         return [self._mjcf.find("tendon", muscle) for muscle in names.muscles(self._actions.arm)]
 
     @property
@@ -104,7 +104,8 @@ class ContinuumArm(composer.Robot):
 
     def straighten(self, physics: Any) -> None:
         """Put the arm straight and at rest, its muscles at their least tension."""
-        control = straight_control(self._actions.arm, self._actions.actuation)
+        each = straight_controls(self._actions.arm, self._actions.actuation)
+        control = each * (len(self.actuators) // len(each))
         physics.bind(self.joints).qpos = 0.0
         physics.bind(self.joints).qvel = 0.0
         self._command(physics, control)
@@ -124,7 +125,8 @@ class ContinuumArm(composer.Robot):
         if physics.data.time == 0:  # a reset leaves actuation off
             mujoco.mj_fwdActuation(physics.model.ptr, physics.data.ptr)
         tendons, actuators = physics.bind(self.tendons), physics.bind(self.actuators)
-        pose = [self._mjcf.find("sensor", name) for name in (names.TIP_POSITION, names.TIP_ORIENTATION)]
+        seen = (names.TIP_POSITION, names.TIP_ORIENTATION, *end_sensors(self._actions.arm))
+        pose = [self._mjcf.find("sensor", name) for name in seen]
         return read(
             {
                 "ten_length": np.array(tendons.length)[None],
@@ -142,27 +144,27 @@ class ArmObservables(composer.Observables):
     """What is seen of the arm, SI units, see `state`; disabled until asked for, as composer's are."""
 
     def _of(self, name: str) -> Any:
-        return observable.Generic(lambda physics: self._entity.state(physics)[name][0])
+        return observable.Generic(lambda physics: self._entity.state(physics).get(name, np.empty((1, 0)))[0])
 
     @define.observable
     def muscle_lengths(self) -> Any:
-        """Lengths of the muscles [m], shape (3,)."""
+        """Lengths of the n muscles [m], shape (n,)."""
         return self._of("muscle_lengths")
 
     @define.observable
     def muscle_velocities(self) -> Any:
-        """How fast they lengthen [m/s], shape (3,)."""
+        """How fast they lengthen [m/s], shape (n,)."""
         return self._of("muscle_velocities")
 
     @define.observable
     def actuator_tensions(self) -> Any:
-        """What the actuators pull with [N], shape (3,)."""
+        """What the actuators pull with [N], shape (n,)."""
         return self._of("actuator_tensions")
 
     @define.observable
     def pressures(self) -> Any:
-        """Pressures behind the valves [Pa], shape (3,); empty unless they drive the arm."""
-        return observable.Generic(lambda physics: self._entity.state(physics).get("pressures", np.empty((1, 0)))[0])
+        """Pressures behind the valves [Pa], shape (n,); empty unless they drive the arm."""
+        return self._of("pressures")
 
     @define.observable
     def joint_angles(self) -> Any:
@@ -178,6 +180,11 @@ class ArmObservables(composer.Observables):
     def tip_orientation(self) -> Any:
         """Quaternion w x y z of the tip in the base frame, shape (4,)."""
         return self._of("tip_orientation")
+
+    @define.observable
+    def section_ends(self) -> Any:
+        """Ends of all S sections but the last in the base frame [m], shape (3 S - 3,)."""
+        return self._of("section_ends")
 
 
 class ArmArena(composer.Arena):

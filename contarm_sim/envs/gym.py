@@ -54,8 +54,8 @@ class ArmEnv(gymnasium.Env[Array, Array]):
     on from there.
 
     Raises:
-        InputError: an unknown task, mode, variation or render mode; an action of another shape or not finite; a step
-            before reset or after the end.
+        InputError: an unknown task, mode, variation or render mode; an arm that the task is not for; an action of
+            another shape or not finite; a step before reset or after the end.
         DivergenceError: the simulation blew up.
         RenderingError: nothing can be drawn here.
     """

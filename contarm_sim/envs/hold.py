@@ -1,4 +1,4 @@
-"""`hold`: keep a bend and a stiffness while a wrench pulls at the tip.
+"""`hold`: keep a bend and a stiffness while a wrench pulls at the tip; for arms of one section.
 
 The wrench is a dead force (up to 0.3 N any way) and couple (up to 20 mN m) in the base frame, from the start and all
 the time. Asked for are a bend up to 80 deg, as the three muscle lengths measure it (its error is given as what it moves
@@ -35,6 +35,7 @@ from contarm_sim.mechanics.pressures import level_range
 from contarm_sim.mechanics.routing import length_jacobian
 from contarm_sim.mechanics.statics import Balance, balance
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.pneumatic_law import PneumaticLaw
 
 MAX_BEND = float(np.radians(80))
 MAX_FORCE, MAX_COUPLE = 0.3, 0.02
@@ -53,7 +54,13 @@ class Hold(Task):
     name: ClassVar[str] = "hold"
     time_limit: ClassVar[float] = 4.0
     modes: ClassVar[tuple[Mode, ...]] = ("pressures",)
-    drawn: ClassVar[tuple[str, ...]] = ("bend", "force", "couple", "share")
+    drawn = ("bend", "force", "couple", "share")
+
+    @classmethod
+    def needs(cls, arm: Arm) -> str | None:
+        """Say that the stiffness asked for is that of three muscles about one section."""
+        fits = len(arm.sections) == 1 and arm.routings[0].count == 3 and isinstance(arm.laws[0], PneumaticLaw)
+        return None if fits else "an arm of one section with three pneumatic muscles"
 
     def draw(self, random: np.random.RandomState) -> dict[str, Any]:
         """Draw bend [rad], force [N], couple [N m] and the share of co-contraction."""

@@ -2,7 +2,8 @@
 
 The point is where the tip rests at a bend drawn evenly from the disk to 170 deg, shortened where the muscles could not
 hold it (by pressures 131 deg in the worst plane): on the dome without load, on the surface that the arm reaches with
-gravity or payload, see `resting`.
+gravity or payload, see `resting`. Of several sections each is bent so, all shortened alike: the points fill the volume
+that the tip can rest in.
 
     quantity   size  unit  scaled by
     target     3     m     L0
@@ -17,7 +18,7 @@ import numpy as np
 
 from contarm_sim.envs.actions import Mode
 from contarm_sim.envs.state import State
-from contarm_sim.envs.task import Goals, Task, even_bend, norm
+from contarm_sim.envs.task import Goals, Task, even_bends, norm
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.kinematics.arrays import Array, as_vectors
@@ -25,16 +26,17 @@ from contarm_sim.model.arm import Arm
 
 
 class Reach(Task):
-    """Bring the tip to a point of the surface that it can rest on."""
+    """Bring the tip to a point that it can rest at."""
 
     name: ClassVar[str] = "reach"
     time_limit: ClassVar[float] = 2.0
     modes: ClassVar[tuple[Mode, ...]] = ("bend", "lengths", "tensions", "pressures")
-    drawn: ClassVar[tuple[str, ...]] = ("target",)
+    drawn = ("target",)
 
     def draw(self, random: np.random.RandomState) -> dict[str, Any]:
         """Draw a target [m]."""
-        return {"target": self.resting.tips(self.actions.within(even_bend(random, LARGEST_BEND)[None]))[0]}
+        bends = even_bends(random, LARGEST_BEND, len(self.arm.sections))
+        return {"target": self.resting.tips(self.actions.within(bends[None]))[0]}
 
     def prepare(self, values: dict[str, Any], arm: Arm) -> Goals:
         """Check the target."""

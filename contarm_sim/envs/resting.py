@@ -1,7 +1,8 @@
 """Where the tip rests under the set-points of a bend, and back: closed form without load, statics with it.
 
 Under gravity or payload the tips that three lengths reach form another surface than the dome; targets are drawn from
-it, for points of the dome off it are out of every controller's reach.
+it, for points of the dome off it are out of every controller's reach. Several sections reach a volume; without load
+their tips are those of the chain of links, in closed form too.
 """
 
 from __future__ import annotations
@@ -13,11 +14,12 @@ import numpy as np
 from contarm_sim.control.tip_plan import TipPlan
 from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.envs.actions import Actions, shortened
+from contarm_sim.envs.aiming import nearest_bends
 from contarm_sim.errors import EquilibriumError, InputError
 from contarm_sim.kinematics import arc, dome
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.muscles import bend_of_lengths
-from contarm_sim.model.arm import Arm
+from contarm_sim.mechanics import routing, shape
 from contarm_sim.statics.solver import Solver
 
 CORRECTIONS = 8
@@ -28,10 +30,15 @@ SHORTEN = 0.9
 
 
 class Resting:
-    """Poses at rest of one arm under the set-points of the action mode `bend`."""
+    """Poses at rest of one arm under the set-points of the action mode `bend`.
 
-    def __init__(self, arm: Arm) -> None:
-        self._arm, self._actions = arm, Actions(arm, "bend")
+    Args:
+        actions: what drives the arm; of several sections, bends are sought that it can hold so.
+    """
+
+    def __init__(self, actions: Actions) -> None:
+        self._arm, self._driven = actions.arm, actions
+        self._actions = Actions(actions.arm, "bend")
 
     @property
     def loaded(self) -> bool:
@@ -48,7 +55,7 @@ class Resting:
         return TipPlan(self._arm)
 
     def tips(self, bends: Array) -> Array:
-        """Return the resting tips [m], shape (T, 3), of bends [rad], shape (T, 2).
+        """Return the resting tips [m], shape (T, 3), of bends [rad], shape (T, 2 S).
 
         A bend without a pose at rest is shortened until it has one.
 
@@ -56,16 +63,24 @@ class Resting:
             EquilibriumError: not even the straight pose is one.
         """
         if not self.loaded:
-            return arc.position(bends, self._arm.length)
+            one = len(self._arm.sections) == 1
+            return arc.position(bends, self._arm.length) if one else shape.chain_tip(bends, self._arm)
         with engine_room():
             return np.array([self._tip(bend) for bend in bends])
 
-    def bends(self, targets: Array) -> Array:
-        """Return the bends [rad], shape (T, 2), to 170 deg whose tips rest nearest to targets [m], shape (T, 3).
+    def bends(self, targets: Array, near: Array | None = None) -> Array:
+        """Return the bends [rad], shape (T, 2 S), to 170 deg whose tips rest nearest to targets [m], shape (T, 3).
 
-        Where no pose at rest is found, the closed form's.
+        Where no pose at rest is found, those of the arm without load.
+
+        Args:
+            near: of several sections, bends about which solutions are sought [rad], shape (T, 2 S); default straight.
         """
-        bends = shortened(dome.bend_from_tip(targets, self._arm.length, "nearest").bend)
+        if len(self._arm.sections) > 1:
+            near = np.zeros((len(targets), 2 * len(self._arm.sections))) if near is None else near
+            bends = nearest_bends(targets, near, self._driven)
+        else:
+            bends = shortened(dome.bend_from_tip(targets, self._arm.length, "nearest").bend)
         if not self.loaded:
             return bends
         with engine_room():
@@ -90,5 +105,11 @@ class Resting:
             return bend
         for _ in range(CORRECTIONS):  # the bend whose own set-points have the same differences
             off = setpoint - self._actions.setpoints(bend[None])[0]
-            bend = shortened(bend + bend_of_lengths(off, self._arm.muscle_radius))
+            bend = shortened(bend + self._bend_of(off))
         return np.asarray(bend)
+
+    def _bend_of(self, lengths: Array) -> Array:
+        """Return the bend [rad], shape (2 S,), that changes of length [m], shape (n,), stand for."""
+        if len(self._arm.sections) == 1:
+            return bend_of_lengths(lengths, self._arm.muscle_radius)
+        return routing.bend_from_arc_deltas(lengths, self._arm)[0]

@@ -11,7 +11,9 @@ import numpy as np
 from contarm_sim.envs.actions import Actions, Mode
 from contarm_sim.envs.resting import Resting
 from contarm_sim.envs.state import State
+from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics import muscles
 from contarm_sim.model.arm import Arm
 
 CONTROL_PERIOD = 0.05
@@ -33,23 +35,32 @@ class Task(ABC):
         name: what it is called.
         time_limit: length of an episode [s]; it is cut off then, never terminated.
         modes: the action modes that make sense, the default first.
-        drawn: what an episode draws, by name; variations may replace it.
+        drawn: what an episode draws, by name, of an arm as it is; variations may replace it.
         over_time: whether success is judged by the root mean square of the error after `SETTLE`, not by the last one.
     """
 
     name: ClassVar[str]
     time_limit: ClassVar[float]
     modes: ClassVar[tuple[Mode, ...]]
-    drawn: ClassVar[tuple[str, ...]]
+    drawn: tuple[str, ...]
     over_time: ClassVar[bool] = False
 
     def __init__(self, arm: Arm, mode: Mode) -> None:
+        needed = self.needs(arm)
+        if needed is not None:
+            given = f"of {len(arm.sections)} sections and {muscles.count(arm)} muscles"
+            raise InputError(f"arm for {self.name}", given, needed)
         self.arm, self.actions = arm, Actions(arm, mode)
+
+    @classmethod
+    def needs(cls, arm: Arm) -> str | None:
+        """Say what arm the task is for, if not for this one."""
+        return None
 
     @cached_property
     def resting(self) -> Resting:
         """Where the arm's tip rests under set-points of bends."""
-        return Resting(self.arm)
+        return Resting(self.actions)
 
     @abstractmethod
     def draw(self, random: np.random.RandomState) -> dict[str, Any]:
@@ -108,6 +119,11 @@ def even_bend(random: np.random.RandomState, largest: float) -> Array:
     """Draw a bend [rad], shape (2,), evenly from the disk up to an angle."""
     angle, plane = largest * np.sqrt(random.random_sample()), 2 * np.pi * random.random_sample()
     return angle * np.array([np.cos(plane), np.sin(plane)])
+
+
+def even_bends(random: np.random.RandomState, largest: float, count: int) -> Array:
+    """Draw bends of several sections [rad], shape (2 S,), each evenly from the disk up to an angle."""
+    return np.concatenate([even_bend(random, largest) for _ in range(count)])
 
 
 def even_direction(random: np.random.RandomState) -> Array:

@@ -1,0 +1,156 @@
+"""A map of solutions along a path of targets: samples at way points, and the shortest way through them.
+
+Way points lie on the path at about equal distances. At each, random starts lead to samples of the solutions; the
+samples of the neighbours, carried over, join them, so that branches that are narrow or isolated are followed. Of all
+ways from the first way point to the last, dynamic programming takes the one of least motion and penalty; to jump
+between solutions farther apart than `FARTHEST_STEP` is a last resort.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.kinematics.backbone import Backbone
+from contarm_sim.kinematics.inverse import three_sections, two_curve, two_pieces, two_polish
+from contarm_sim.kinematics.inverse.choices import Choice, penalty, solved
+from contarm_sim.kinematics.inverse.courses import Places
+from contarm_sim.kinematics.inverse.goals import Goals
+from contarm_sim.kinematics.inverse.least_squares import clamped, descend
+from contarm_sim.kinematics.inverse.result import TOLERANCE
+from contarm_sim.kinematics.inverse.seeds import spread
+from contarm_sim.kinematics.inverse.targets import solve
+from contarm_sim.kinematics.inverse.two_equations import as_targets
+from contarm_sim.kinematics.inverse.two_pair import as_pair
+
+FARTHEST_STEP = 0.8
+"""Distance between solutions at neighbouring way points beyond which one is not taken for the other's course [rad]."""
+
+JUMP = 1e6
+"""Cost of a jump, beside squares of motions [rad^2]."""
+
+_STEPS = 25  # of a search from a random start: those that take more are left
+_CHOICE = 1.0  # cost of a penalty of 1 rad along the whole path, beside the square of its motion [rad^2]
+
+
+@dataclass
+class Layer:
+    """Samples at one way point: bends [rad], shape (K, S, 2), and the cost of being there, shape (K,)."""
+
+    place: int
+    bends: Array
+    cost: Array
+    barred: list[tuple[int, Array]] = field(default_factory=list)
+    """Steps to the next layer that are known to be jumps: from a sample, to bends."""
+
+    def bar(self, sample: int, bends: Array) -> None:
+        """Take a step to bends of the next layer for a jump from now on."""
+        if not any(k == sample and np.array_equal(to, bends) for k, to in self.barred):
+            self.barred.append((sample, bends))
+
+
+def layers(
+    goals: Goals, backbone: Backbone, places: Array, choose: Choice, near: Array | None, each: int
+) -> list[Layer]:
+    """Return the samples at way points of a path, given by their places in `goals`; `each` about at each.
+
+    Where there is none, the target is out of reach: the one sample is the nearest pose.
+    """
+    at = goals.take(places)
+    bends, row = _samples(at, backbone, each)
+    carried, to = _carried(at, backbone, bends, row)
+    bends, row = np.concatenate([bends, carried]), np.concatenate([row, to])
+    none = np.setdiff1d(np.arange(len(places)), row)
+    nearest = _nearest(at.take(none), backbone)
+    out = []
+    for i, place in enumerate(places):
+        samples = bends[row == i] if i not in none else nearest[none == i]
+        cost = np.zeros(len(samples))
+        if choose != "nearest":
+            cost = _CHOICE * penalty(samples, backbone, choose)
+        elif near is not None and i == 0:
+            # `nearest` is the least motion alone; a reference counts where the path begins.
+            cost = penalty(samples, backbone, choose, near) ** 2 * len(places)
+        out.append(Layer(int(place), samples, cost))
+    return out
+
+
+def _samples(goals: Goals, backbone: Backbone, each: int) -> tuple[Array, Places]:
+    """Return samples of the solutions of each goal, shape (K, S, 2), and the goals that they are of, shape (K,)."""
+    if len(backbone) == 2 and goals.conditions == 3:
+        return _family(goals, backbone, each)
+    if len(backbone) == 3 and goals.rotation is not None and not any(backbone.connectors[:-1]):
+        bends, _ = three_sections.all_poses(goals.position, goals.rotation, backbone)
+        row, column = np.nonzero(np.isfinite(bends[..., 0, 0]))
+        return bends[row, column], row
+    row = np.repeat(np.arange(len(goals)), each)
+    own, start = goals.take(row), np.tile(spread(each, backbone), (len(goals), 1, 1))
+    found = clamped(descend(own, backbone, start, steps=_STEPS), backbone)
+    good = solved(own, backbone, found)
+    return found[good], row[good]
+
+
+def _nearest(goals: Goals, backbone: Backbone) -> Array:
+    return solve(goals.position, backbone, goals.direction, goals.rotation).bends
+
+
+def _family(goals: Goals, backbone: Backbone, each: int) -> tuple[Array, Places]:
+    """Return samples of the families of two sections, by their closed form, denser towards the ends of each piece."""
+    pair = as_pair(backbone)
+    points = goals.position / backbone.length
+    targets = as_targets(points)
+    pieces = two_pieces.find(pair, targets)
+    cosine = np.cos(np.linspace(0, np.pi, each))
+    low, high = pieces.low[:, None, None], pieces.high[:, None, None]
+    beta1, cosine, branch = np.broadcast_arrays(
+        0.5 * ((low + high) - (high - low) * cosine), cosine, np.array([1.0, -1.0])[:, None]
+    )
+    row = np.repeat(pieces.owner, 2 * each)
+    found = two_curve.bends_at(pair, targets.at(row), beta1.ravel(), cosine.ravel(), branch.ravel())
+    found, miss = two_polish.polish(pair, points[row], found)
+    good = miss <= TOLERANCE
+    return found[good], row[good]
+
+
+def _carried(goals: Goals, backbone: Backbone, bends: Array, row: Places) -> tuple[Array, Places]:
+    """Return where samples lead to at the goals before and after their own, and those goals."""
+    found, to = np.concatenate([bends, bends]), np.concatenate([row - 1, row + 1])
+    inside = (to >= 0) & (to < len(goals))
+    found, to = found[inside], to[inside]
+    own = goals.take(to)
+    moved = descend(own, backbone, found, steps=10, near=True)
+    close = np.sqrt(((moved - found) ** 2).sum(axis=(-1, -2))) < FARTHEST_STEP
+    close &= solved(own, backbone, moved)
+    return moved[close], to[close]
+
+
+def shortest(chain: list[Layer]) -> tuple[list[int], list[int]]:
+    """Return the sample of each layer on the shortest way, and the layers that it jumps into."""
+    weight = float(len(chain))
+    total, before, jumps = chain[0].cost / weight, [], []
+    for last, layer in pairwise(chain):
+        square = _squares(last.bends, layer.bends)
+        jump = square > FARTHEST_STEP**2
+        for sample, bends in last.barred:
+            jump[sample] |= (np.abs(layer.bends - bends) < 1e-9).all(axis=(-1, -2))
+        cost = total[:, None] + weight * square + np.where(jump, JUMP, 0.0)
+        best = cost.argmin(axis=0)
+        columns = np.arange(len(best))
+        before.append(best)
+        jumps.append(jump[best, columns])
+        total = cost[best, columns] + layer.cost / weight
+    way = [int(total.argmin())]
+    jumped = []
+    for i in range(len(chain) - 1, 0, -1):
+        if jumps[i - 1][way[-1]]:
+            jumped.append(i)
+        way.append(int(before[i - 1][way[-1]]))
+    return way[::-1], jumped[::-1]
+
+
+def _squares(a: Array, b: Array) -> Array:
+    a, b = a.reshape(len(a), -1), b.reshape(len(b), -1)
+    return np.asarray(np.maximum((a**2).sum(1)[:, None] + (b**2).sum(1) - 2 * (a @ b.T), 0.0))
