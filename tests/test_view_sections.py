@@ -299,7 +299,7 @@ class TestRedundancy:
         np.testing.assert_allclose(shape.rotation(new, arm(3))[:, 2], lead.direction, atol=1e-7)
 
     def test_the_slider_goes_along_all_poses_of_one_tip(self):
-            lead, bend = Redundancy(arm(2)), np.array([0.7, 0.2, 0.3, -0.4])
+        lead, bend = Redundancy(arm(2)), np.array([0.7, 0.2, 0.3, -0.4])
         poses = np.array([lead.along(bend, share) for share in np.linspace(0, 1, 41)])
         tips = shape.position(poses, arm(2))
         np.testing.assert_allclose(tips, np.broadcast_to(lead.tip(bend), tips.shape), atol=1e-9)
