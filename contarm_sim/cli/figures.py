@@ -24,30 +24,35 @@ def figures(arm: Arm, names: tuple[str, ...], listing: bool, kind: tuple[str, ..
             as_json: bool) -> None:  # fmt: skip
     """Draw the paper's figures and ours, all or those named, as PNG, PDF and SVG; each is computed now.
 
+    An arm of several sections has figures of its own: slices of its workspace, how often and how well a place is
+    reached, and the poses that reach one point.
+
     \b
     contarm figures --list
     contarm figures
     contarm figures lengths possibility --kind pdf --links 48
+    contarm figures --arm two.toml slices elbow
     """
     from contarm_sim.cli.terminal import say, table, track
-    from contarm_sim.view.figures import FIGURES
+    from contarm_sim.view.figures import figures_of
     from contarm_sim.view.report.output import OutputFolder, check_output, default_folder, to_json
 
+    known = figures_of(arm)
     if listing:
         if as_json:
-            click.echo(to_json({name: meaning for name, (meaning, _) in FIGURES.items()}))
+            click.echo(to_json({name: meaning for name, (meaning, _) in known.items()}))
         else:
-            table("figures", ["name", "shows"], [[name, meaning] for name, (meaning, _) in FIGURES.items()])
+            table("figures", ["name", "shows"], [[name, meaning] for name, (meaning, _) in known.items()])
         return
     for name in names:
-        if name not in FIGURES:
-            raise InputError("name", repr(name), ", ".join(FIGURES))
-    chosen = names or tuple(FIGURES)
+        if name not in known:
+            raise InputError("name", repr(name), ", ".join(known))
+    chosen = names or tuple(known)
     target = Path(out) if out is not None else default_folder("figures")
     check_output(target)
     with OutputFolder(target) as opened:
         for i in track(range(len(chosen)), "figures"):
-            FIGURES[chosen[i]][1]([opened.folder / f"{chosen[i]}.{ending}" for ending in kind or KINDS], arm)
+            known[chosen[i]][1]([opened.folder / f"{chosen[i]}.{ending}" for ending in kind or KINDS], arm)
     files = [str(opened.target / f"{name}.{ending}") for name in chosen for ending in kind or KINDS]
     click.echo(to_json({"files": files}) if as_json else "\n".join(files))
     say(f"written: {opened.target}")

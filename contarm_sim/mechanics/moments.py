@@ -24,13 +24,11 @@ def weight_moment(bend: Any, arm: Arm) -> Array:
         spread = np.einsum("q,...qij->...ij", weight, arc.jacobian(bend[..., None, :], arm.length, xi))
         moved = arm.mass * spread + arm.payload * arc.jacobian(bend, arm.length)
         return np.einsum("i,...ij->...j", gravity, moved)
-    form, start = shape.backbone(arm), 0.0
-    moved = arm.payload * sections.jacobian(bends, form)[..., :3, :]
-    for section in arm.sections:
-        places = (start + section.length * xi) / arm.length
-        jacobians = sections.jacobian(bends[..., None, :, :], form, places)[..., :3, :]
-        moved = moved + section.mass * np.einsum("q,...qij->...ij", weight, jacobians)
-        start += section.length
+    starts = np.cumsum([0.0, *(section.length for section in arm.sections[:-1])])
+    lengths, masses = (np.array([getattr(part, name) for part in arm.sections]) for name in ("length", "mass"))
+    places = np.append((starts[:, None] + lengths[:, None] * xi) / arm.length, 1.0)  # and the tip, in one call
+    moved = sections.jacobian(bends[..., None, :, :], shape.backbone(arm), places)[..., :3, :]
+    moved = np.einsum("q,...qij->...ij", np.append(masses[:, None] * weight, arm.payload), moved)
     return np.einsum("i,...ij->...j", gravity, moved)
 
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import mujoco
 import numpy as np
 
+from contarm_sim.mjcf.outline import outline
 from contarm_sim.model.arm import Arm
 
 OFFSCREEN = (1920, 1080)
@@ -60,7 +62,7 @@ def add_scene(spec: mujoco.MjSpec, arm: Arm) -> np.ndarray:
     """Add floor, mount, light and cameras; return where the base goes in the world [m]."""
     length = arm.length
     along = base_rotation(arm)[:, 2]
-    reach = _reach(along, arm.disk_radius / length)
+    reach = _reach(along, arm.disk_radius / length, _OUTLINE if len(arm.sections) == 1 else outline(arm))
     base = np.array([0.0, 0.0, length * (CLEARANCE - reach[:, 2].min())])
     spec.visual.global_.offwidth, spec.visual.global_.offheight = OFFSCREEN
     spec.visual.map.znear = 0.01
@@ -77,14 +79,14 @@ def add_scene(spec: mujoco.MjSpec, arm: Arm) -> np.ndarray:
     return base
 
 
-def _reach(along: np.ndarray, thickness: float) -> np.ndarray:
+def _reach(along: np.ndarray, thickness: float, outline: Iterable[tuple[float, float]]) -> np.ndarray:
     """Return points around all that an arm of a radius can touch, relative to the base [lengths], shape (T, 3)."""
     side = np.cross(along, [0.0, 1.0, 0.0] if abs(along[1]) < 0.9 else [1.0, 0.0, 0.0])
     side /= np.linalg.norm(side)
     turn = np.linspace(0, 2 * math.pi, 24, endpoint=False)[:, None]
     ring = np.cos(turn) * side + np.sin(turn) * np.cross(along, side)
-    wider = [(radius + thickness, height) for radius, height in _OUTLINE]
-    longer = [(radius, height + math.copysign(thickness, height - 0.1)) for radius, height in _OUTLINE]
+    wider = [(radius + thickness, height) for radius, height in outline]
+    longer = [(radius, height + math.copysign(thickness, height - 0.1)) for radius, height in outline]
     return np.vstack([radius * ring + height * along for radius, height in wider + longer])
 
 

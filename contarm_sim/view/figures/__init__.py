@@ -1,4 +1,4 @@
-"""The paper's figures and ours, each computed when it is drawn: `FIGURES` names them."""
+"""The paper's figures and ours, each computed when it is drawn: `figures_of` names them."""
 
 from __future__ import annotations
 
@@ -40,4 +40,25 @@ FIGURES: dict[str, tuple[str, Draw]] = {
     "stiffness": ("tip stiffness against pressure at 60 degrees", _drawn_by("studies", "stiffness")),
     "sag": ("gravity's effect against m g L^2/EI", _drawn_by("studies", "sag")),
 }
-"""Name, meaning and function of every figure."""
+"""Name, meaning and function of every figure of an arm of one section."""
+
+OF_SEVERAL: dict[str, tuple[str, Draw]] = {
+    "slices": (
+        "where the tip can be in a plane through the axis: edges, folds, convex hull",
+        _drawn_by("reach", "slices"),
+    ),
+    "density": ("how many of all poses have their tip where", _drawn_by("reach", "density")),
+    "dexterity": (
+        "how well the tip does where: directions that it can have; two sections: its least motion",
+        _drawn_by("reach", "dexterity"),
+    ),
+    "elbow": ("two sections: the poses that reach one point, and their elbows", _drawn_by("reach", "elbow")),
+}
+"""The same of several sections."""
+
+
+def figures_of(arm: Arm) -> dict[str, tuple[str, Draw]]:
+    """Return the figures that can be drawn of an arm."""
+    if len(arm.sections) == 1:
+        return FIGURES
+    return {name: entry for name, entry in OF_SEVERAL.items() if name != "elbow" or len(arm.sections) == 2}

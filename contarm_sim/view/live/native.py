@@ -12,16 +12,18 @@ import numpy as np
 from contarm_sim.engine.plant import engine_room
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arc import LARGEST_BEND
+from contarm_sim.mechanics import shape
+from contarm_sim.mechanics.shape import bends_of
 from contarm_sim.mjcf import scene_spec
 from contarm_sim.model.arm import Arm
-from contarm_sim.view.live.session import PERIOD, Session
+from contarm_sim.view.live.session import Session
 from contarm_sim.view.rendering.draw import GHOST, TARGET
 from contarm_sim.view.rendering.overlays import add_ball, add_line, placed
 from contarm_sim.view.rendering.window import window
 
 _STEP = np.radians(5.0)
 _KEYS = {262: (1.0, 0.0), 263: (-1.0, 0.0), 265: (0.0, 1.0), 264: (0.0, -1.0)}  # GLFW: right, left, up, down
-_SPACE, _BACKSPACE = 32, 259
+_SPACE, _BACKSPACE, _ONE = 32, 259, 49
 _PICTURE = 1 / 60
 
 
@@ -45,7 +47,7 @@ def show(arm: Arm, controller: str = "servo") -> None:
 
 def _loop(session: Session, model: Any, data: Any, shown: Any, keys: queue.SimpleQueue[int]) -> None:
     """Keep in step with the clock; draw what is drawn over the model."""
-    paused, due, before = False, 0.0, time.perf_counter()
+    paused, due, before, chosen = False, 0.0, time.perf_counter(), 0
     while shown.is_running():
         while not keys.empty():
             key = keys.get()
@@ -53,40 +55,52 @@ def _loop(session: Session, model: Any, data: Any, shown: Any, keys: queue.Simpl
             if key == _BACKSPACE:
                 session.reset()
             elif key in _KEYS:
-                session.aim(session.goal + _STEP * np.array(_KEYS[key]))
+                goal = session.goal.copy()
+                goal[2 * chosen : 2 * chosen + 2] += _STEP * np.array(_KEYS[key])
+                session.aim(goal)
+            elif 0 <= key - _ONE < len(session.arm.sections):
+                chosen = key - _ONE
         now = time.perf_counter()
         due += 0.0 if paused else min(now - before, 0.25)
         before = now
-        while due >= PERIOD:
+        while due >= session.period:
             session.tick()
-            due -= PERIOD
+            due -= session.period
         with shown.lock():
             data.qpos[:], data.time = session.plant.data.qpos, session.plant.data.time
             mujoco.mj_forward(model, data)
             _draw_over(session, data, shown.user_scn)
-        shown.set_texts((None, mujoco.mjtGridPos.mjGRID_TOPLEFT, *_said(session, paused)))
+        shown.set_texts((None, mujoco.mjtGridPos.mjGRID_TOPLEFT, *_said(session, paused, chosen)))
         shown.sync()
         time.sleep(max(0.0, _PICTURE - (time.perf_counter() - now)))
 
 
 def _draw_over(session: Session, data: Any, scene: Any) -> None:
-    """Draw the analytic arc, and the target on its meridian of the dome."""
+    """Draw the analytic arcs, and the target; of one section also its meridian of the dome."""
     base = data.body("base")
     arm, reading = session.arm, session.reading
     scene.ngeom = 0
-    add_line(scene, placed(base, arc.position(reading.bend, arm.length, np.linspace(0, 1, 33))), 6.0, GHOST)
-    _, plane = arc.to_polar(reading.goal)
-    meridian = arc.from_polar(np.linspace(0.0, LARGEST_BEND, 49), plane)
-    add_line(scene, placed(base, arc.position(meridian, arm.length)), 1.5, TARGET)
-    add_ball(scene, placed(base, arc.position(reading.goal, arm.length)), 0.02 * arm.length, TARGET)
+    add_line(scene, placed(base, shape.position(reading.bend, arm, np.linspace(0, 1, 33))), 6.0, GHOST)
+    if len(arm.sections) == 1:
+        _, plane = arc.to_polar(reading.goal)
+        meridian = arc.from_polar(np.linspace(0.0, LARGEST_BEND, 49), plane)
+        add_line(scene, placed(base, arc.position(meridian, arm.length)), 1.5, TARGET)
+    add_ball(scene, placed(base, shape.position(reading.goal, arm)), 0.02 * arm.length, TARGET)
 
 
-def _said(session: Session, paused: bool) -> tuple[str, str]:
+def _said(session: Session, paused: bool, chosen: int) -> tuple[str, str]:
     """Return the two columns of the caption."""
     reading = session.reading
-    angle, plane = (float(np.degrees(x)) for x in arc.to_polar(reading.bend))
-    left = "tip error\nbend\ntension\n\narrows\nSpace\nBackspace"
+    several = len(session.arm.sections) > 1
+    bends, of_section = [], []
+    for number, own in enumerate(bends_of(reading.bend, session.arm)):
+        angle, plane = (float(np.degrees(x)) for x in arc.to_polar(own))
+        bends.append(f"{angle:.0f} deg towards {plane:.0f} deg")
+        of_section.append(f"bend {number + 1}" if several else "bend")
+    keys = f"1 to {len(bends)}\narrows" if several else "arrows"
+    left = "\n".join(["tip error", *of_section, "tension", "", keys, "Space", "Backspace"])
     tensions = " ".join(f"{x:.0f}" for x in reading.tensions)
-    right = f"{1e3 * reading.error:.2f} mm\n{angle:.0f} deg towards {plane:.0f} deg\n{tensions} N\n\nbend the arm"
+    choice = f"choose a section, now {chosen + 1}\nbend it" if several else "bend the arm"
+    right = "\n".join([f"{1e3 * reading.error:.2f} mm", *bends, f"{tensions} N", "", choice])
     right += f"\n{'resume' if paused else 'pause'}\nstart again"
     return left, right + (f"\n{session.problem}" if session.problem else "")

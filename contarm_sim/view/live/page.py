@@ -52,6 +52,7 @@ def page(session: Session, port: int | None) -> Iterator[tuple[Any, Scene, Panel
         import viser  # noqa: F401
     except ImportError:
         raise MissingError("viser", "view") from None
+    from contarm_sim.view.live.aims import SeveralSections
     from contarm_sim.view.live.guard import open_server
     from contarm_sim.view.live.panel import Panel
     from contarm_sim.view.live.scene import Scene
@@ -65,11 +66,20 @@ def page(session: Session, port: int | None) -> Iterator[tuple[Any, Scene, Panel
         panel = Panel(server, session, wishes.put, scene.turn)
 
         def follow(eye: Array, through: Array) -> None:
-            panel.aim(scene.bend_seen(eye, through))
+            if isinstance(panel.aims, SeveralSections):
+                panel.aims.pull(scene.in_base(through))
+            else:
+                panel.aim(scene.bend_seen(eye, through))
+
+        def let_go(through: Array) -> None:
+            if isinstance(panel.aims, SeveralSections):
+                panel.aims.let_go(scene.in_base(through))
 
         async def drag(event: Any) -> None:
             if event.phase != "end":
                 wishes.put(follow, event.client.camera.position, event.end_position)
+            else:
+                wishes.put(let_go, event.end_position)
 
         scene.target.on_drag("left")(drag)
         yield server, scene, panel, wishes

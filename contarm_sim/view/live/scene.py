@@ -13,12 +13,16 @@ import numpy as np
 from contarm_sim.kinematics import arc, dome
 from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics import shape
+from contarm_sim.mechanics.muscles import each
+from contarm_sim.mjcf import names
 from contarm_sim.mjcf.backbone import SPINE_RADIUS, payload_radius
 from contarm_sim.mjcf.scene import base_quaternion, base_rotation
-from contarm_sim.model.colours import muscle_colour
 from contarm_sim.view.live.session import Session
 from contarm_sim.view.rendering.draw import GHOST, TARGET, trace_colours
 from contarm_sim.view.rendering.muscles import thickness, tint
+from contarm_sim.view.sections import muscle_colours, section_colour, section_places, tube_radii
+from contarm_sim.view.workspace import around, hull
 
 if TYPE_CHECKING:
     import viser
@@ -50,7 +54,7 @@ class Scene:
         ball = {"color": _bytes(np.array(TARGET[:3])), "opacity": 0.55, "cast_shadow": False}
         self.target = self._add.add_icosphere("/arm/target", radius=1.1 * session.arm.disk_radius, **ball)
         self._payload = self._add.add_icosphere("/arm/payload", radius=1.0, color=_DARK)
-        vertices, faces = _tube(*self._ghost())
+        vertices, faces = self._ghost()
         # Only far sides of what is clear are drawn, here and of the dome: they never cover the arm.
         self._glass = self._add.add_mesh_simple(
             "/arm/analytic", vertices, faces, color=_bytes(np.array(GHOST[:3])), opacity=0.45, side="back",
@@ -70,10 +74,12 @@ class Scene:
         self._tips.clear()
 
     def _add_dome(self) -> None:
-        """Draw the reachable tips as a faint surface with meridians and parallels."""
-        length = self._session.arm.length
-        angle, plane = np.linspace(0, LARGEST_BEND, 35), np.linspace(0, 2 * np.pi, 49)
-        points = arc.position(arc.from_polar(angle[:, None], plane), length)
+        """Draw the reachable tips, or the hull of those of several sections, faint, with meridians and parallels."""
+        arm, plane = self._session.arm, np.linspace(0, 2 * np.pi, 49)
+        if len(arm.sections) == 1:
+            points = arc.position(arc.from_polar(np.linspace(0, LARGEST_BEND, 35)[:, None], plane), arm.length)
+        else:
+            points = around(hull(shape.backbone(arm), 35), plane)
         self._dome = points.reshape(-1, 3)
         faces = _faces(np.arange(len(self._dome)).reshape(points.shape[:2]))
         self._add.add_mesh_simple(
@@ -89,22 +95,30 @@ class Scene:
         """Draw disks, spine and muscles as cylinders, each kind in one node."""
         arm = self._session.arm
         vertices, faces = _cylinder()
-        n = arm.links
+        n, starts = arm.links, names.section_stations(arm)
         upright, places = np.tile([1.0, 0.0, 0.0, 0.0], (n + 1, 1)), np.zeros((n + 1, 3))
-        thickness = min(0.0025, 0.2 * arm.link_pitch)
-        round_ = [[arm.disk_radius] * 2 + [thickness if 0 < i < n else 1.6 * thickness] for i in range(n + 1)]
+        own = np.repeat(np.arange(len(arm.sections)), [section.links for section in arm.sections])  # section of a link
+        pitch = np.array([arm.sections[number].link_pitch for number in own])
+        disks = np.array(arm.disk_radii)[np.concatenate([own[:1], own])]
+        disks[starts[1:-1]] = np.maximum(disks[starts[1:-1]], np.array(arm.disk_radii)[1:])
+        thick = np.minimum(0.0025, 0.2 * np.concatenate([pitch[:1], pitch]))
+        thick[starts] *= 1.6
+        tints = [_DARK if number == 0 else _bytes(np.array(section_colour(number))) for number in [0, *own]]
         self._disks = self._add.add_batched_meshes_simple(
-            "/arm/disks", vertices, faces, upright, places, batched_scales=np.array(round_), batched_colors=_DARK,
-            lod="off",
+            "/arm/disks", vertices, faces, upright, places, batched_scales=np.stack([disks, disks, thick], axis=1),
+            batched_colors=_DARK if len(arm.sections) == 1 else np.array(tints, np.uint8), lod="off",
         )  # fmt: skip
-        spine = np.tile([SPINE_RADIUS * arm.muscle_radius] * 2 + [1.03 * arm.link_pitch], (n, 1))
+        radii = SPINE_RADIUS * np.array([arm.routings[number].radius for number in own])
         self._spine = self._add.add_batched_meshes_simple(
-            "/arm/spine", vertices, faces, upright[1:], places[1:], batched_scales=spine, batched_colors=_PALE,
-            lod="off",
+            "/arm/spine", vertices, faces, upright[1:], places[1:],
+            batched_scales=np.stack([radii, radii, 1.03 * pitch], axis=1), batched_colors=_PALE, lod="off",
         )  # fmt: skip
+        paths = self._session.plant.muscle_paths
+        self._spans = np.isfinite(paths[:, 1:, 0]) & np.isfinite(paths[:, :-1, 0])
+        count = int(self._spans.sum())
         self._muscles = self._add.add_batched_meshes_simple(
-            "/arm/muscles", vertices, faces, np.tile(upright[1:], (3, 1)), np.tile(places[1:], (3, 1)),
-            batched_scales=np.ones((3 * n, 3)), batched_colors=np.zeros((3 * n, 3), np.uint8), lod="off",
+            "/arm/muscles", vertices, faces, np.tile(upright[:1], (count, 1)), np.zeros((count, 3)),
+            batched_scales=np.ones((count, 3)), batched_colors=np.zeros((count, 3), np.uint8), lod="off",
         )  # fmt: skip
 
     def show(self) -> None:
@@ -116,12 +130,12 @@ class Scene:
             self._disks.batched_positions = stations
             self._disks.batched_wxyzs = _from_upright(rotations[:, :, 2])
             self._place(self._spine, stations[:-1], stations[1:])
-            self._place(self._muscles, paths[:, :-1].reshape(-1, 3), paths[:, 1:].reshape(-1, 3))
+            self._place(self._muscles, paths[:, :-1][self._spans], paths[:, 1:][self._spans])
             self._muscles.batched_scales, self._muscles.batched_colors = self._strength(paths)
-            self._glass.vertices = _tube(*self._ghost())[0].astype(np.float32)
+            self._glass.vertices = self._ghost()[0].astype(np.float32)
             self._payload.position = stations[-1]
             self._payload.radius = max(payload_radius(session.arm), 1e-6)
-            self.target.position = arc.position(session.goal, session.arm.length)
+            self.target.position = shape.position(session.goal, session.arm)
             self._show_trace()
 
     def _place(self, node: Any, starts: Array, ends: Array) -> None:
@@ -131,21 +145,25 @@ class Scene:
     def _strength(self, paths: Array) -> tuple[Array, Array]:
         """Return sizes and colours of all spans: the thicker and the brighter the more a muscle pulls."""
         arm = self._session.arm
-        share = self._session.reading.tensions / (0.5 * arm.muscle.blocked_force)
-        radius = 0.5 * arm.muscle.diameter * thickness(share)
+        share = self._session.reading.tensions / (0.5 * each(arm, lambda group: group.law.blocked_force))
+        radius = 0.5 * each(arm, lambda group: group.law.diameter) * thickness(share)
         spans = np.linalg.norm(np.diff(paths, axis=1), axis=2)
         sizes = np.stack([*[np.repeat(radius[:, None], spans.shape[1], 1)] * 2, 1.02 * spans], axis=2)
-        full = np.array([muscle_colour(i)[:3] for i in range(len(share))])
-        colours = np.repeat([_bytes(row) for row in tint(share, full)], spans.shape[1], 0)
-        return sizes.reshape(-1, 3).astype(np.float32), colours.astype(np.uint8)
+        tints = np.array([_bytes(row) for row in tint(share, muscle_colours(arm))])
+        colours = np.repeat(tints[:, None], spans.shape[1], 1)
+        return sizes[self._spans].astype(np.float32), colours[self._spans].astype(np.uint8)
 
-    def _ghost(self) -> tuple[Array, Array, float]:
-        """Return centres, frames and radius of the analytic arc's tube."""
-        session = self._session
-        xi = np.linspace(0.0, 1.0, 25)
-        points = arc.position(session.reading.bend, session.arm.length, xi)
-        radius = 1.25 * (session.arm.muscle_radius + 0.5 * session.arm.muscle.diameter)
-        return points, arc.rotation(session.reading.bend, xi), radius
+    def _ghost(self) -> tuple[Array, Array]:
+        """Return vertices and faces of the tubes of the analytic arcs."""
+        session, pieces = self._session, max(24 // len(self._session.arm.sections), 12)
+        vertices: list[Array] = []
+        faces: list[Array] = []
+        for xi, inside in zip(section_places(session.arm, pieces), tube_radii(session.arm), strict=True):
+            points = shape.position(session.reading.bend, session.arm, xi)
+            own = _tube(points, shape.rotation(session.reading.bend, session.arm, xi), 1.25 * inside)
+            faces.append(own[1] + sum(map(len, vertices)))
+            vertices.append(own[0])
+        return np.concatenate(vertices), np.concatenate(faces)
 
     def _show_trace(self) -> None:
         """Draw where the tip has been, coloured by its error then."""
@@ -159,6 +177,10 @@ class Scene:
         colours = np.repeat(tints[:, None], 2, 1).astype(np.uint8)
         lines = np.stack([tips[:-1], tips[1:]], axis=1)
         self._add.add_line_segments("/arm/trace", lines, colours, thickness=3.0, thickness_units="screen")
+
+    def in_base(self, point: Array) -> Array:
+        """Return a point of the world [m], shape (3,), in the base frame."""
+        return np.asarray(point) @ base_rotation(self._session.arm)
 
     def bend_seen(self, eye: Array, through: Array) -> Array:
         """Return the bend [rad], shape (2,), whose tip lies where a ray meets the dome, or passes nearest to it.

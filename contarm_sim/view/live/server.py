@@ -11,7 +11,7 @@ from contarm_sim.engine.plant import engine_room
 from contarm_sim.errors import DivergenceError, InputError
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.live.page import HOST, page
-from contarm_sim.view.live.session import PERIOD, Session
+from contarm_sim.view.live.session import Session
 from contarm_sim.view.live.wishes import Wishes
 
 _LOG = logging.getLogger(__name__)
@@ -62,13 +62,13 @@ def _loop(session: Session, scene: Any, panel: Any, server: Any, wishes: Wishes)
         before = now
         if due > _MOST_BEHIND * panel.speed:
             due, behind = 0.0, True
-        while due >= PERIOD:
+        while due >= session.period:
             try:
                 session.tick()
             except DivergenceError as error:
                 session.problem = f"{error}; the simulation started again"
             panel.note()
-            due -= PERIOD
+            due -= session.period
         if now >= next_picture and server.get_clients():
             scene.show()
             next_picture = now + _PICTURES
@@ -76,6 +76,6 @@ def _loop(session: Session, scene: Any, panel: Any, server: Any, wishes: Wishes)
                 panel.show(busy, behind)
                 next_plot, behind = now + _PLOTS, False
         spent = time.perf_counter() - now
-        rest = max(PERIOD / panel.speed - spent, 0.002)
+        rest = max(session.period / panel.speed - spent, 0.002)
         busy += 0.05 * (spent / (spent + rest) - busy)
         time.sleep(rest)

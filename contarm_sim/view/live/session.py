@@ -12,10 +12,10 @@ from contarm_sim.control.plan import Plan
 from contarm_sim.control.registry import controller as resolved
 from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import DivergenceError, InputError
-from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics import pneumatics, routing
+from contarm_sim.mechanics import pneumatics, routing, shape
+from contarm_sim.mechanics.muscles import each, slices
 from contarm_sim.mechanics.servos import servo_control
 from contarm_sim.mechanics.statics import cocontraction
 from contarm_sim.model.arm import Arm
@@ -24,7 +24,10 @@ from contarm_sim.motion.time_step import stable_substeps
 from contarm_sim.paths.reference import Reference
 
 PERIOD = 1 / CONTROL_RATE
-"""Simulated time of a control tick [s]."""
+"""Simulated time of a control tick of up to three sections [s]; of more it is twice that: a tick costs more time."""
+
+_QUICK = 3
+"""Sections whose control takes about half of `PERIOD`."""
 
 _LAG = 0.2  # s, of each of two stages: a hand's jump becomes a motion that muscles can follow
 _FASTEST = 2.0  # rad/s
@@ -37,12 +40,12 @@ class Reading:
 
     Attributes:
         time: simulated time [s].
-        goal: bend asked for [rad], shape (2,).
-        bend: bend commanded now, on its way to the goal [rad], shape (2,).
-        analytic, tip: tip of the arc at that bend, and of the simulated arm [m], shape (3,).
-        tensions: of the muscles [N], shape (3,).
+        goal: bend asked for [rad], shape (2 S,) of S sections.
+        bend: bend commanded now, on its way to the goal [rad], shape (2 S,).
+        analytic, tip: tip of the arcs at that bend, and of the simulated arm [m], shape (3,).
+        tensions: of the muscles [N], shape (n,).
         pressures: that give real muscles these tensions, inf where none does; under `pressure` those behind the
-            valves [Pa], shape (3,).
+            valves [Pa], shape (n,).
     """
 
     time: float
@@ -69,32 +72,32 @@ class Session:
 
     Attributes:
         arm, controller, plant: the current ones; `change` replaces them.
-        goal: bend asked for [rad], shape (2,).
+        period: simulated time of a tick [s].
+        goal: bend asked for [rad], shape (2 S,) of S sections.
         problem: why the goal is not followed, or "".
         reading: of the last tick.
     """
 
     def __init__(self, arm: Arm, controller: str = "servo") -> None:
-        self.goal, self.problem = np.zeros(2), ""
-        self._ahead, self._speed = np.zeros((3, 2)), np.zeros(2)
         self._feedback: Feedback | None = None
         self._start(arm, controller)
         self.reset()
 
     def reset(self) -> None:
         """Stand straight and still, at time 0, and stay so."""
-        self.goal, self.problem = np.zeros(2), ""
-        self._ahead, self._speed, self._feedback = np.zeros((3, 2)), np.zeros(2), None
+        size = 2 * len(self.arm.sections)
+        self.goal, self.problem = np.zeros(size), ""
+        self._ahead, self._speed, self._feedback = np.zeros((3, size)), np.zeros(size), None
         self._stuck = np.inf  # what was left to the goal where it was last refused [rad]
-        self.plant.reset(np.zeros(2))
+        self.plant.reset(self.goal)
         mujoco.mj_forward(self.plant.model, self.plant.data)
         self._sent = self.plant.control[0].copy()
         self.reading = self._read()
 
     def aim(self, bend: Array) -> None:
-        """Go to a bend [rad], shape (2,), cut to `LARGEST_BEND`."""
-        bend = arc.as_bend(bend)
-        self.goal = bend * min(1.0, LARGEST_BEND / max(float(np.hypot(*bend)), 1e-12))
+        """Go to a bend [rad], shape (2 S,), each section's cut to `LARGEST_BEND`."""
+        bends = shape.bends_of(shape.as_coordinates(bend, self.arm), self.arm)
+        self.goal = (bends * np.minimum(1.0, LARGEST_BEND / np.maximum(_angles(bends), 1e-12))[:, None]).reshape(-1)
 
     def change(self, arm: Arm | None = None, controller: str | None = None) -> None:
         """Take other parameters or another controller from here on; the pose and its speed stay.
@@ -104,7 +107,7 @@ class Session:
                 changed.
         """
         arm, controller = arm or self.arm, controller or self.controller
-        if arm.links != self.arm.links or (arm.torsional_stiffness is None) != (self.arm.torsional_stiffness is None):
+        if _joints(arm) != _joints(self.arm):
             raise InputError("links", arm.links, "the same joints as before: start again for others")
         before, same = self.plant, controller == self.controller
         self._start(arm, controller)
@@ -122,8 +125,9 @@ class Session:
     def _start(self, arm: Arm, controller: str) -> None:
         driver = resolved(controller).unplanned()
         plant = Plant(arm, driver.pulls_only, actuation=driver.actuation)
-        self._substeps = stable_substeps(plant, CONTROL_RATE, np.empty((0, 2)))
-        plant.model.opt.timestep = PERIOD / self._substeps
+        self.period = PERIOD * -(-len(arm.sections) // _QUICK)
+        self._substeps = stable_substeps(plant, 1 / self.period, np.empty((0, 2)))
+        plant.model.opt.timestep = self.period / self._substeps
         self.plant, self.arm, self.controller, self._driver = plant, arm, controller, driver
 
     def _takes_over(self, before: Plant) -> Array:
@@ -132,12 +136,13 @@ class Session:
         if not len(self.plant.pressure):
             return servo_control(lengths, tensions, arm)
         bend, _ = routing.bend_from_lengths(lengths, arm)
-        level = cocontraction(bend, arm)[0]  # enough of it that no pressure is too low
         per_pascal = np.maximum(pneumatics.force(1.0, lengths, arm), 1e-9)
-        tensions = tensions + level * ((arm.pneumatics.min_pressure * per_pascal - tensions) / level).max()
-        self.plant.pressure[:] = np.clip(
-            tensions / per_pascal, arm.pneumatics.min_pressure, arm.pneumatics.max_pressure
-        )
+        lowest = each(arm, lambda group: group.law.pressure_limits[0])
+        highest = each(arm, lambda group: group.law.pressure_limits[1])
+        for level, own in reversed(list(zip(cocontraction(bend, arm), slices(arm), strict=True))):
+            # Enough of it that no pressure is too low; from the tip on, for muscles load all sections that they cross.
+            tensions = tensions + level * ((lowest * per_pascal - tensions)[own] / level[own]).max()
+        self.plant.pressure[:] = np.clip(tensions / per_pascal, lowest, highest)
         return self.plant.pressure[0].copy()
 
     def tick(self) -> Reading:
@@ -175,17 +180,17 @@ class Session:
 
     def _move_on(self) -> None:
         """Shift the three bends commanded at the beginning of this tick, of the next, and of the one after."""
-        speed = self._speed + PERIOD * ((self.goal - self._ahead[2]) / _LAG**2 - 2 * self._speed / _LAG)
-        self._speed = speed * min(1.0, _FASTEST / max(float(np.hypot(*speed)), 1e-12))
-        self._ahead = np.vstack([self._ahead[1:], self._ahead[2] + PERIOD * self._speed])
+        speed = self._speed + self.period * ((self.goal - self._ahead[2]) / _LAG**2 - 2 * self._speed / _LAG)
+        self._speed = speed * min(1.0, _FASTEST / max(float(_angles(speed).max()), 1e-12))
+        self._ahead = np.vstack([self._ahead[1:], self._ahead[2] + self.period * self._speed])
 
     @property
     def _way(self) -> float:
         """What is left to the goal [rad]."""
-        return float(np.hypot(*(self.goal - self._ahead[2])))
+        return float(_angles(self.goal - self._ahead[2]).max())
 
     def _reference(self) -> Reference:
-        return Reference.from_bends(self._ahead, self.arm, PERIOD * np.arange(3))
+        return Reference.from_bends(self._ahead, self.arm, self.period * np.arange(3))
 
     def _with_feedback(self, plan: Plan, reference: Reference) -> Array:
         """Return the set-points of the end of this tick, corrected by what was seen up to now."""
@@ -203,7 +208,7 @@ class Session:
         """Let the feedback see the beginning of this tick."""
         if self._feedback is not None:
             seen = Seen.of(self.plant)
-            self._feedback.update(0, seen, PERIOD / self._feedback.time)
+            self._feedback.update(0, seen, self.period / self._feedback.time)
 
     def _read(self) -> Reading:
         plant, bend = self.plant, self._ahead[0]
@@ -213,6 +218,17 @@ class Session:
         else:
             pressures = pneumatics.pressure_for(tensions, plant.muscle_lengths, self.arm)
         return Reading(
-            float(plant.data.time), self.goal.copy(), bend.copy(), arc.position(bend, self.arm.length), plant.tip,
+            float(plant.data.time), self.goal.copy(), bend.copy(), shape.position(bend, self.arm), plant.tip,
             tensions, pressures,
         )  # fmt: skip
+
+
+def _angles(bend: Array) -> Array:
+    """Return the sizes of bends [rad], shape (S,), of all sections' coordinates."""
+    x, y = bend.reshape(-1, 2).T
+    return np.hypot(x, y)
+
+
+def _joints(arm: Arm) -> list[tuple[int, bool]]:
+    """Return what decides the joints of each section: their number, and whether they twist."""
+    return [(section.links, section.torsional_stiffness is None) for section in arm.sections]

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contarm_sim.errors import InputError, RenderingError
-from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.rendering.cameras import check_camera, eye
 from contarm_sim.view.rendering.gl import choose_backend
@@ -21,11 +21,13 @@ from contarm_sim.view.rendering.overlays import (
     Colour,
     add_ball,
     add_line,
+    add_ring,
     add_triad,
     add_tube,
     placed,
     thin,
 )
+from contarm_sim.view.sections import section_colour, section_places, tube_radii
 
 if TYPE_CHECKING:
     from contarm_sim.results.trajectory import Trajectory
@@ -38,9 +40,11 @@ PATH: Colour = (0.30, 0.33, 0.40, 1.0)
 TRACE: Colour = (0.00, 0.78, 0.45, 1.0)
 TARGET: Colour = (0.46, 0.16, 0.80, 1.0)
 GHOST: Colour = (0.46, 0.16, 0.80, 0.40)
+RING: Colour = (0.46, 0.16, 0.80, 0.85)
 
 _NARROWEST = 1.4
-_GHOST_SEGMENTS = 24
+_GHOST_SEGMENTS, _LEAST_SEGMENTS = 24, 12
+"""Pieces that the ghost of an arm is made of, and of each section at least."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +55,7 @@ class Overlays:
         path: the planned path of the tip.
         trace: where the simulated tip has been so far, coloured by its distance from the analytic one.
         target: the target of this moment.
-        ghost: the analytic arc at the commanded bend.
+        ghost: the analytic arcs at the commanded bend, a ring where one section ends and the next begins.
         frames: axes at base and simulated tip, x red, y green, z blue.
     """
 
@@ -92,7 +96,7 @@ class ArmRenderer:
         from contarm_sim.mjcf import scene_spec
 
         self.arm = arm
-        self._model = scene_spec(arm).compile()
+        self._model = _told_apart(scene_spec(arm), arm).compile()
         self._camera = check_camera(camera)
         _set_quality(self._model, quality)
         _fit(self._model, width, height)
@@ -145,14 +149,26 @@ class ArmRenderer:
         return self._renderer.render()
 
     def bent(self, bend: Array) -> Array:
-        """Return the joint angles [rad], shape (dofs,), of the arm with every joint bent alike."""
-        qpos, share = np.zeros(self._model.nq), np.asarray(bend, dtype=float) / self.arm.section.links
-        qpos[self._index.bending["x"]], qpos[self._index.bending["y"]] = -share[1], share[0]
+        """Return the joint angles [rad], shape (dofs,), of the arm with every joint of a section bent alike.
+
+        Args:
+            bend: of the sections [rad], shape (2 S,).
+        """
+        qpos, bends = np.zeros(self._model.nq), shape.bends_of(bend, self.arm)
+        for axis, sign, part in (("x", -1.0, 1), ("y", 1.0, 0)):
+            hinges = self._index.bending[axis]
+            number = self._index.section_of_joint[hinges]
+            links = np.array([section.links for section in self.arm.sections])
+            qpos[hinges] = sign * (bends[:, part] / links)[number]
         return qpos
 
     def to_world(self, points: Array) -> Array:
         """Turn points of the base frame [m], shape (..., 3), into points of the world that is drawn."""
         return placed(self._data.body("base"), points)
+
+    def _pixels(self, width: float) -> float:
+        """Return the width of a line [pixels] that is so wide in a picture of 720 rows."""
+        return width * self._renderer.height / 720
 
     @property
     def _base_rotation(self) -> Array:
@@ -178,12 +194,14 @@ class ArmRenderer:
             add_triad(self._renderer.scene, body.xpos, body.xmat.reshape(3, 3), 0.14 * self.arm.length, width)
 
     def _add_ghost(self, bend: Array) -> None:
-        """Draw the analytic arc as a glass tube about the arm."""
-        xi = np.linspace(0.0, 1.0, _GHOST_SEGMENTS + 1)
-        points = self.to_world(arc.position(bend, self.arm.length, xi))
-        frames = self._base_rotation @ arc.rotation(bend, xi)
-        radius = 1.25 * (self.arm.muscle_radius + 0.5 * self.arm.muscle.diameter)
-        add_tube(self._renderer.scene, points, frames, radius, GHOST)
+        """Draw the analytic arcs as a glass tube about the arm."""
+        arm, pieces = self.arm, max(_GHOST_SEGMENTS // len(self.arm.sections), _LEAST_SEGMENTS)
+        for number, (xi, inside) in enumerate(zip(section_places(arm, pieces), tube_radii(arm), strict=True)):
+            points = self.to_world(shape.position(bend, arm, xi))
+            frames = self._base_rotation @ shape.rotation(bend, arm, xi)
+            add_tube(self._renderer.scene, points, frames, 1.25 * inside, GHOST)
+            if number < len(arm.sections) - 1:
+                add_ring(self._renderer.scene, points[-1], frames[-1], 1.25 * inside, self._pixels(2.0), RING)
 
 
 def trace_colours(error: Array, largest: float) -> Array:
@@ -194,7 +212,7 @@ def trace_colours(error: Array, largest: float) -> Array:
 
 
 def still(arm: Arm, bend: Array, path: Path, width: int = 1280, height: int = 720, camera: str = "front") -> None:
-    """Write a picture (.png) of the arm bent alike everywhere by `bend` [rad], shape (2,)."""
+    """Write a picture (.png) of the arm, every joint of a section bent alike; `bend` [rad], shape (2 S,)."""
     from PIL import Image
 
     with ArmRenderer(arm, width, height, camera, "final") as renderer:
@@ -210,6 +228,22 @@ def check_size(width: int, height: int) -> None:
     for name, value in (("width", width), ("height", height)):
         if isinstance(value, bool) or not isinstance(value, int) or value < 1:
             raise InputError(name, value, "a positive whole number [pixels]")
+
+
+def _told_apart(spec: Any, arm: Arm) -> Any:
+    """Give the disks of each section but the first a colour of their own; return the spec."""
+    from contarm_sim.mjcf import names
+
+    stations, starts = names.stations(arm), names.section_stations(arm)
+    for number in range(1, len(arm.sections)):
+        look = f"{names.of_section(arm, number)}disk"
+        spec.add_material(name=look, rgba=[*section_colour(number), 1.0], specular=0.3, shininess=0.4)
+        for station in stations[starts[number] + 1 : starts[number + 1] + 1]:
+            for part in ("disk", "guide"):
+                geom = spec.geom(f"{station}_{part}")
+                if geom is not None:
+                    geom.material = look
+    return spec
 
 
 def _set_quality(model: Any, quality: Quality) -> None:

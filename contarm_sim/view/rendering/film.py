@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from contarm_sim.errors import InputError
-from contarm_sim.kinematics import arc
-from contarm_sim.model.colours import muscle_hex
 from contarm_sim.view.rendering.caption import Caption
 from contarm_sim.view.rendering.draw import PATH, TARGET, ArmRenderer, Pixels, Quality, trace_colours
 from contarm_sim.view.rendering.panel import Curve, Panel
+from contarm_sim.view.sections import bend_words, muscle_hexes, pressure_limits, section_hex
 
 if TYPE_CHECKING:
     from contarm_sim.results.trajectory import Trajectory
@@ -40,17 +39,20 @@ class Look:
 
 @dataclass(frozen=True)
 class Scale:
-    """What the colours of the trace and the plots reach to: tip error [m] and pressure [Pa]."""
+    """What the colours of the trace and the plots reach to: tip error [m], pressure [Pa] and tension [N]."""
 
     error: float
     pressure: float
+    tension: float = 0.0
 
     @classmethod
     def of(cls, *runs: Trajectory) -> Scale:
         """Return the scale that shows all of some runs."""
         finite = [samples.pressure[np.isfinite(samples.pressure)] for samples in runs]
         return cls(
-            max(float(run.tip_error.max()) for run in runs), max(float(each.max(initial=0.0)) for each in finite)
+            max(float(run.tip_error.max()) for run in runs),
+            max(float(each.max(initial=0.0)) for each in finite),
+            max(float(run.muscle_tensions.max(initial=0.0)) for run in runs),
         )
 
 
@@ -95,12 +97,11 @@ def film(
     """
     arm, error, scale = samples.arm, samples.tip_error, scale or Scale.of(samples)
     moving = bool(samples.time[-1] > samples.time[0])
-    angle, plane = (np.round(np.degrees(x)) for x in arc.to_polar(samples.bend))
     texts = [
         (name + "   " if name else "")
         + (f"t = {samples.time[i]:.2f} s" if moving else f"pose {i + 1} of {len(samples)}, at rest")
         + f"   tip error {1e3 * error[i]:.2f} mm = {100 * error[i] / arm.length:.2f} %"
-        + f"   bend {angle[i]:.0f}° towards {plane[i] + 0.0:.0f}°"
+        + f"   {'bend' if len(arm.sections) == 1 else 'bends'} {bend_words(samples.bend[i], arm)}"
         for i in indices
     ]
     panels = _panels(samples, look, scale) if moving and look.plots else {}
@@ -149,11 +150,19 @@ def _panels(samples: Trajectory, look: Look, scale: Scale) -> dict[str, Panel]:
     if size[0] < 160 or size[1] < 90:
         return {}
     red = Curve(1e3 * samples.tip_error, "#C0392B")
-    pressures = [Curve(1e-3 * samples.pressure[:, i], muscle_hex(i)) for i in range(samples.pressure.shape[1])]
-    highest = 1e-3 * samples.arm.muscle.pressure_limits[1]
-    limit = highest if scale.pressure > 600 * highest else None
     error = Panel(size, samples.time, [red], "tip error [mm]", 1e3 * scale.error)
-    if not math.isfinite(highest):  # muscles that no pressure drives
-        return {"left": error}
-    needed = Panel(size, samples.time, pressures, "pressure needed [kPa]", 1e-3 * scale.pressure, limit)
+    arm = samples.arm
+    if len(arm.sections) == 1:
+        colours, names = muscle_hexes(arm), {}
+    else:  # what the muscles of one section do differs less than what the sections do
+        colours = [section_hex(group.section) for group in arm.groups for _ in range(group.routing.count)]
+        names = {f"{group.section + 1}": section_hex(group.section) for group in arm.groups}
+    highest = 1e-3 * float(pressure_limits(arm)[:, 1].min(initial=np.inf))
+    if math.isfinite(highest):
+        limit = highest if scale.pressure > 600 * highest else None
+        title, values, top = "pressure needed [kPa]", 1e-3 * samples.pressure, 1e-3 * scale.pressure
+    else:  # some muscles that no pressure drives
+        limit, title, values, top = None, "tension [N]", samples.muscle_tensions, scale.tension
+    curves = [Curve(values[:, i], colour) for i, colour in enumerate(colours)]
+    needed = Panel(size, samples.time, curves, title, top, limit, names)
     return {"left": error, "right": needed}

@@ -8,7 +8,7 @@ import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
-from contarm_sim.model.colours import muscle_colour
+from contarm_sim.view.sections import muscle_colours
 
 SLACK = np.array([0.55, 0.55, 0.57])
 """Colour of a muscle without tension."""
@@ -32,7 +32,7 @@ class Muscles:
         from contarm_sim.mjcf import names
 
         muscles = names.muscles(arm)
-        self._model, self._colours = model, np.array([muscle_colour(i)[:3] for i in range(len(muscles))])
+        self._model, self._colours = model, muscle_colours(arm)
         self._geoms = drawn_muscles(model, arm)
         self._tendons = [model.tendon(name).id for name in muscles]
         self._widths = np.array([

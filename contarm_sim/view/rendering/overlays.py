@@ -63,6 +63,13 @@ def add_ball(scene: Any, centre: Array, radius: float, colour: Colour) -> None:
     _add(scene, mujoco.mjtGeom.mjGEOM_SPHERE, np.full(3, radius), centre, _UPRIGHT, colour)
 
 
+def add_ring(scene: Any, centre: Array, frame: Array, radius: float, width: float, colour: Colour) -> None:
+    """Draw a circle of a radius [m] about a point of the world [m], around the z axis of its frame, shape (3, 3)."""
+    turn = np.linspace(0.0, 2 * np.pi, TUBE_SIDES + 1)
+    rim = radius * np.stack([np.cos(turn), np.sin(turn), np.zeros(TUBE_SIDES + 1)], axis=1)
+    add_line(scene, centre + rim @ frame.T, width, colour)
+
+
 def add_tube(scene: Any, points: Array, frames: Array, radius: float, colour: Colour) -> None:
     """Draw a glass tube along points of the world [m], shape (T, 3), each with its frame, shape (T, 3, 3).
 

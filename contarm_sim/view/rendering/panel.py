@@ -34,15 +34,18 @@ class Panel:
         title: quantity and unit.
         top: the largest value to be shown.
         limit: a value to draw a dashed line at.
+        names: colours by the number of the section; nothing is said of them unless given.
     """
 
     def __init__(
         self, size: tuple[int, int], time: Array, curves: list[Curve], title: str, top: float,
-        limit: float | None = None,
+        limit: float | None = None, names: dict[str, str] | None = None,
     ) -> None:  # fmt: skip
         self._start, self._end = float(time[0]), float(time[-1])
-        empty, _ = _drawn(size, time, [], title, top, limit)
-        full, (self._left, self._right, self._top, self._bottom) = _drawn(size, time, curves, title, top, limit)
+        empty, _ = _drawn(size, time, [], title, top, limit, names or {})
+        full, (self._left, self._right, self._top, self._bottom) = _drawn(
+            size, time, curves, title, top, limit, names or {}
+        )
         self._full, self._later = full.astype(np.uint8), (empty + _AHEAD * (full - empty)).astype(np.uint8)
 
     def write(self, image: Pixels, time: float, corner: str) -> None:
@@ -58,8 +61,9 @@ class Panel:
 
 
 def _drawn(
-    size: tuple[int, int], time: Array, curves: list[Curve], title: str, top: float, limit: float | None
-) -> tuple[NDArray[np.float32], tuple[int, int, int, int]]:
+    size: tuple[int, int], time: Array, curves: list[Curve], title: str, top: float, limit: float | None,
+    names: dict[str, str],
+) -> tuple[NDArray[np.float32], tuple[int, int, int, int]]:  # fmt: skip
     """Return the card, shape (height, width, 3), and the columns of first and last time, the rows of top and bottom."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -79,6 +83,12 @@ def _drawn(
     ax.tick_params(labelsize=7.5, length=2)
     ax.set_xlabel("time [s]", fontsize=7.5, labelpad=1)
     ax.locator_params(axis="y", nbins=4)
+    for place, (name, colour) in enumerate(reversed(names.items())):
+        ax.text(1.0 - 0.07 * place, 1.04, name, color=colour, fontsize=9, ha="right", transform=ax.transAxes)
+    if names:
+        ax.text(
+            0.97 - 0.07 * len(names), 1.04, "section", color="#888888", fontsize=8, ha="right", transform=ax.transAxes
+        )
     for side in ("top", "right"):
         ax.spines[side].set_visible(False)
     canvas.draw()

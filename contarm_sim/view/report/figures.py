@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics import shape
+from contarm_sim.mechanics.muscles import each, slices
 from contarm_sim.mechanics.pneumatics import force
+from contarm_sim.mechanics.routing import arc_deltas
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.colours import muscle_hex
 from contarm_sim.model.pneumatic_law import PneumaticLaw
@@ -19,6 +23,8 @@ from contarm_sim.studies.at_rest import Failure, Outcome
 from contarm_sim.studies.convergence import Convergence
 from contarm_sim.studies.tip_stiffness import Stiffness
 from contarm_sim.view.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, Files, figure
+from contarm_sim.view.sections import section_hex
+from contarm_sim.view.workspace import around, hull
 
 _BUDGET = (("discretisation", BLUE, "--"), ("servo", GREEN, ":"), ("shape", ORANGE, "-."))
 
@@ -27,17 +33,17 @@ ROUNDING = 1e-6
 
 
 def draw_path(path: Path, samples: Trajectory, comparison: Comparison) -> None:
-    """Draw target and simulated tips in three dimensions, with the dome behind and the backbone at the end."""
+    """Draw target and simulated tips in three dimensions, with the reachable tips behind and the backbone at the end.
+
+    Of one section these are the dome; of several their hull is drawn.
+    """
     mm, arm = 1e3, samples.arm
     with figure(path, figsize=(6.0, 5.2)) as fig:
         ax = fig.add_subplot(projection="3d", computed_zorder=False)
-        angles, planes = np.linspace(0, np.pi - 1e-9, 13), np.linspace(0, 2 * np.pi, 37)
-        dome = mm * arc.position(arc.from_polar(angles[:, None], planes), arm.length)
-        ax.plot_wireframe(*np.moveaxis(dome, -1, 0), color="#C8CED6", linewidth=0.4)
+        ax.plot_wireframe(*np.moveaxis(mm * _surface(arm), -1, 0), color="#C8CED6", linewidth=0.4)
         ax.plot(*(mm * samples.target.T), color=BLACK, linewidth=1.0, linestyle="--", label="target")
         ax.plot(*(mm * comparison.simulated_tip.T), color=RED, linewidth=1.4, label="simulated tip")
-        backbone = mm * samples.stations[-1]
-        ax.plot(*backbone.T, color=BLUE, linewidth=2.2, marker="o", markersize=2.4, label="backbone, last sample")
+        _draw_backbone(ax, mm * samples.stations[-1], arm)
         ax.set_xlabel("x [mm]")
         ax.set_ylabel("y [mm]")
         ax.set_zlabel("z [mm]")
@@ -45,61 +51,116 @@ def draw_path(path: Path, samples: Trajectory, comparison: Comparison) -> None:
         ax.set_box_aspect(None, zoom=0.86)  # or the z label is cut off
         ax.view_init(24, -55)
         ax.legend(loc="upper left")
-        ax.set_title("Tip path on the dome of reachable tips")
+        several = len(arm.sections) > 1
+        ax.set_title(f"Tip path {'inside the hull' if several else 'on the dome'} of reachable tips")
+
+
+def _surface(arm: Arm) -> Array:
+    """Return the dome of reachable tips, or the hull of those of several sections [m], shape (T, 37, 3)."""
+    planes = np.linspace(0, 2 * np.pi, 37)
+    if len(arm.sections) == 1:
+        angles = np.linspace(0, np.pi - 1e-9, 13)
+        return arc.position(arc.from_polar(angles[:, None], planes), arm.length)
+    return around(hull(shape.backbone(arm), 13), planes)
+
+
+def _draw_backbone(ax: Any, stations: Array, arm: Arm) -> None:
+    """Draw the backbone of the last sample [mm], shape (N + 1, 3), each section in its colour."""
+    marks: dict[str, Any] = {"linewidth": 2.2, "marker": "o", "markersize": 2.4}
+    if len(arm.sections) == 1:
+        ax.plot(*stations.T, color=BLUE, **marks, label="backbone, last sample")
+        return
+    start = 0
+    for number, section in enumerate(arm.sections):
+        own = stations[start : start + section.links + 1]
+        ax.plot(*own.T, color=section_hex(number), **marks, label=f"section {number + 1}, last sample")
+        start += section.links
 
 
 def draw_budget(
     path: Path, samples: Trajectory, comparison: Comparison, motion: tuple[Array, Array] | None = None
 ) -> None:
-    """Draw tip error and its parts, and orientation error, over time; `motion` is what `motion_part` returned."""
+    """Draw tip error and its parts, and orientation error, over time; `motion` is what `motion_part` returned.
+
+    Of several sections, also what the tip moves where one section alone has a part.
+    """
     t, arm = samples.time, samples.arm
-    with figure(path, figsize=(6.4, 4.6)) as fig:
-        top, bottom = fig.subplots(2, 1, sharex=True, height_ratios=[2, 1])
+    several = len(arm.sections) > 1
+    with figure(path, figsize=(6.4, 6.2 if several else 4.6)) as fig:
+        panels = fig.subplots(2 + several, 1, sharex=True, height_ratios=[2, 1.6, 1] if several else [2, 1])
+        top, bottom = panels[0], panels[-1]
         top.plot(t, 1e3 * comparison.tip_error, color=BLACK, label="analytic vs simulated tip")
         for name, colour, dashes in _BUDGET:
             top.plot(t, 1e3 * getattr(comparison, name), color=colour, linestyle=dashes, label=name)
         if motion is not None:
             top.plot(motion[0], 1e3 * motion[1], ".", color=PURPLE, markersize=3, label="motion (simulated vs at rest)")
         if comparison.miss.max() > 1e-6:
-            top.plot(t, 1e3 * comparison.miss, color=RED, linewidth=1.0, label="miss (target off the dome)")
+            out = "target out of reach" if several else "target off the dome"
+            top.plot(t, 1e3 * comparison.miss, color=RED, linewidth=1.0, label=f"miss ({out})")
         top.set_yscale("log")
         top.set_ylim(bottom=1e-4)
         top.set_ylabel("distance [mm]")
         percent = top.secondary_yaxis("right", functions=(lambda x: x / 10 / arm.length, lambda x: x * 10 * arm.length))
         percent.set_ylabel("distance [% of length]")
         top.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
+        if several:
+            _draw_section_parts(panels[1], t, comparison)
         bottom.plot(t, np.degrees(comparison.orientation_error), color=BLACK)
         bottom.set_ylabel("orientation\nerror [deg]")
         bottom.set_xlabel("time [s]")
 
 
-def draw_muscles(path: Path, samples: Trajectory, comparison: Comparison) -> None:
-    """Draw muscle length changes, analytic and simulated, tensions and, where there are any, pressures over time."""
-    from contarm_sim.kinematics.muscles import deltas_from_bend
+def _draw_section_parts(ax: Any, time: Array, comparison: Comparison) -> None:
+    """Draw the parts of each section [mm]: the colour is the section's, the dashes are the part's."""
+    from matplotlib.lines import Line2D
 
+    handles = [Line2D([], [], color="#888888", linestyle=dashes, label=name) for name, _, dashes in _BUDGET]
+    for number in range(comparison.section_shape.shape[1]):
+        for name, _, dashes in _BUDGET:
+            own = 1e3 * getattr(comparison, f"section_{name}")[:, number]
+            ax.plot(time, own, color=section_hex(number), linestyle=dashes)
+        handles.append(Line2D([], [], color=section_hex(number), label=f"section {number + 1}"))
+    ax.set_yscale("log")
+    ax.set_ylim(bottom=1e-4)
+    ax.set_ylabel("one section's part [mm]")
+    ax.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=min(len(handles), 5))
+
+
+def draw_muscles(path: Path, samples: Trajectory, comparison: Comparison) -> None:
+    """Draw muscle length changes, analytic and simulated, tensions and, where there are any, pressures over time.
+
+    Each section has a column.
+    """
     t, arm = samples.time, samples.arm
-    analytic = deltas_from_bend(samples.bend, arm.muscle_radius, arm.routing.angles)
+    analytic, straight = arc_deltas(samples.bend, arm), each(arm, lambda group: group.length)
     pressure = 1e-3 * np.where(np.isfinite(samples.pressure), samples.pressure, np.nan)
-    pneumatic = isinstance(arm.muscle, PneumaticLaw)
-    with figure(path, figsize=(6.4, 5.8 if pneumatic else 4.2)) as fig:
-        top, middle, *others = axes = fig.subplots(3 if pneumatic else 2, 1, sharex=True)
-        for i, colour in enumerate(map(muscle_hex, range(samples.pressure.shape[1]))):
-            top.plot(t, 1e3 * (samples.muscle_lengths[:, i] - arm.length), color=colour, label=f"muscle {i + 1}")
-            top.plot(t, 1e3 * analytic[:, i], color=BLACK, linewidth=0.8, linestyle=":")
-            middle.plot(t, samples.muscle_tensions[:, i], color=colour)
+    pneumatic = any(isinstance(group.law, PneumaticLaw) for group in arm.groups)
+    width = 6.4 if len(arm.groups) == 1 else 1.6 + 2.8 * len(arm.groups)
+    with figure(path, figsize=(width, 5.8 if pneumatic else 4.2)) as fig:
+        rows = 3 if pneumatic else 2
+        columns = fig.subplots(rows, len(arm.groups), sharex=True, sharey="row", squeeze=False).T
+        for group, muscles, (top, middle, *others) in zip(arm.groups, slices(arm), columns, strict=True):
+            for i in range(muscles.start, muscles.stop):
+                colour, name = muscle_hex(i - muscles.start), f"muscle {i - muscles.start + 1}"
+                top.plot(t, 1e3 * (samples.muscle_lengths[:, i] - straight[i]), color=colour, label=name)
+                top.plot(t, 1e3 * analytic[:, i], color=BLACK, linewidth=0.8, linestyle=":")
+                middle.plot(t, samples.muscle_tensions[:, i], color=colour)
+                for bottom in others:
+                    bottom.plot(t, pressure[:, i], color=colour)
+            top.plot([], [], color=BLACK, linewidth=0.8, linestyle=":", label="arc (paper)")
+            title, wide = (None, 4) if len(arm.sections) == 1 else (f"section {group.section + 1}", 2)
+            top.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=wide, title=title)
+            middle.axhline(group.law.min_tension, color="#888888", linewidth=0.8, linestyle="--")
             for bottom in others:
-                bottom.plot(t, pressure[:, i], color=colour)
-        top.plot([], [], color=BLACK, linewidth=0.8, linestyle=":", label="arc (paper)")
+                bottom.axhline(group.law.pressure_limits[0] / 1e3, color="#888888", linewidth=0.8, linestyle="--")
+            (others or [middle])[-1].set_xlabel("time [s]")
+        top, middle, *others = columns[0]
         top.set_ylabel("length change [mm]")
-        top.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4)
-        middle.axhline(arm.muscle.min_tension, color="#888888", linewidth=0.8, linestyle="--")
         middle.set_ylim(bottom=min(0.0, float(samples.muscle_tensions.min())))
         middle.set_ylabel("tension [N]")
         for bottom in others:
-            bottom.axhline(arm.muscle.pressure_limits[0] / 1e3, color="#888888", linewidth=0.8, linestyle="--")
             bottom.set_ylim(bottom=0)
             bottom.set_ylabel("pressure\nneeded [kPa]")
-        axes[-1].set_xlabel("time [s]")
 
 
 def draw_error_maps(path: Files, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
@@ -173,7 +234,7 @@ def draw_convergence(path: Files, arm: Arm, study: Convergence) -> None:
         ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         ax.yaxis.set_major_formatter("{x:g}")
         ax.set_xlabel("links N [-]")
-        ax.set_ylabel("largest tip error, dome to 170° [mm]")
+        ax.set_ylabel("largest tip error, dome to 170° [mm]" if len(arm.sections) == 1 else "largest tip error [mm]")
         ax.legend()
 
 

@@ -11,10 +11,15 @@ import numpy as np
 
 from contarm_sim.files import write_whole
 from contarm_sim.kinematics import arc
+from contarm_sim.mechanics import shape
 from contarm_sim.model.arm_file import arm_to_toml
+from contarm_sim.model.pneumatic_law import PneumaticLaw
 from contarm_sim.results.compare import Comparison
+from contarm_sim.results.summary import spread
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.report.words import budget, explanation, muscle_words, remarks, verdict_lines
+from contarm_sim.view.sections import section_hex
+from contarm_sim.view.workspace import around, hull
 
 LARGEST_VIDEO = 1_000_000
 """A larger film [bytes] is embedded in a smaller size: the page stays fit for mail."""
@@ -30,6 +35,12 @@ FIGURES = {
     "budget.png": "Tip error over time and its parts, on a logarithmic scale; orientation error below",
     "muscles.png": "Length changes, tensions and pressures of the three muscles over time; the arc dotted",
 }
+_FIGURES_OF_SEVERAL = {
+    "path.png": "Tip path in the hull of reachable tips: targets dashed, simulated tip solid, the sections at the end",
+    "budget.png": "Tip error over time and its parts, then what the tip moves where one section alone has a part, on "
+    "logarithmic scales; orientation error below",
+    "muscles.png": "Length changes, tensions and pressures of the muscles over time, a column a section; arcs dotted",
+}
 
 
 def write_page(folder: Path, samples: Trajectory, comparison: Comparison, summary: dict[str, Any]) -> None:
@@ -39,18 +50,19 @@ def write_page(folder: Path, samples: Trajectory, comparison: Comparison, summar
     page = Environment(
         loader=PackageLoader("contarm_sim.view", "report"), autoescape=True, undefined=StrictUndefined
     ).get_template("page.html.j2")
-    film = folder / "video.mp4"
+    film, several = folder / "video.mp4", len(samples.arm.sections) > 1
     text = page.render(
         title=f"contarm: {summary['path']}, {summary['duration']:g} s, controller {summary['controller']}",
         summary=summary,
         said=verdict_lines(summary),
         words=explanation(summary),
         remarks=[remark.replace("`", "") for remark in remarks(summary)],
-        budget=budget(summary),
-        muscles=muscle_words(summary["muscle"], "max_pressure" in summary["arm"]["muscle"]),
+        budget=budget(summary) + (_section_rows(comparison, samples.arm.length) if several else []),
+        several=several,
+        muscles=muscle_words(summary["muscle"], any(isinstance(law, PneumaticLaw) for law in samples.arm.laws)),
         figures=[
             {"alt": alt, "data": _encoded((folder / name).read_bytes())}
-            for name, alt in FIGURES.items()
+            for name, alt in (_FIGURES_OF_SEVERAL if several else FIGURES).items()
             if (folder / name).is_file()
         ],
         video=embedded(film, float(samples.time[-1] - samples.time[0])) if film.is_file() else None,
@@ -61,6 +73,17 @@ def write_page(folder: Path, samples: Trajectory, comparison: Comparison, summar
         plotly=_encoded(PLOTLY.read_bytes()),
     )
     write_whole(folder / "report.html", text)
+
+
+def _section_rows(comparison: Comparison, length: float) -> list[tuple[str, list[float]]]:
+    """Return rows of the error budget, as `budget` does: what the tip moves where one section alone has a part."""
+    rows: list[tuple[str, list[float]]] = []
+    for number in range(comparison.section_shape.shape[1]):
+        rows.append((f"section {number + 1} alone", []))
+        for name in ("discretisation", "servo", "shape"):
+            found = spread(getattr(comparison, f"section_{name}")[:, number], length)
+            rows.append((f"  {name}", [1e3 * found.max_m, 1e3 * found.rms_m, found.max_percent, found.rms_percent]))
+    return rows
 
 
 def _encoded(content: bytes) -> str:
@@ -85,13 +108,18 @@ def embedded(film: Path, seconds: float) -> dict[str, Any]:
 def _traces(samples: Trajectory, comparison: Comparison) -> dict[str, Any]:
     """Return data and layout of the interactive view; millimetres."""
     step = max(1, len(samples) // POINTS)
+    arm, several = samples.arm, len(samples.arm.sections) > 1
     angles, planes = np.linspace(0, np.pi - 1e-9, 25), np.linspace(0, 2 * np.pi, 49)
-    dome = 1e3 * arc.position(arc.from_polar(angles[:, None], planes), samples.arm.length)
+    if several:
+        dome = 1e3 * around(hull(shape.backbone(arm), 25), planes)
+    else:
+        dome = 1e3 * arc.position(arc.from_polar(angles[:, None], planes), arm.length)
     error = 1e3 * comparison.tip_error[::step]
     hover = "%{x:.1f}, %{y:.1f}, %{z:.1f} mm"
     data = [
         {
-            "type": "surface", "name": "reachable tips", "opacity": 0.18, "showscale": False, "hoverinfo": "skip",
+            "type": "surface", "name": "hull of reachable tips" if several else "reachable tips", "opacity": 0.18,
+            "showscale": False, "hoverinfo": "skip",
             "colorscale": [[0, "#8aa0c0"], [1, "#8aa0c0"]], "showlegend": True,
             **{axis: np.round(dome[..., i], 2).tolist() for i, axis in enumerate("xyz")},
         },
@@ -104,7 +132,7 @@ def _traces(samples: Trajectory, comparison: Comparison) -> dict[str, Any]:
         ) | {"showlegend": False, "legendgroup": "simulated"},
         _line("simulated tip", comparison.simulated_tip[:1], {"color": "#21918c", "width": 6}, hover)
         | {"legendgroup": "simulated"},  # a line of many colours has none in the legend
-        _line("backbone, last sample", samples.stations[-1], {"color": "#0072B2", "width": 8}, hover),
+        *_backbone(samples, hover),
     ]  # fmt: skip
     axes = {f"{axis}axis": {"title": {"text": f"{axis} [mm]"}, "showbackground": False} for axis in "xyz"}
     layout = {
@@ -113,6 +141,19 @@ def _traces(samples: Trajectory, comparison: Comparison) -> dict[str, Any]:
         "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)",
     }  # fmt: skip
     return {"data": data, "layout": layout}
+
+
+def _backbone(samples: Trajectory, hover: str) -> list[dict[str, Any]]:
+    """Return the backbone of the last sample, a line a section."""
+    arm, stations = samples.arm, samples.stations[-1]
+    if len(arm.sections) == 1:
+        return [_line("backbone, last sample", stations, {"color": "#0072B2", "width": 8}, hover)]
+    lines, start = [], 0
+    for number, section in enumerate(arm.sections):
+        own, look = stations[start : start + section.links + 1], {"color": section_hex(number), "width": 8}
+        lines.append(_line(f"section {number + 1}, last sample", own, look, hover))
+        start += section.links
+    return lines
 
 
 def _line(name: str, points: Any, line: dict[str, Any], hover: str) -> dict[str, Any]:

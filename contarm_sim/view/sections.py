@@ -1,0 +1,80 @@
+"""What tells the sections of an arm apart in pictures: a colour and a name for each, and those of its muscles.
+
+An arm of one section has the plain names and colours that it always had.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics.shape import bends_of
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.colours import muscle_colour, muscle_hex
+
+_COLOURS = ((0.30, 0.32, 0.36), (0.07, 0.45, 0.47), (0.55, 0.33, 0.12), (0.36, 0.27, 0.55), (0.16, 0.42, 0.20),
+            (0.55, 0.20, 0.33))  # fmt: skip
+"""Dark enough for lines on white and for disks in the scene; none is a muscle's, the path's or the target's."""
+
+
+def section_colour(number: int) -> tuple[float, float, float]:
+    """Return red, green and blue of a section, numbered from 0."""
+    return _COLOURS[number % len(_COLOURS)]
+
+
+def section_hex(number: int) -> str:
+    """Return the same colour as #rrggbb."""
+    return "#" + "".join(f"{round(255 * part):02x}" for part in section_colour(number))
+
+
+def muscle_colours(arm: Arm) -> Array:
+    """Return red, green and blue of all muscles, shape (n, 3): each section's first is red, its second blue."""
+    return np.array([muscle_colour(i)[:3] for group in arm.groups for i in range(group.routing.count)]).reshape(-1, 3)
+
+
+def muscle_hexes(arm: Arm) -> list[str]:
+    """Return the same colours as #rrggbb."""
+    return [muscle_hex(i) for group in arm.groups for i in range(group.routing.count)]
+
+
+def tube_radii(arm: Arm) -> list[float]:
+    """Return the radius of a tube about all muscles that run through each section [m]."""
+    out = []
+    for number in range(len(arm.sections)):
+        own = [group for group in arm.groups if group.crosses(number)]
+        out.append(max([group.routing.radius + 0.5 * group.law.diameter for group in own], default=arm.disk_radius))
+    return out
+
+
+def pressure_limits(arm: Arm) -> Array:
+    """Return the lowest and the highest pressure of the muscles of each group [Pa], shape (groups, 2).
+
+    0 and inf for muscles that no pressure drives.
+    """
+    return np.array([group.law.pressure_limits for group in arm.groups]).reshape(-1, 2)
+
+
+def section_places(arm: Arm, pieces: int) -> list[Array]:
+    """Return places along each section, so many pieces long, as normalised arc lengths of the arm, shape (K,)."""
+    if len(arm.sections) == 1:
+        return [np.linspace(0.0, 1.0, pieces + 1)]
+    ends = np.cumsum([0.0, *(section.length for section in arm.sections)]) / arm.length
+    ends[-1] = 1.0
+    return [np.linspace(start, end, pieces + 1) for start, end in pairwise(ends)]
+
+
+def bend_words(bend: Any, arm: Arm) -> str:
+    """Return a bend [rad], shape (2 S,), in whole degrees: angle and plane of each section.
+
+    Of several sections the plane stands in brackets, to save room.
+    """
+    words = []
+    for own in bends_of(bend, arm):
+        angle, plane = (np.round(np.degrees(x)) for x in arc.to_polar(own))
+        where = f"towards {plane + 0.0:.0f}°" if len(arm.sections) == 1 else f"({plane + 0.0:.0f}°)"
+        words.append(f"{angle:.0f}° {where}")
+    return ", ".join(words)
