@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from contarm_sim.cli import possibility
-from contarm_sim.kinematics import inverse
 from contarm_sim.studies import pressure_map
 
 TWO = """
@@ -124,7 +123,6 @@ def test_muscle_wants_a_section_where_they_differ(two):
     assert (code, err) == (2, "contarm: section is not given, and they differ; allowed: one with muscles: 1, 2\n")
 
 
-@pytest.mark.skipif(not hasattr(inverse, "track"), reason="no inverse kinematics of several sections yet")
 def test_run_follows_a_path_and_says_errors_by_section(two, tmp_path):
     words = ("--path", "circle", "--max-bend", "50deg", "--duration", 1, "--no-video")
     code, out, err = two("run", *words, "--out", "r")
