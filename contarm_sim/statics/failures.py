@@ -23,9 +23,13 @@ AT_TIP = 3.18
 
 
 def heaviness(arm: Arm) -> float:
-    """Return weight times length^2 over EI, a payload counted as it counts for buckling, see `BUCKLING`."""
+    """Return weight times length^2 over EI, a payload counted as it counts for buckling, see `BUCKLING`.
+
+    Of several sections, length/EI is the sum of theirs.
+    """
     mass = arm.mass + AT_TIP * arm.payload
-    return mass * math.hypot(*arm.gravity) * arm.length**2 / min(section.bending_stiffness for section in arm.sections)
+    softness = sum(section.length / section.bending_stiffness for section in arm.sections)
+    return mass * math.hypot(*arm.gravity) * arm.length * softness
 
 
 def _said(arm: Arm) -> str:
