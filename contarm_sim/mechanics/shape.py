@@ -17,6 +17,8 @@ from contarm_sim.kinematics.arrays import Array, as_vectors
 from contarm_sim.kinematics.backbone import LARGEST, Backbone
 from contarm_sim.model.arm import Arm
 
+_SAID_STRAIGHT = np.radians(0.5)
+
 LEAST = 1e-6
 """Least limit of a bend angle [rad]."""
 
@@ -67,7 +69,10 @@ def as_coordinates(bend: Any, arm: Arm) -> Array:
 
 def described(bend: Array, arm: Arm) -> str:
     """Return a bend [rad], shape (2 S,), in words, in degrees."""
-    return ", ".join(arc.described(own) for own in bends_of(bend, arm))
+    if len(arm.sections) == 1:
+        return arc.described(bend)
+    parts = (arc.described(own) if np.hypot(*own) > _SAID_STRAIGHT else "no bend" for own in bends_of(bend, arm))
+    return ", ".join(f"{part} of section {number}" for number, part in enumerate(parts, 1))
 
 
 def bends_of(bend: Any, arm: Arm) -> Array:
