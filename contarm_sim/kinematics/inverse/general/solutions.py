@@ -10,11 +10,11 @@ import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.backbone import Backbone
-from contarm_sim.kinematics.inverse.choices import penalty, solved
+from contarm_sim.kinematics.inverse.choices import penalty
+from contarm_sim.kinematics.inverse.general.free import along
+from contarm_sim.kinematics.inverse.general.least_squares import descend
+from contarm_sim.kinematics.inverse.general.starts import spread
 from contarm_sim.kinematics.inverse.goals import Goals
-from contarm_sim.kinematics.inverse.least_squares import descend
-from contarm_sim.kinematics.inverse.seeds import spread
-from contarm_sim.kinematics.inverse.tips import tips_and_jacobians
 
 _STARTS = 64
 _STRIDE, _SHORTEST = 0.1, 1e-3  # along a curve; the shortest decide where it ends [rad]
@@ -28,7 +28,7 @@ def samples(goal: Goals, backbone: Backbone, points: int) -> list[Array]:
     start = spread(_STARTS, backbone)
     goals = goal.take(np.zeros(_STARTS, dtype=int))
     found = descend(goals, backbone, start)
-    found = found[solved(goals, backbone, found)]
+    found = found[goals.solved(found, backbone)]
     found = found[np.argsort(penalty(found, backbone, "least-bend"))]
     free = 2 * len(backbone) - goal.conditions
     if free > 1:
@@ -65,22 +65,16 @@ def _trace(goal: Goals, backbone: Backbone, bends: Array) -> Array:
 
 
 def _follow(goal: Goals, backbone: Backbone, bends: Array, sign: float) -> Array:
-    curve, along, stride = [bends], sign * _tangent(goal, backbone, bends), _STRIDE
+    curve, ahead, stride = [bends], sign * along(goal, backbone, bends[None])[0], _STRIDE
     while len(curve) < _LONGEST and stride > _SHORTEST:
-        moved = descend(goal, backbone, (bends + stride * along)[None], limited=0.0, steps=6, near=True)
-        if not solved(goal, backbone, moved)[0] or np.linalg.norm(moved[0] - bends) > 2 * stride:
+        moved = descend(goal, backbone, (bends + stride * ahead)[None], limited=0.0, steps=6, near=True)
+        if not goal.solved(moved, backbone)[0] or np.linalg.norm(moved[0] - bends) > 2 * stride:
             stride *= 0.3
             continue
         bends = moved[0]
         curve.append(bends)
         if len(curve) > 3 and np.linalg.norm(bends - curve[0]) < _CLOSED * _STRIDE:
             break
-        tangent = _tangent(goal, backbone, bends)
-        along = tangent if (tangent * along).sum() > 0 else -tangent
+        tangent = along(goal, backbone, bends[None])[0]
+        ahead = tangent if (tangent * ahead).sum() > 0 else -tangent
     return np.array(curve)
-
-
-def _tangent(goal: Goals, backbone: Backbone, bends: Array) -> Array:
-    _, rotation, jacobian = tips_and_jacobians(bends[None], backbone)
-    slopes = goal.rows(jacobian, rotation, backbone.length)[0]
-    return np.asarray(np.linalg.svd(slopes)[2][-1].reshape(bends.shape))
