@@ -1,4 +1,4 @@
-"""A single-section inextensible continuum arm: closed-form kinematics, its MuJoCo twin, and the measured difference.
+"""An inextensible continuum arm of one to six sections: closed forms, its MuJoCo twin, and the measured difference.
 
 The public names are few and load late, so that `import contarm_sim` costs nothing:
 

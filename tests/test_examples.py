@@ -57,6 +57,13 @@ def test_one_of_two_attached_arms_bends():
     assert x[1] == pytest.approx(0, abs=1e-3)
 
 
+def test_of_two_sections_many_poses_reach_a_point_and_one_rests_there():
+    printed = _run("two_sections.py")
+    assert _numbers(printed, r"(\d+) poses")[0] > 50
+    assert 90 < _numbers(printed, r"take (\d+) kPa")[0] < 700
+    assert _numbers(printed, r"tip: ([\d.]+) mm")[0] < 0.01
+
+
 @pytest.mark.skipif(importlib.util.find_spec("gymnasium") is None, reason="gymnasium is not installed")
 def test_the_baseline_reaches_and_chance_does_not():
     assert _numbers(_run("gymnasium_reach.py"), r"solved (\d) of 5") == [5, 0]

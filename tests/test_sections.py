@@ -28,7 +28,6 @@ from contarm_sim.statics.loads import AppliedLoad
 from contarm_sim.statics.solver import Solver
 from contarm_sim.statics.stiffness import TangentStiffness
 from contarm_sim.studies.load_cases import LoadCase, equilibria
-from contarm_sim.studies.swings import release
 
 HALF = Section(length=0.185, links=12, mass=0.15)
 WRENCH = Wrench(xi=0.3, force=(0.4, -0.2, 0.1), moment=(0.02, 0.01, 0.0))
@@ -337,9 +336,7 @@ def test_the_paper_controller_drives_any_number_of_muscles(count):
     )
 
 
-def test_studies_of_one_section_name_themselves():
-    with pytest.raises(InputError, match="one section, for `release`"):
-        release(UNEVEN)
+def test_extrapolation_names_the_section_with_an_odd_number_of_links():
     odd = replace(UNEVEN, sections=(UNEVEN.sections[0], replace(UNEVEN.sections[1], links=7)))
     with pytest.raises(InputError, match="links is 7 of section 2; allowed: a multiple of 2"):
         equilibria([LoadCase(odd, Load())], extrapolate=True)

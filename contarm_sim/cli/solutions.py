@@ -9,6 +9,9 @@ import click
 
 from contarm_sim.model.arm import Arm
 
+ROUNDING = 1e-9
+"""Distance [mm] or angle [deg] that is put down to rounding."""
+
 
 def of_bends(arm: Arm, bend: Any) -> list[dict[str, Any]]:
     """Return what is said of each of many bends [rad], shape (T, 2 S): computed for all at once.
@@ -72,17 +75,24 @@ def show(arm: Arm, solution: dict[str, Any], frames: list[tuple[str, Any]]) -> N
     if "miss" in solution:
         beyond = "  (off the dome)" if len(arm.sections) == 1 else "  (out of reach)"
         off = "" if solution["reachable"] else beyond
-        rows += [("target", _mm(solution["target"])), ("miss", f"{1e3 * solution['miss']:.4g} mm{off}")]
+        rows += [("target", _mm(solution["target"])), ("miss", f"{_left(1e3 * solution['miss'])} mm{off}")]
         rows += _turned(solution)
     for name, frame in frames:
         for i, line in enumerate(frame):
-            rows.append((f"frame at {name} [m]" if i == 0 else "", "  ".join(f"{x + 0.0: .6f}" for x in line)))
+            rows.append(
+                (f"frame at {name} [m]" if i == 0 else "", "  ".join(f"{round(float(x), 6) + 0.0: .6f}" for x in line))
+            )
     for label, text in rows:
         click.echo(f"{label:24} {text}".rstrip())
 
 
 def _mm(values: list[float]) -> str:
-    return "  ".join(f"{1e3 * x + 0.0:.4f}" for x in values) + " mm"
+    return "  ".join(f"{round(1e3 * x, 4) + 0.0:.4f}" for x in values) + " mm"
+
+
+def _left(size: float) -> str:
+    """Return what is left of a distance [mm] or an angle [deg]; rounding is nothing."""
+    return f"{size if size > ROUNDING else 0.0:.4g}"
 
 
 def _bends(solution: dict[str, Any]) -> list[tuple[str, str]]:
@@ -106,7 +116,7 @@ def _bends_of_sections(arm: Arm, solution: dict[str, Any]) -> list[tuple[str, st
     rows = []
     for number in range(len(arm.sections)):
         angle, plane = solution["bend_angle"][number], solution["plane_angle"][number]
-        said = f"bends by {math.degrees(angle):.4f} deg towards {math.degrees(plane) + 0.0:.4f} deg"
+        said = f"bends by {math.degrees(angle):.4f} deg towards {round(math.degrees(plane), 4) + 0.0:.4f} deg"
         rows.append((f"section {number + 1}", f"{said}, curvature {solution['curvature'][number]:.5g} 1/m"))
         if number in own:
             rows.append(("  muscle length changes", _mm(solution["muscle_deltas"][own[number]])))
@@ -118,7 +128,7 @@ def _turned(solution: dict[str, Any]) -> list[tuple[str, str]]:
 
     rows = []
     if solution.get("asks_turn"):
-        rows.append(("angle off", f"{math.degrees(solution['angle_miss']):.4g} deg"))
+        rows.append(("angle off", f"{_left(math.degrees(solution['angle_miss']))} deg"))
     if solution.get("solutions", 1) not in (0, 1):
         count = solution["solutions"]
         rows.append(("solutions", "a continuum; --choose all shows it" if count < 0 else str(count)))

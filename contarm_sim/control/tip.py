@@ -10,7 +10,7 @@ import numpy as np
 from contarm_sim.control.feedback import Feedback, Memory, Seen
 from contarm_sim.control.plan import Plan
 from contarm_sim.control.servo import LengthFeedback, Servo
-from contarm_sim.control.tip_motion import TipCommands, plan_motion, plan_rest, planner
+from contarm_sim.control.tip_motion import TipCommands, inverted, plan_motion, plan_rest, planner
 from contarm_sim.errors import EquilibriumError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import shape
@@ -53,7 +53,7 @@ class Tip(Servo):
             except EquilibriumError:
                 pass
         plan = super().plan(arm, reference)
-        inverse = np.asarray(np.linalg.pinv(shape.tip_jacobian(reference.bend, arm)), dtype=float)
+        inverse = inverted(shape.tip_jacobian(reference.bend, arm))
         return TipCommands(plan.lengths, plan.setpoint, plan.start, inverse)
 
     def unplanned(self) -> Tip:

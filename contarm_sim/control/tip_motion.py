@@ -24,6 +24,9 @@ from contarm_sim.paths.reference import Reference
 RATE = 25.0
 """Samples solved per second of motion [Hz]; splines between."""
 
+WEAK = 0.05
+"""Of the tip's derivatives, what share of their size counts as hardly any."""
+
 PASSES = 2
 """Times that the moving arm's forces are found from the motion planned last."""
 
@@ -39,6 +42,19 @@ class TipCommands(Plan):
     tip_to_bend: Array
 
 
+def inverted(slopes: Array) -> Array:
+    """Return the least bends [rad/m], shape (..., 2 S, 3), that move the tip, of its derivatives, shape (..., 3, 2 S).
+
+    Of several sections, ways that the tip hardly moves in are left: straight, it does not move along itself at all.
+    """
+    if slopes.shape[-1] == 2:
+        return np.asarray(np.linalg.pinv(slopes), dtype=float)
+    turned = slopes.swapaxes(-1, -2)
+    gram = slopes @ turned
+    left = (WEAK**2 * np.trace(gram, axis1=-2, axis2=-1))[..., None, None] * np.eye(3)
+    return np.asarray(turned @ np.linalg.inv(gram + left))
+
+
 @dataclass(frozen=True)
 class _Planned:
     """Of one sample, or of all: set-points and lengths [m], the tip's derivatives by the bend [m/rad], joint angles."""
@@ -49,8 +65,7 @@ class _Planned:
     q: Array
 
     def commands(self) -> TipCommands:
-        inverse = np.asarray(np.linalg.pinv(self.slopes), dtype=float)
-        return TipCommands(self.lengths, self.setpoint, self.setpoint[0], inverse)
+        return TipCommands(self.lengths, self.setpoint, self.setpoint[0], inverted(self.slopes))
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,14 @@ ITERATIONS = 60
 """Most steps for one sample, those taken back included; a handful do."""
 
 
+KEPT = 1e-3
+"""What 1 rad off the bends asked for counts as, beside a tip that is off its target [lengths].
+
+Several sections have more bends than a tip has coordinates, and straight ones move it in no length: there they stay as
+asked. Elsewhere it takes a millionth of the correction.
+"""
+
+
 class TipPlan:
     """Finds set-points for one arm, sample by sample.
 
@@ -43,6 +51,7 @@ class TipPlan:
     def __init__(self, arm: Arm) -> None:
         self.plant = Plant(arm)
         self._holder = Holder(Solver(self.plant))
+        self._keep = 0.0 if len(arm.sections) == 1 else (KEPT * arm.length) ** 2
 
     def solve(
         self, bend: Array, target: Array, forces: Array | float = 0.0, least: Array | None = None, checked: bool = True
@@ -65,19 +74,21 @@ class TipPlan:
         holder.extra = forces
         holder.least = min_tensions(self.plant.arm) if least is None else least
         holder.tensions = holder.least.copy()
-        bend, damping = bend.copy(), 0.0
+        asked, bend, damping = bend, bend.copy(), 0.0
         holder(lengths_from_bend(bend, self.plant.arm))
         slope, off, curved = self._slope(bend), target - self.plant.tip, np.zeros((len(bend), len(bend)))
         excess = holder.excess()
         for _ in range(ITERATIONS):
-            gram = slope.T @ slope + curved
-            change = np.linalg.solve(gram + (damping + 1e-12) * np.trace(gram) * np.eye(len(bend)), slope.T @ off)
+            gram = slope.T @ slope + curved + self._keep * np.eye(len(bend))
+            pull = slope.T @ off + self._keep * (asked - bend)
+            change = np.linalg.solve(gram + (damping + 1e-12) * np.trace(gram) * np.eye(len(bend)), pull)
             size = float(np.linalg.norm(change))
             if size <= STEP:
                 break
             change *= min(1.0, LONGEST / size)
             before = data.qpos.copy(), holder.tensions, slope
-            if self._nearer(bend + change, target, float(off @ off), excess):
+            cost = float(off @ off) + self._keep * float(np.square(bend - asked).sum())
+            if self._nearer(bend + change, asked, target, cost, excess):
                 bend, damping = bend + change, 0.2 * damping if damping > 1e-3 else 0.0
                 slope, off, excess = self._slope(bend), target - self.plant.tip, holder.excess()
                 curved = _curved(curved, change, (before[2] - slope).T @ off, slope)
@@ -87,7 +98,7 @@ class TipPlan:
         holder(lengths_from_bend(bend, self.plant.arm))
         return holder.setpoints(checked), slope
 
-    def _nearer(self, bend: Array, target: Array, square: float, excess: float) -> bool:
+    def _nearer(self, bend: Array, asked: Array, target: Array, cost: float, excess: float) -> bool:
         """Whether the tip, at rest at a bend, is no farther from its target than before, and as well held."""
         if np.hypot(bend[::2], bend[1::2]).max() > LARGEST:
             return False
@@ -96,7 +107,8 @@ class TipPlan:
         except EquilibriumError:
             return False
         off = target - self.plant.tip
-        near = off @ off <= square + (1e-9 * self.plant.arm.length) ** 2
+        far = float(off @ off) + self._keep * float(np.square(bend - asked).sum())
+        near = far <= cost + (1e-9 * self.plant.arm.length) ** 2
         return bool(near and self._holder.excess() <= excess)
 
     def _slope(self, bend: Array) -> Array:
