@@ -30,7 +30,7 @@ def as_goals(position: Any, direction: Any, rotation: Any, length: float) -> tup
         raise InputError("orientation", "both a direction and a rotation", "at most one of them")
     shape = position.shape[:-1]
     if direction is not None:
-        direction = _directions(direction)
+        direction = as_directions(direction)
         shape = _common("direction", shape, direction.shape[:-1])
         direction = np.broadcast_to(direction, (*shape, 3)).reshape(-1, 3)
     if rotation is not None:
@@ -92,12 +92,16 @@ def check_sections(backbone: Backbone, count: int) -> None:
         raise InputError("connectors", given, "none between sections; a tool at the tip may have any length")
 
 
-def _directions(value: Any) -> Array:
-    """Return directions as unit vectors, shape (..., 3)."""
+def as_directions(value: Any) -> Array:
+    """Return directions as unit vectors, shape (..., 3).
+
+    Raises:
+        InputError: not finite, of another shape, or of length 0.
+    """
     value = as_vectors(value, 3, "direction")
     largest = np.abs(value).max(axis=-1, keepdims=True, initial=0.0)
     if not np.all(largest > 0):
-        raise InputError("direction", [0.0, 0.0, 0.0], "a vector that is not 0")
+        raise InputError("direction", [0.0, 0.0, 0.0], "a vector that is not zero")
     value = value / largest  # squares of very large or small ones would overflow
     return np.asarray(value / np.linalg.norm(value, axis=-1, keepdims=True))
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.backbone import Backbone
-from contarm_sim.kinematics.inverse.choices import Choice, penalty
+from contarm_sim.kinematics.inverse.choices import Choice, distinct, penalty
 from contarm_sim.kinematics.inverse.general.least_squares import descend
 from contarm_sim.kinematics.inverse.general.out_of_reach import approached
 from contarm_sim.kinematics.inverse.general.settling import POWERS, settle
@@ -30,7 +30,6 @@ ROUNDS = (6, 8)
 """Most steps along a surface of solutions, down to the choice: of all solutions, then of the best."""
 
 _BLOCK = 4096  # targets at a time
-_SAME = 1e-6  # solutions nearer to each other are one [rad]
 
 
 def solve_general(
@@ -69,7 +68,7 @@ def _solve(goals: Goals, backbone: Backbone, choose: Choice, near: Array | None)
     _polish(goals, backbone, best)
     best[~found] = approached(goals.take(~found), backbone, best[~found])
     continuum = 2 * size > goals.conditions
-    return best, np.full(count, -1) if continuum else np.maximum(_distinct(bends, good), 1)
+    return best, np.full(count, -1) if continuum else np.maximum(distinct(bends, good).sum(axis=1), 1)
 
 
 def _from_starts(goals: Goals, backbone: Backbone, start: Array) -> tuple[Array, Bool]:
@@ -115,12 +114,3 @@ def _polish(goals: Goals, backbone: Backbone, bends: Array) -> None:
         closer = descend(these, backbone, bends[rows], steps=150, near=True)
         better = (these.off(closer, backbone) < residue[rows]) & (excess(closer, backbone) <= 0)
         bends[rows[better]] = closer[better]
-
-
-def _distinct(bends: Array, good: Bool) -> Array:
-    """Return how many different solutions each goal has among its own, shape (n,)."""
-    new = good.copy()
-    for k in range(1, bends.shape[1]):
-        apart = np.abs(bends[:, :k] - bends[:, k : k + 1]).max(axis=(-1, -2)) > _SAME
-        new[:, k] &= (apart | ~good[:, :k]).all(axis=1)
-    return new.sum(axis=1)

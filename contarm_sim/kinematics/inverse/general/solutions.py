@@ -10,7 +10,7 @@ import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.backbone import Backbone
-from contarm_sim.kinematics.inverse.choices import penalty
+from contarm_sim.kinematics.inverse.choices import distinct, penalty
 from contarm_sim.kinematics.inverse.general.free import along
 from contarm_sim.kinematics.inverse.general.least_squares import descend
 from contarm_sim.kinematics.inverse.general.starts import spread
@@ -20,7 +20,6 @@ _STARTS = 64
 _STRIDE, _SHORTEST = 0.1, 1e-3  # along a curve; the shortest decide where it ends [rad]
 _LONGEST = 600  # strides
 _CLOSED = 0.7  # strides: nearer to its first point than this, a curve closes
-_SAME = 1e-6  # solutions nearer to each other are one [rad]
 
 
 def samples(goal: Goals, backbone: Backbone, points: int) -> list[Array]:
@@ -34,7 +33,7 @@ def samples(goal: Goals, backbone: Backbone, points: int) -> list[Array]:
     if free > 1:
         return [found[:points]] if len(found) else []
     if free < 1:
-        return [one[None] for one in _distinct(found)]
+        return [one[None] for one in found[distinct(found[None], np.ones((1, len(found)), dtype=bool))[0]]]
     curves: list[Array] = []
     for one in found:
         if not any(_distance(curve, one) < 2 * _STRIDE for curve in curves):
@@ -46,14 +45,6 @@ def samples(goal: Goals, backbone: Backbone, points: int) -> list[Array]:
 
 def _distance(curve: Array, bends: Array) -> float:
     return float(np.sqrt(((curve - bends) ** 2).sum(axis=(-1, -2))).min())
-
-
-def _distinct(found: Array) -> list[Array]:
-    out: list[Array] = []
-    for one in found:
-        if all(np.abs(one - other).max() > _SAME for other in out):
-            out.append(one)
-    return out
 
 
 def _trace(goal: Goals, backbone: Backbone, bends: Array) -> Array:

@@ -15,6 +15,7 @@ import numpy as np
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.backbone import Backbone
 from contarm_sim.kinematics.inverse.checks import as_goals, check_sections
+from contarm_sim.kinematics.inverse.choices import distinct
 from contarm_sim.kinematics.inverse.goals import Goals
 from contarm_sim.kinematics.inverse.limits import angles_of, excess
 from contarm_sim.kinematics.inverse.result import Index
@@ -24,9 +25,6 @@ from contarm_sim.kinematics.inverse.three.search import one_arc, starts
 
 NODES = 96
 """Places along each curve of first chords."""
-
-SAME = 1e-6
-"""Bends that differ by less are one solution [rad]."""
 
 _WEAK = 0.012  # singular value of the Jacobian over the length, sections being alike, from which a fold is near
 
@@ -171,10 +169,7 @@ def _within(rows: Index, bends: Array, backbone: Backbone, count: int) -> tuple[
     place = np.arange(len(rows)) - (np.cumsum(number) - number)[rows]
     packed = np.full((count, max(1, int(number.max(initial=0))), 3, 2), np.nan)
     packed[rows, place] = bends
-    known = np.arange(packed.shape[1]) < number[:, None]
-    for later in range(1, packed.shape[1]):
-        apart = np.abs(packed[:, later, None] - packed[:, :later]).max(axis=(-1, -2))
-        known[:, later] &= ~((apart < SAME) & known[:, :later]).any(axis=-1)
+    known = distinct(packed, np.arange(packed.shape[1]) < number[:, None])
     number = known.sum(axis=-1)
     first = np.argsort(~known, axis=-1, kind="stable")
     packed = np.where(known[..., None, None], packed, np.nan)

@@ -162,7 +162,7 @@ def _follow(goals: Goals, backbone: Backbone, chain: list[roadmap.Layer]) -> tup
     fewest: tuple[Array, Index] | None = None
     since = 0
     for _ in range(_ROUNDS):
-        way, _ = roadmap.shortest(chain)
+        way = roadmap.shortest(chain)
         nodes = np.array([layer.bends[k] for layer, k in zip(chain, way, strict=True)])
         guide = _between(places, nodes, len(goals))
         course = courses.follow(goals, backbone, guide)
@@ -172,10 +172,10 @@ def _follow(goals: Goals, backbone: Backbone, chain: list[roadmap.Layer]) -> tup
         since += 1
         if fewest is None or len(jumps) < len(fewest[1]):
             fewest, since = (course, jumps), 0
-        before = len([None for layer in chain for _ in layer.barred])
+        before = sum(len(layer.barred) for layer in chain)
         for i in np.unique(np.searchsorted(places, jumps) - 1).tolist():
             chain[i].bar(way[i], nodes[i + 1])
-        if not len(jumps) or since >= _STUCK or len([None for layer in chain for _ in layer.barred]) == before:
+        if not len(jumps) or since >= _STUCK or sum(len(layer.barred) for layer in chain) == before:
             break
     assert fewest is not None
     return fewest

@@ -63,7 +63,8 @@ def layers(
     carried, to = _carried(at, backbone, bends, row)
     bends, row = np.concatenate([bends, carried]), np.concatenate([row, to])
     none = np.setdiff1d(np.arange(len(places)), row)
-    nearest = _nearest(at.take(none), backbone)
+    left = at.take(none)
+    nearest = solve(left.position, backbone, left.direction, left.rotation).bends
     out = []
     for i, place in enumerate(places):
         samples = bends[row == i] if i not in none else nearest[none == i]
@@ -92,10 +93,6 @@ def _samples(goals: Goals, backbone: Backbone, each: int) -> tuple[Array, Index]
     return found[good], row[good]
 
 
-def _nearest(goals: Goals, backbone: Backbone) -> Array:
-    return solve(goals.position, backbone, goals.direction, goals.rotation).bends
-
-
 def _carried(goals: Goals, backbone: Backbone, bends: Array, row: Index) -> tuple[Array, Index]:
     """Return where samples lead to at the goals before and after their own, and those goals."""
     found, to = np.concatenate([bends, bends]), np.concatenate([row - 1, row + 1])
@@ -108,28 +105,22 @@ def _carried(goals: Goals, backbone: Backbone, bends: Array, row: Index) -> tupl
     return moved[close], to[close]
 
 
-def shortest(chain: list[Layer]) -> tuple[list[int], list[int]]:
-    """Return the sample of each layer on the shortest way, and the layers that it jumps into."""
+def shortest(chain: list[Layer]) -> list[int]:
+    """Return the sample of each layer on the shortest way."""
     weight = float(len(chain))
-    total, before, jumps = chain[0].cost / weight, [], []
+    total, before = chain[0].cost / weight, []
     for last, layer in pairwise(chain):
         square = _squares(last.bends, layer.bends)
         jump = square > FARTHEST_STEP**2
         for sample, bends in last.barred:
             jump[sample] |= (np.abs(layer.bends - bends) < 1e-9).all(axis=(-1, -2))
         cost = total[:, None] + weight * square + np.where(jump, JUMP, 0.0)
-        best = cost.argmin(axis=0)
-        columns = np.arange(len(best))
-        before.append(best)
-        jumps.append(jump[best, columns])
-        total = cost[best, columns] + layer.cost / weight
+        before.append(cost.argmin(axis=0))
+        total = cost.min(axis=0) + layer.cost / weight
     way = [int(total.argmin())]
-    jumped = []
-    for i in range(len(chain) - 1, 0, -1):
-        if jumps[i - 1][way[-1]]:
-            jumped.append(i)
-        way.append(int(before[i - 1][way[-1]]))
-    return way[::-1], jumped[::-1]
+    for best in reversed(before):
+        way.append(int(best[way[-1]]))
+    return way[::-1]
 
 
 def _squares(a: Array, b: Array) -> Array:
