@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from contarm_sim.envs.actions import Actions, shortened
+from contarm_sim.envs.ranges import scattered_bends
 from contarm_sim.kinematics import arc, sections
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.inverse.general.least_squares import damped
-from contarm_sim.kinematics.inverse.general.starts import spread
 from contarm_sim.kinematics.inverse.result import Index
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
@@ -27,6 +27,8 @@ STEPS = 40
 STARTS = 60
 """Further starts for points that the first one does not lead to by bends that the muscles hold."""
 
+_DAMPING = 1e-9  # of squares of the tip's way by bends, at first [1/rad^2]
+_LONGEST = 0.5  # longest step [rad]
 _UNHELD, _MISSED = 1e3, 1e6  # what is worse than any distance of bends, and worse still
 
 
@@ -45,7 +47,7 @@ def nearest_bends(targets: Array, near: Array, actions: Actions) -> Array:
     left = np.flatnonzero(cost >= _UNHELD)
     if not len(left):
         return bends
-    starts = spread(STARTS, shape.backbone(arm)).reshape(STARTS, -1)  # over what muscles can take the lengths of
+    starts = _starts(arm)
     own, ref = (np.repeat(array[left], STARTS, axis=0) for array in (targets, near))
     found = _descend(own, np.tile(starts, (len(left), 1)), arm)
     costs = _cost(own, ref, found, actions).reshape(len(left), STARTS)
@@ -53,6 +55,14 @@ def nearest_bends(targets: Array, near: Array, actions: Actions) -> Array:
     better = costs[rows, best] < cost[left]
     bends[left[better]] = found.reshape(len(left), STARTS, -1)[rows, best][better]
     return bends
+
+
+def _starts(arm: Arm) -> Array:
+    """Return bends spread over what muscles of sections can take the lengths of [rad], shape (STARTS, 2 S)."""
+    count = len(arm.sections)
+    shares = np.modf(np.sqrt([17.0, 19.0, 23.0, 29.0, 31.0, 37.0])[:count] * np.arange(1, STARTS + 1)[:, None])[0]
+    limits = np.minimum(np.array(shape.bend_limits(arm)) / arc.LARGEST_BEND, 1.0)
+    return scattered_bends(count, STARTS) * np.repeat(limits * np.sqrt(shares), 2, axis=1)
 
 
 def _cost(targets: Array, near: Array, bends: Array, actions: Actions) -> Array:
@@ -71,7 +81,7 @@ def _descend(targets: Array, start: Array, arm: Arm) -> Array:
         slopes = sections.jacobian(shape.bends_of(bends, arm), backbone, check=False)[:, :3]
         return (targets[rows] - shape.chain_tip(bends, arm)) / arm.length, slopes / arm.length
 
-    return damped(terms, shortened(start), STEPS, enough=0.1 * CLOSE, within=shortened)
+    return damped(terms, shortened(start), STEPS, _DAMPING, enough=0.1 * CLOSE, longest=_LONGEST, within=shortened)
 
 
 def _miss(targets: Array, bends: Array, arm: Arm) -> Array:

@@ -70,6 +70,7 @@ def damped(
     damping: float = _FIRST,
     stalled: float = 1e-3,
     enough: float = ROUNDED,
+    longest: float = np.inf,
     within: Callable[[Array], Array] | None = None,
 ) -> Array:
     """Return unknowns, shape (n, ...), that lead residuals down from `start`, of the same shape.
@@ -80,6 +81,7 @@ def damped(
         damping: the first.
         stalled: where ten steps take off less than this share of the square of the residual, the search ends.
         enough: residual that is small enough.
+        longest: length of the longest step.
         within: brings unknowns that a step leads to back to what they may be.
     """
     out = np.array(start)
@@ -91,7 +93,10 @@ def damped(
     for step in range(steps):
         if not len(rows):
             break
-        trial = x + _step(residual, slopes, dampings).reshape(x.shape)
+        move = _step(residual, slopes, dampings)
+        if longest < np.inf:
+            move *= longest / np.maximum(np.linalg.norm(move, axis=-1, keepdims=True), longest)
+        trial = x + move.reshape(x.shape)
         if within is not None:
             trial = within(trial)
         new_residual, new_slopes = terms(trial, rows)

@@ -17,7 +17,7 @@ _ROUNDING = 4e-16
 _LONGEST = 0.5  # of a step [rad]
 
 
-def newton(goals: Goals, bends: Array, backbone: Backbone, least_singular: float = 0.0) -> tuple[Array, Array, Array]:
+def refined(goals: Goals, bends: Array, backbone: Backbone, least_singular: float = 0.0) -> tuple[Array, Array, Array]:
     """Return bends that reach poses [rad], their misses as fractions of the length, shape (n,), and Jacobians.
 
     Args:
@@ -51,7 +51,7 @@ def newton(goals: Goals, bends: Array, backbone: Backbone, least_singular: float
 
 def polished(goals: Goals, bends: Array, backbone: Backbone) -> Array:
     """Return solutions next to bends [rad], shape (n, 3, 2), or the bends given where none within the limits is."""
-    better, miss, _ = newton(goals, bends, backbone)
+    better, miss, _ = refined(goals, bends, backbone)
     return np.where(((miss <= SOLVED) & (excess(better, backbone) <= 0))[:, None, None], better, bends)
 
 

@@ -20,7 +20,7 @@ from contarm_sim.kinematics.inverse.goals import Goals
 from contarm_sim.kinematics.inverse.limits import angles_of, excess
 from contarm_sim.kinematics.inverse.result import Index
 from contarm_sim.kinematics.inverse.three.nearly_straight import NEAR, nearly_straight
-from contarm_sim.kinematics.inverse.three.newton import SOLVED, newton
+from contarm_sim.kinematics.inverse.three.newton import SOLVED, refined
 from contarm_sim.kinematics.inverse.three.search import one_arc, starts
 
 NODES = 96
@@ -123,11 +123,11 @@ def _found(goals: Goals, backbone: Backbone, nodes: int) -> tuple[Index, Array]:
 
 def _solved(goals: Goals, rows: Index, given: Array, backbone: Backbone) -> tuple[Index, Array, Array]:
     """Return rows, solutions and Jacobians of those starts that lead to a solution."""
-    bends, miss, J = newton(goals.take(rows), given, backbone)
+    bends, miss, J = refined(goals.take(rows), given, backbone)
     assert goals.rotation is not None
     arc = np.flatnonzero(one_arc(goals.position, goals.rotation, backbone)[rows])
     if arc.size:  # rounding over a singular value of nothing would carry it along the continuum
-        bends[arc], miss[arc], J[arc] = newton(goals.take(rows[arc]), given[arc], backbone, 1e-9)
+        bends[arc], miss[arc], J[arc] = refined(goals.take(rows[arc]), given[arc], backbone, 1e-9)
     solved = miss <= SOLVED
     return rows[solved], bends[solved], J[solved]
 
