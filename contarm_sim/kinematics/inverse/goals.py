@@ -71,7 +71,10 @@ class Goals:
 
     def misses(self, bends: Array, backbone: Backbone) -> tuple[Array, Array]:
         """Return the distances [m] and angles [rad] that bends miss goals by, each of shape (n,)."""
-        position, rotation, _ = tips_and_jacobians(bends, backbone)
+        return self.apart(*tips_and_jacobians(bends, backbone)[:2])
+
+    def apart(self, position: Array, rotation: Array) -> tuple[Array, Array]:
+        """Return the distances [m] and angles [rad] from tips' positions and rotations to goals, each of shape (n,)."""
         x, y, z = (self.position - position).T
         distance, turn = np.hypot(np.hypot(x, y), z), self.turn(rotation)
         return distance, np.zeros(len(distance)) if turn is None else np.sqrt((turn**2).sum(axis=-1))
