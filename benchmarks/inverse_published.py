@@ -40,7 +40,7 @@ PROBLEMS = {
 def misses(goals, backbone, bends):
     """Return what tips miss by, as shares of the length, shape (n,); infinite beyond the limits."""
     T = sections.transform(bends, backbone, check=False)
-    distance, angle = goals.misses(T[:, :3, 3], T[:, :3, :3])
+    distance, angle = goals.apart(T[:, :3, 3], T[:, :3, :3])
     within = np.all(np.hypot(bends[..., 0], bends[..., 1]) <= np.array(backbone.limits) + ROUNDED, axis=-1)
     return np.where(within, np.maximum(distance / backbone.length, 0.3 * angle), np.inf)
 
@@ -51,14 +51,12 @@ def by_least_squares(goals, backbone, rng):
         goal = goals.take([i])
 
         def residual(x, goal=goal):
-            position, rotation, _ = general.tips_and_jacobians(x.reshape(shape), backbone)
             beyond, _ = excess(x, backbone)
-            return np.append(goal.residual(position, rotation, backbone.length)[0], LIMITED * beyond)
+            return np.append(goal.terms(x.reshape(shape), backbone)[0][0], LIMITED * beyond)
 
         def slopes(x, goal=goal):
-            _, rotation, jacobian = general.tips_and_jacobians(x.reshape(shape), backbone)
             _, outward = excess(x, backbone)
-            return np.vstack([-goal.rows(jacobian, rotation, backbone.length)[0], LIMITED * outward])
+            return np.vstack([-goal.terms(x.reshape(shape), backbone)[1][0], LIMITED * outward])
 
         start = general.random_bends(rng, 1, len(backbone)).ravel()
         done = least_squares(residual, start, slopes, xtol=1e-15, ftol=1e-15, gtol=1e-12, max_nfev=200)
