@@ -100,6 +100,7 @@ def test_ik_of_a_file_with_directions_writes_solutions(contarm, tmp_path):
         ("ik --preset two --tip 0.1 0.05 0.3 --limit 0", "above 0 and below pi"),
         ("ik --preset two --tip 0.1 0.05 0.3 --limit 1 --limit 1 --limit 1", "one for each section"),
         ("ik --preset two --tip 0.1 0.05 0.3 --choose nearest", "--from BEND_ANGLE PLANE_ANGLE"),
+        ("ik --preset two --tip 0.1 0.05 0.3 --choose all --from 1 0 --from 1 0", "--choose nearest, or no --choose"),
         ("ik --preset two --tip 0.1 0.05 0.3 --project ray", "refuse or nearest"),
         ("ik --preset three --tip 0.1 0.05 0.3 --quaternion 0 0 0 0", "a unit quaternion"),
         ("ik --preset three --tip 0.1 0.05 0.3 --direction 0 0 0", "a vector that is not zero"),

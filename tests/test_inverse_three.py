@@ -341,7 +341,7 @@ BAD = {
     "another choice": (([0, 0, 0.3], np.eye(3), ARM, "best"), "choose"),
     "nearest to nothing": (([0, 0, 0.3], np.eye(3), ARM, "nearest"), "near"),
     "nearest to two": (([0, 0, 0.3], np.eye(3), ARM, "nearest", np.zeros((2, 3, 2))), "near"),
-    "nearest to NaN": (([0, 0, 0.3], np.eye(3), ARM, "nearest", np.full((3, 2), np.nan)), "bends"),
+    "nearest to NaN": (([0, 0, 0.3], np.eye(3), ARM, "nearest", np.full((3, 2), np.nan)), "near"),
 }
 
 

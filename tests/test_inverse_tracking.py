@@ -197,7 +197,7 @@ def test_a_path_through_the_straight_pose():
         (lambda b: inverse.track([[0.1, 0, np.inf]], b), "position"),
         (lambda b: inverse.track([[0.1, 0, 0.3]], b, choose="any"), "choose"),
         (lambda b: inverse.track([[0.1, 0, 0.3]] * 2, b, start=np.zeros((2, 2, 2))), "start"),
-        (lambda b: inverse.track([[0.1, 0, 0.3]] * 2, b, start=np.zeros(2)), "bends"),
+        (lambda b: inverse.track([[0.1, 0, 0.3]] * 2, b, start=np.zeros(2)), "start"),
     ],
 )
 def test_paths_that_are_none_are_refused(call, name):

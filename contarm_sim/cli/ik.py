@@ -143,6 +143,8 @@ def _solved(arm: Arm, targets: Targets, asked: _Asked) -> list[dict[str, Any]]:
         allowed = "refuse or nearest; ray and paper are for positions of one section alone"
         raise InputError("--project", asked.project, allowed)
     form = shape.backbone(arm, limits=asked.limit or None)
+    if asked.near and asked.choose not in (None, "nearest"):
+        raise InputError("--from", f"given with --choose {asked.choose}", "--choose nearest, or no --choose")
     if asked.choose == "all":
         return _all(arm, targets, form, asked)
     near = bends_from_words(asked.near, arm, "from").reshape(-1, 2) if asked.near else None

@@ -84,15 +84,32 @@ def _numbers(name: str, values: Any, count: int | None) -> tuple[float, ...]:
     return numbers
 
 
-def as_bends(value: Any, backbone: Backbone) -> Array:
+def check_backbone(backbone: Any) -> None:
+    """Refuse what is no backbone, such as an arm.
+
+    Raises:
+        InputError: says so.
+    """
+    if not isinstance(backbone, Backbone):
+        given = f"{type(backbone).__name__} {backbone!r}" if isinstance(backbone, str) else type(backbone).__name__
+        raise InputError("backbone", given, "a Backbone, such as mechanics.shape.backbone(arm)")
+
+
+def as_bends(value: Any, backbone: Backbone, name: str = "bends") -> Array:
     """Return bends of all sections [rad] as an array of shape (..., S, 2), each shorter than pi.
 
     Raises:
-        InputError: not finite, of another shape, or a bend angle of pi or more.
+        InputError: no backbone, or bends that are not finite, of another shape, or a bend angle of pi or more.
     """
-    bends = as_vectors(value, 2, "bends")
-    if bends.ndim < 2 or bends.shape[-2] != len(backbone):
-        raise InputError("bends", f"of shape {bends.shape}", f"shape (..., {len(backbone)}, 2)")
+    check_backbone(backbone)
+    allowed = f"shape (..., {len(backbone)}, 2)"
+    try:
+        bends = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(name, repr(value), f"numbers, {allowed}") from None
+    if bends.ndim < 2 or bends.shape[-2:] != (len(backbone), 2):
+        raise InputError(name, f"of shape {bends.shape}", allowed)
+    bends = as_vectors(bends, 2, name)
     angle = np.hypot(bends[..., 0], bends[..., 1])
     if not np.all(angle < np.pi):
         worst = float(angle.max())

@@ -8,8 +8,8 @@ import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array, as_vectors
-from contarm_sim.kinematics.backbone import Backbone, as_bends
-from contarm_sim.kinematics.inverse.choices import CHOICES
+from contarm_sim.kinematics.backbone import Backbone, as_bends, check_backbone
+from contarm_sim.kinematics.inverse.choices import CHOICES, Choice
 from contarm_sim.kinematics.inverse.goals import Goals
 
 FARTHEST = 1e6
@@ -27,7 +27,7 @@ def as_goals(position: Any, direction: Any, rotation: Any, length: float) -> tup
         worst = position[(np.abs(position) > FARTHEST * length).any(axis=-1)][0]
         raise InputError("position", worst.tolist(), f"within {FARTHEST:g} backbone lengths")
     if direction is not None and rotation is not None:
-        raise InputError("orientation", "both a direction and a rotation", "at most one of them")
+        raise InputError("direction", "given with rotation", "at most one of them")
     shape = position.shape[:-1]
     if direction is not None:
         direction = as_directions(direction)
@@ -60,23 +60,48 @@ def as_near(near: Any, backbone: Backbone, shape: tuple[int, ...]) -> Array | No
     """
     if near is None:
         return None
-    size, bends = len(backbone), as_bends(near, backbone)
+    size, bends = len(backbone), as_bends(near, backbone, "near")
     try:
         return np.broadcast_to(bends, (*shape, size, 2)).reshape(-1, size, 2)
     except ValueError:
         raise InputError("near", f"of shape {bends.shape}", f"shape {(*shape, size, 2)}, or one for all") from None
 
 
-def check_choice(choose: str, near: object = ()) -> None:
-    """Refuse an unknown choice, or `nearest` without what it is to be near.
+def as_choice(choose: Choice | None, near: object) -> Choice:
+    """Return a choice; None is `nearest` if there is something to be near, else `least-bend`.
 
     Raises:
-        InputError: one of these.
+        InputError: an unknown choice, `nearest` without what it is to be near, or another choice with it.
+    """
+    if choose is None:
+        return "least-bend" if near is None else "nearest"
+    check_choice(choose)
+    if choose == "nearest" and near is None:
+        raise InputError("near", "nothing", "bends that the solution is to be nearest to [rad], for choose nearest")
+    if choose != "nearest" and near is not None:
+        raise InputError("near", f"given with choose {choose}", "near with choose nearest, or none of them")
+    return choose
+
+
+def check_choice(choose: str) -> None:
+    """Refuse an unknown choice.
+
+    Raises:
+        InputError: says so.
     """
     if choose not in CHOICES:
         raise InputError("choose", repr(choose), ", ".join(CHOICES))
-    if choose == "nearest" and near is None:
-        raise InputError("near", "nothing", "bends that the solution is to be nearest to [rad], for choose nearest")
+
+
+def check_points(points: Any) -> int:
+    """Return how many points are asked for.
+
+    Raises:
+        InputError: no whole number of 2 or more.
+    """
+    if isinstance(points, bool) or not isinstance(points, int | np.integer) or points < 2:
+        raise InputError("points", repr(points), "a whole number of 2 or more")
+    return int(points)
 
 
 def check_sections(backbone: Backbone, count: int) -> None:
@@ -85,6 +110,7 @@ def check_sections(backbone: Backbone, count: int) -> None:
     Raises:
         InputError: says so.
     """
+    check_backbone(backbone)
     if len(backbone) != count:
         raise InputError("backbone", f"{len(backbone)} sections", f"{count} sections")
     if count == 3 and any(backbone.connectors[:-1]):
@@ -108,9 +134,14 @@ def as_directions(value: Any) -> Array:
 
 def _rotations(value: Any) -> Array:
     """Return rotation matrices, shape (..., 3, 3), orthonormal to rounding where they were to 1e-6."""
+    try:
+        value = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError("rotation", repr(value), "numbers, shape (..., 3, 3)") from None
+    if value.ndim < 2 or value.shape[-2:] != (3, 3):
+        allowed = "shape (..., 3, 3); rotation_from_quaternion makes matrices of quaternions w x y z"
+        raise InputError("rotation", f"of shape {value.shape}", allowed)
     value = as_vectors(value, 3, "rotation")
-    if value.ndim < 2 or value.shape[-2] != 3:
-        raise InputError("rotation", f"of shape {value.shape}", "shape (..., 3, 3)")
     with np.errstate(over="ignore", invalid="ignore"):
         off = np.abs(value @ value.swapaxes(-1, -2) - np.eye(3)).max(axis=(-1, -2), initial=0.0)
     if not np.all(off <= 1e-6):

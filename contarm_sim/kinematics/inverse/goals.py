@@ -12,7 +12,7 @@ import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.backbone import Backbone
-from contarm_sim.kinematics.inverse.limits import excess
+from contarm_sim.kinematics.inverse.limits import clamped, excess
 from contarm_sim.kinematics.inverse.result import ANGLE_LENGTH, TOLERANCE, Bool, Inverse
 from contarm_sim.kinematics.inverse.rotations import between_directions, between_rotations
 from contarm_sim.kinematics.inverse.tips import tips_and_jacobians
@@ -91,6 +91,7 @@ class Goals:
 
     def answered(self, bends: Array, backbone: Backbone, solutions: Any) -> Inverse:
         """Return bends as answers; `solutions` says how many there are of those that are reached."""
+        bends = clamped(bends, backbone)
         return judged(bends, *self.misses(bends, backbone), backbone, solutions)
 
 

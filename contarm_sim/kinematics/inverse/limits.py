@@ -7,6 +7,8 @@ import numpy as np
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.backbone import Backbone
 
+_ROUNDING = 4 * float(np.finfo(float).eps)
+
 
 def angles_of(bends: Array) -> Array:
     """Return bend angles [rad], shape (..., S), of bends (..., S, 2)."""
@@ -20,5 +22,7 @@ def excess(bends: Array, backbone: Backbone) -> Array:
 
 def clamped(bends: Array, backbone: Backbone) -> Array:
     """Return bends with those beyond their limits shortened to them."""
-    share = np.array(backbone.limits) / np.maximum(angles_of(bends), 1e-300)
-    return np.asarray(bends * np.minimum(1.0, share)[..., None])
+    limits = np.array(backbone.limits)
+    out = bends * np.minimum(1.0, limits / np.maximum(angles_of(bends), 1e-300))[..., None]
+    over = angles_of(out) > limits  # rounding may carry them over again
+    return np.asarray(np.where(over[..., None], (1 - _ROUNDING) * out, out))

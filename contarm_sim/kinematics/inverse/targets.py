@@ -17,16 +17,16 @@ from typing import Any
 import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.kinematics.backbone import Backbone
+from contarm_sim.kinematics.backbone import Backbone, check_backbone
 from contarm_sim.kinematics.dome import bend_from_tip
-from contarm_sim.kinematics.inverse.checks import as_goals, as_near, check_choice, one_goal
-from contarm_sim.kinematics.inverse.choices import Choice
+from contarm_sim.kinematics.inverse.checks import as_choice, as_goals, as_near, check_points, one_goal
+from contarm_sim.kinematics.inverse.choices import SAME, Choice
 from contarm_sim.kinematics.inverse.general.choosing import solve_general
-from contarm_sim.kinematics.inverse.general.least_squares import STRICT, descend
+from contarm_sim.kinematics.inverse.general.least_squares import ROUNDED, STRICT, descend
 from contarm_sim.kinematics.inverse.general.solutions import samples
 from contarm_sim.kinematics.inverse.goals import Goals
 from contarm_sim.kinematics.inverse.limits import clamped
-from contarm_sim.kinematics.inverse.result import Inverse
+from contarm_sim.kinematics.inverse.result import Bool, Inverse
 from contarm_sim.kinematics.inverse.three.choosing import solve_direction, solve_pose
 from contarm_sim.kinematics.inverse.three.solutions import all_poses
 from contarm_sim.kinematics.inverse.two.choosing import solve_two
@@ -38,27 +38,33 @@ def solve(
     backbone: Backbone,
     direction: Any = None,
     rotation: Any = None,
-    choose: Choice = "least-bend",
+    choose: Choice | None = None,
     near: Any = None,
 ) -> Inverse:
     """Return bends whose tips are at targets, vectorised over leading axes, of 1 to 6 sections.
 
-    A target that cannot be reached gets the nearest bends known, their miss, and `reachable` False.
+    A target that cannot be reached gets the nearest bends known, their miss, and `reachable` False. A continuum of
+    solutions is represented by one of its members, and `solutions` is -1.
 
     Args:
         position: of the tips in the base frame [m], shape (..., 3).
         direction: that the z axes of the tips are to have, shape (..., 3), of any length but 0; or None.
         rotation: of the tips in the base frame, shape (..., 3, 3), or None; see `rotation_from_quaternion`.
         choose: which of many solutions: `least-bend` (least sum of bend angles), `least-largest` (least largest bend
-            angle), `farthest` (from the limits), `nearest` (to `near`).
+            angle), `farthest` (from the limits), `nearest` (to `near`). Default: `nearest` if `near` is given, else
+            `least-bend`. Where least squares solve a continuum, mostly from three sections on, it is the least that was
+            found from a few starts: a local optimum.
         near: bends [rad], shape (..., S, 2), for `nearest`.
 
     Raises:
-        InputError: targets that are none, an unknown choice, or `nearest` without `near`.
+        InputError: no backbone, targets that are none, an unknown choice, `nearest` without `near` or `near` with
+            another choice.
     """
-    check_choice(choose, near)
+    check_backbone(backbone)
+    choose = as_choice(choose, near)
     goals, shape = as_goals(position, direction, rotation, backbone.length)
-    return _solve(goals, backbone, choose, as_near(near, backbone, shape)).shaped(shape)
+    answer = _solve(goals, backbone, choose, as_near(near, backbone, shape))
+    return _straightened(goals, backbone, answer).shaped(shape)
 
 
 def solve_all(
@@ -67,19 +73,43 @@ def solve_all(
     """Return all solutions of one target known, as a list of bends [rad], each of shape (K, S, 2); [] for none.
 
     Isolated solutions come one by one (K = 1), in order of their sums of bend angles. Of a family of one parameter,
-    each piece is a curve of about `points` solutions in order. Families of more parameters are one item, `points`
-    of them in order of their sums of bend angles.
+    each piece is a curve of solutions in order. Families of more parameters are one item, samples of the family in
+    order of their sums of bend angles. Where three sections reach a pose by a continuum, and where the target is on the
+    axis and any azimuth solves, the continuum is represented by some of its members (`solve` says -1 solutions).
+
+    Args:
+        position, backbone, direction, rotation: as of `solve`, of one target.
+        points: so many solutions, 2 or more, stand for a piece of a family: of two sections and a position for each of
+            its two mirror branches, else for each curve, or for a whole family of more parameters, at most.
 
     Raises:
-        InputError: targets that are none, or several.
+        InputError: no backbone, targets that are none, or several; points that are no whole number of 2 or more.
     """
+    check_backbone(backbone)
+    points = check_points(points)
     goal = one_goal(position, direction, rotation, backbone.length)
+    if is_straight(goal, backbone)[0]:
+        return [np.zeros((1, len(backbone), 2))]
     if len(backbone) == 2 and goal.conditions == 3:
-        return list(family(goal.position[0], backbone).curve(points))
+        return [_once(curve) for curve in family(goal.position[0], backbone).curve(points)]
     if in_closed_form(goal, backbone) and goal.rotation is not None:
         bends, found = all_poses(goal.position[0], goal.rotation[0], backbone)
         return [bends[k : k + 1] for k in range(int(found))]
     return samples(goal, backbone, points)
+
+
+def _once(curve: Array) -> Array:
+    """Return one pose where a curve is one single pose."""
+    return curve[:1] if np.abs(curve - curve[:1]).max() < SAME else curve
+
+
+def is_straight(goals: Goals, backbone: Backbone) -> Bool:
+    """Return whether the straight pose reaches goals to rounding, shape (n,), bool."""
+    far = np.sqrt((goals.position**2).sum(axis=-1)) > backbone.length * (1 - 1e-12)
+    out = np.zeros(len(goals), dtype=bool)
+    straight = np.zeros((int(far.sum()), len(backbone), 2))
+    out[far] = goals.take(far).off(straight, backbone) <= ROUNDED
+    return out
 
 
 def in_closed_form(goals: Goals, backbone: Backbone) -> bool:
@@ -100,6 +130,17 @@ def _solve(goals: Goals, backbone: Backbone, choose: Choice, near: Array | None)
         own = None if near is None else near[rows]
         answer = answer.replaced(rows, solve_direction(goals.take(rows), backbone, choose, own))
     return answer
+
+
+def _straightened(goals: Goals, backbone: Backbone, answer: Inverse) -> Inverse:
+    """Return the straight pose where it reaches a goal as well as what was found: it is the only one."""
+    rows = np.flatnonzero(is_straight(goals, backbone))
+    if not rows.size:
+        return answer
+    these = goals.take(rows)
+    straight = np.zeros((len(rows), len(backbone), 2))
+    as_well = these.off(straight, backbone) <= np.maximum(these.off(answer.bends[rows], backbone), ROUNDED)
+    return answer.replaced(rows[as_well], these.take(as_well).answered(straight[as_well], backbone, 1))
 
 
 def _solve_one(goals: Goals, backbone: Backbone) -> Inverse:

@@ -1,8 +1,8 @@
 """One solution of each goal, of any number of sections: damped least squares from several starts, then a choice.
 
 Where there are as many conditions as bends or more, solutions are isolated, and those among which the choice is made
-are those that the starts led to, not surely all. `farthest` and `least-largest` are settled by a high power in place of
-the largest.
+are those that the starts led to, not surely all. In a continuum, all of these go down a little by the choice
+(`settling`), and the best of them to the optimum that it lies next to (`refining`): a local one.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from contarm_sim.kinematics.backbone import Backbone
 from contarm_sim.kinematics.inverse.choices import Choice, distinct, penalty
 from contarm_sim.kinematics.inverse.general.least_squares import descend
 from contarm_sim.kinematics.inverse.general.out_of_reach import approached
-from contarm_sim.kinematics.inverse.general.settling import POWERS, settle
+from contarm_sim.kinematics.inverse.general.refining import refine
+from contarm_sim.kinematics.inverse.general.settling import settle
 from contarm_sim.kinematics.inverse.general.starts import spread
 from contarm_sim.kinematics.inverse.goals import Goals
 from contarm_sim.kinematics.inverse.limits import clamped, excess
@@ -26,8 +27,8 @@ STARTS = 8
 MORE = (8, 16, 32, 64, 128)
 """Further starts of a target that those before it left unsolved."""
 
-ROUNDS = (6, 8)
-"""Most steps along a surface of solutions, down to the choice: of all solutions, then of the best."""
+ROUNDS = 6
+"""Most steps along a surface of solutions, down to the choice, of all solutions; then the best is refined."""
 
 _BLOCK = 4096  # targets at a time
 
@@ -90,7 +91,7 @@ def _chosen(
         own = None if near is None else near[row]
         picked = bends[row, column]
         if 2 * len(backbone) > goals.conditions:
-            picked = settle(goals.take(row), backbone, picked, choose, own, ROUNDS[0], POWERS[0])
+            picked = settle(goals.take(row), backbone, picked, choose, own, ROUNDS)
         bends = bends.copy()
         bends[row, column] = picked
         cost[row, column] = penalty(picked, backbone, choose, own)
@@ -100,8 +101,7 @@ def _chosen(
     best, found = bends[np.arange(len(bends)), cost.argmin(axis=1)], np.asarray(good.any(axis=1))
     if 2 * len(backbone) > goals.conditions:
         own = None if near is None else near[found]
-        for power in POWERS[: 1 + (choose in ("least-largest", "farthest"))]:
-            best[found] = settle(goals.take(found), backbone, best[found], choose, own, ROUNDS[1], power)
+        best[found] = refine(goals.take(found), backbone, best[found], choose, own)
     return best, found
 
 

@@ -19,8 +19,8 @@ from contarm_sim.kinematics.inverse.general.least_squares import descend
 from contarm_sim.kinematics.inverse.goals import Goals
 from contarm_sim.kinematics.inverse.limits import angles_of
 
-POWERS = (8, 40)
-"""The largest of some numbers is taken for a root of the sum of such powers, the second one to come closer."""
+POWER = 8
+"""The largest of some numbers is taken for a root of the sum of such powers."""
 
 _LIGHTEST = 1e-3  # least weight of a section beside the heaviest
 _DAMPING = 1e-12
@@ -33,7 +33,6 @@ def settle(
     choose: Choice,
     near: Array | None,
     rounds: int,
-    power: int = POWERS[0],
 ) -> Array:
     """Return solutions with a lower `penalty` that others, shape (n, S, 2), lead to; they stay where none is found."""
     bends, share = bends.copy(), np.full(len(bends), 0.5)
@@ -43,7 +42,7 @@ def settle(
         if not len(rows):
             break
         these, own, ref = goals.take(rows), bends[rows], None if near is None else near[rows]
-        moved = own + share[rows, None, None] * (_toward(these, backbone, own, choose, ref, power) - own)
+        moved = own + share[rows, None, None] * (_toward(these, backbone, own, choose, ref) - own)
         moved = descend(these, backbone, moved, steps=8, near=True)
         found = penalty(moved, backbone, choose, ref)
         gain = least[rows] - found
@@ -54,12 +53,12 @@ def settle(
     return bends
 
 
-def _toward(goals: Goals, backbone: Backbone, bends: Array, choose: Choice, near: Array | None, power: int) -> Array:
+def _toward(goals: Goals, backbone: Backbone, bends: Array, choose: Choice, near: Array | None) -> Array:
     """Return the solutions, to first order, that are nearest to the reference of a choice."""
     count = len(bends)
     residual, slopes = goals.terms(bends, backbone)
     reference = np.zeros_like(bends) if choose != "nearest" or near is None else near
-    loose = np.repeat(1 / _weights(bends, backbone, choose, power), 2, axis=-1)[:, None, :]
+    loose = np.repeat(1 / _weights(bends, backbone, choose), 2, axis=-1)[:, None, :]
     square = (slopes * loose) @ slopes.swapaxes(-1, -2)
     diagonal = np.arange(square.shape[-1])
     square[:, diagonal, diagonal] += _DAMPING
@@ -68,7 +67,7 @@ def _toward(goals: Goals, backbone: Backbone, bends: Array, choose: Choice, near
     return np.asarray(reference + step.reshape(bends.shape))
 
 
-def _weights(bends: Array, backbone: Backbone, choose: Choice, power: int) -> Array:
+def _weights(bends: Array, backbone: Backbone, choose: Choice) -> Array:
     """Return weights of the sections, 1 for the heaviest, shape (n, S): the slope of a rule over the bend angle."""
     angles = np.maximum(angles_of(bends), 1e-6)
     if choose == "nearest":
@@ -78,5 +77,5 @@ def _weights(bends: Array, backbone: Backbone, choose: Choice, power: int) -> Ar
     else:
         limits = np.array(backbone.limits)
         large = angles + (limits.max() - limits) if choose == "farthest" else angles
-        weights = (large / large.max(axis=-1, keepdims=True)) ** (power - 1) / angles
+        weights = (large / large.max(axis=-1, keepdims=True)) ** (POWER - 1) / angles
     return np.asarray(np.maximum(weights / weights.max(axis=-1, keepdims=True), _LIGHTEST))

@@ -24,16 +24,16 @@ _CLOSED = 0.7  # strides: nearer to its first point than this, a curve closes
 
 def samples(goal: Goals, backbone: Backbone, points: int) -> list[Array]:
     """Return the solutions of one goal as `targets.solve_all` does."""
-    start = spread(_STARTS, backbone)
-    goals = goal.take(np.zeros(_STARTS, dtype=int))
+    free = 2 * len(backbone) - goal.conditions
+    start = spread(max(_STARTS, points) if free > 1 else _STARTS, backbone)
+    goals = goal.take(np.zeros(len(start), dtype=int))
     found = descend(goals, backbone, start)
     found = found[goals.solved(found, backbone)]
     found = found[np.argsort(penalty(found, backbone, "least-bend"))]
-    free = 2 * len(backbone) - goal.conditions
-    if free > 1:
-        return [found[:points]] if len(found) else []
-    if free < 1:
-        return [one[None] for one in found[distinct(found[None], np.ones((1, len(found)), dtype=bool))[0]]]
+    if free != 1:
+        found = found[distinct(found[None], np.ones((1, len(found)), dtype=bool))[0]]
+        few = found[np.unique(np.linspace(0, len(found) - 1, min(points, len(found))).round().astype(int))]
+        return [one[None] for one in found] if free < 1 else [few] if len(found) else []
     curves: list[Array] = []
     for one in found:
         if not any(_distance(curve, one) < 2 * _STRIDE for curve in curves):

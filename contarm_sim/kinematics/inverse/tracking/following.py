@@ -15,11 +15,12 @@ import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.kinematics.backbone import Backbone, as_bends
+from contarm_sim.kinematics.backbone import Backbone, as_bends, check_backbone
 from contarm_sim.kinematics.inverse.checks import as_goals, check_choice
 from contarm_sim.kinematics.inverse.choices import Choice
 from contarm_sim.kinematics.inverse.general.free import turning
 from contarm_sim.kinematics.inverse.general.least_squares import descend
+from contarm_sim.kinematics.inverse.general.out_of_reach import approached
 from contarm_sim.kinematics.inverse.goals import Goals
 from contarm_sim.kinematics.inverse.result import Index, Inverse
 from contarm_sim.kinematics.inverse.targets import solve
@@ -69,19 +70,21 @@ def track(
         choose: what the course makes small beside its motion, see `solve`; `nearest` is the motion alone.
 
     Raises:
-        InputError: targets that are none, or not in one row; an unknown choice.
+        InputError: no backbone, targets that are none, or not in one row; an unknown choice.
     """
+    check_backbone(backbone)
     check_choice(choose)
     goals, shape = as_goals(positions, directions, rotations, backbone.length)
     if len(shape) != 1:
         raise InputError("positions", f"of shape {(*shape, 3)}", "targets in a row, shape (T, 3)")
-    first = None if start is None else as_bends(start, backbone)
+    first = None if start is None else as_bends(start, backbone, "start")
     if first is not None and first.ndim != 2:
         raise InputError("start", f"of shape {first.shape}", f"shape ({len(backbone)}, 2)")
     if len(backbone) == 1 or len(goals) < 2:
         return _apart(goals, backbone, first)
     hard = Goals(goals.position) if goals.conditions > 2 * len(backbone) else goals
     course, jumps = _course(hard, backbone, first, choose, goals)
+    course = _closest(hard, backbone, course)
     if hard is not goals:
         course = _turned(goals, backbone, course)
     one = goals.answered(course, backbone, -1 if 2 * len(backbone) > goals.conditions else 1)
@@ -131,6 +134,20 @@ def _polished(goals: Goals, backbone: Backbone, course: Array) -> Array:
     closer = descend(goals, backbone, course, limited=0.0, steps=8, near=True)
     better = goals.solved(closer, backbone) & (np.abs(closer - course).max(axis=(-1, -2)) < 1e-6)
     return np.where(better[:, None, None], closer, course)
+
+
+def _closest(goals: Goals, backbone: Backbone, course: Array) -> Array:
+    """Return a course with the nearest poses known next to it where it misses its goals."""
+    rows = np.flatnonzero(~goals.solved(course, backbone))
+    if not len(rows):
+        return course
+    these, course = goals.take(rows), course.copy()
+    near = approached(these, backbone, course[rows])
+    found = solve(these.position, backbone, these.direction, these.rotation, near=near).bends
+    aside = np.sqrt(((found - near) ** 2).sum(axis=(-1, -2)))
+    closer = (these.off(found, backbone) < these.off(near, backbone)) & (aside < roadmap.FARTHEST_STEP)
+    course[rows] = np.where(closer[:, None, None], found, near)
+    return course
 
 
 def _turned(goals: Goals, backbone: Backbone, course: Array) -> Array:

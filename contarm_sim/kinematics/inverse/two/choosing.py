@@ -15,7 +15,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.backbone import Backbone
 from contarm_sim.kinematics.inverse.choices import Choice
 from contarm_sim.kinematics.inverse.goals import Goals, judged
-from contarm_sim.kinematics.inverse.limits import angles_of
+from contarm_sim.kinematics.inverse.limits import angles_of, clamped
 from contarm_sim.kinematics.inverse.result import Index, Inverse
 from contarm_sim.kinematics.inverse.tips import tip_axes
 from contarm_sim.kinematics.inverse.two import curve
@@ -28,6 +28,7 @@ from contarm_sim.kinematics.inverse.two.pieces import Pieces, find
 _BLOCK = 512  # targets at once: their samples stay in the processor's cache
 _DOUBTFUL = 1e-12  # miss, in units of length, from which the boundary is asked too
 _SAME = 1e-9  # bend angles [rad] this close are one
+_ROUNDED, _REACHED, _NEARLY, _STEPS = 1e-15, 1e-13, 1e-4, 6  # misses, free of units, and steps to both
 _STRAIGHT = 1e-7  # bend angle [rad] of a pose that rounding does not tell from the straight one
 
 Residual = Callable[[Array, Index], Array]
@@ -52,8 +53,28 @@ def solve_two(goals: Goals, backbone: Backbone, choose: Choice, near: Array | No
         own = None if off is None else lambda b, rows, start=start: off(b, rows + start)
         bends[at], miss[at], solutions[at] = _block(points[at], pair, choose, own)
     if goals.direction is not None:
-        return goals.answered(bends, backbone, 1)
+        return goals.answered(_both(goals, backbone, bends), backbone, 1)
     return judged(bends, miss * backbone.length, np.zeros(len(points)), backbone, solutions)
+
+
+def _both(goals: Goals, backbone: Backbone, bends: Array) -> Array:
+    """Return bends that reach position and direction to rounding where some do next to those given.
+
+    Near the straight pose the curve of a position is too short to search; both together say five linear conditions on
+    four bends there.
+    """
+    bends, size = bends.copy(), goals.off(bends, backbone)
+    rows = np.flatnonzero((size > _ROUNDED) & (size < _NEARLY))
+    if rows.size:
+        these, new = goals.take(rows), bends[rows]
+        for _ in range(_STEPS):
+            off, J = these.terms(new, backbone)
+            new = new + (np.linalg.pinv(J, rcond=1e-9) @ off[..., None]).reshape(new.shape)
+        new = clamped(new, backbone)
+        left = these.off(new, backbone)
+        better = (left < size[rows]) & (left < _REACHED)
+        bends[rows[better]] = new[better]
+    return bends
 
 
 def _residual(goals: Goals, choose: Choice, near: Array | None) -> Residual | None:

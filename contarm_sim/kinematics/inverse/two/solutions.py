@@ -11,8 +11,8 @@ from contarm_sim.errors import InputError
 from contarm_sim.kinematics import sections
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.backbone import Backbone, as_bends
-from contarm_sim.kinematics.inverse.checks import one_goal
-from contarm_sim.kinematics.inverse.limits import angles_of, excess
+from contarm_sim.kinematics.inverse.checks import check_sections, one_goal
+from contarm_sim.kinematics.inverse.limits import angles_of, clamped, excess
 from contarm_sim.kinematics.inverse.result import TOLERANCE, Index
 from contarm_sim.kinematics.inverse.two.curve import ON_AXIS, bends_at, places, planar_ends
 from contarm_sim.kinematics.inverse.two.equations import as_targets
@@ -132,7 +132,7 @@ class Family:
         pair, point = as_pair(self.backbone), self.target / self.backbone.length
         points = np.broadcast_to(point, (len(beta1), 3))
         found = bends_at(pair, as_targets(points), beta1, cosine, branch)
-        return polish(pair, points, found)[0]
+        return clamped(polish(pair, points, found)[0], self.backbone)
 
 
 def family(target: Any, backbone: Backbone) -> Family:
@@ -145,6 +145,7 @@ def family(target: Any, backbone: Backbone) -> Family:
     Raises:
         InputError: a target that is not one finite position, or a backbone of other than two sections.
     """
+    check_sections(backbone, 2)
     pair, points = as_pair(backbone), one_goal(target, None, None, backbone.length).position
     targets = as_targets(points / backbone.length)
     found = find(pair, targets, _NODES)
