@@ -164,7 +164,8 @@ def available(summary: dict[str, Any]) -> str:
 def _pressures(summary: dict[str, Any]) -> list[tuple[float, float]]:
     """Return the lowest and the highest pressures [Pa] of sections that differ; none where no muscle has any."""
     arm = summary["arm"]
-    laws = [{**arm.get("muscle", {}), **section.get("muscle", {})} for section in arm.get("section", [{}])]
+    shared, owns = arm.get("muscle", {}), [section.get("muscle", {}) for section in arm.get("section", [{}])]
+    laws = [own if "law" in own else {**shared, **own} for own in owns]  # a law of its own takes nothing of the shared
     found = [(law["min_pressure"], law["max_pressure"]) for law in laws if {"min_pressure", "max_pressure"} <= set(law)]
     return list(dict.fromkeys(found))
 
