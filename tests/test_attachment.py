@@ -10,7 +10,7 @@ from sampling import HEAVY
 import contarm_sim
 from contarm_sim.engine.plant import engine_room
 from contarm_sim.errors import InputError
-from contarm_sim.mjcf import arm_spec, spec, straight_control
+from contarm_sim.mjcf import arm_spec, spec, straight_controls
 from contarm_sim.model.arm import Arm
 
 SMALL = Arm(links=6, bending_stiffness=0.05, mass=0.2, length=0.25)
@@ -158,7 +158,7 @@ def test_two_different_arms_on_one_moving_base():
     data = mujoco.MjData(model)
     with engine_room():
         while data.time < 2.0:
-            setpoints = straight_control(SMALL) + min(1.0, data.time) * np.array([-0.01, 0.005, 0.005])
+            setpoints = np.array(straight_controls(SMALL)) + min(1.0, data.time) * np.array([-0.01, 0.005, 0.005])
             for i in range(3):
                 data.actuator(f"left/muscle_{i + 1}").ctrl = setpoints[i]
                 for half in ("linear", "quadratic"):
@@ -188,7 +188,7 @@ def test_an_arm_that_swings_on_a_free_base_does_not_move_the_whole():
         with engine_room():
             while data.time < 0.5:
                 bend = 0.01 * np.sin(4 * np.pi * data.time)
-                data.ctrl[:] = straight_control(SMALL) + bend * np.array([-1.0, 0.5, 0.5])
+                data.ctrl[:] = np.array(straight_controls(SMALL)) + bend * np.array([-1.0, 0.5, 0.5])
                 mujoco.mj_step(model, data)
                 mujoco.mj_fwdPosition(model, data)
                 mujoco.mj_subtreeVel(model, data)
@@ -272,7 +272,7 @@ def test_an_arm_on_the_wrist_of_a_robot():
     data = mujoco.MjData(model)
     for i in range(6):  # the middle of what each joint allows
         data.qpos[i] = robot.jnt_range[i].mean() if robot.jnt_limited[i] else 0.0
-    data.ctrl[:] = straight_control(Arm())
+    data.ctrl[:] = straight_controls(Arm())
     with engine_room():
         while data.time < 1.0:
             mujoco.mj_step(model, data)

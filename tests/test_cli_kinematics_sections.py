@@ -92,7 +92,7 @@ def test_ik_of_a_file_with_directions_writes_solutions(contarm, tmp_path):
 @pytest.mark.parametrize(
     ("given", "says"),
     [
-        ("fk --preset two --bend 1 0", "given 1 times; allowed: 2 times, once for each section"),
+        ("fk --preset two --bend 1 0", "given 1 times; allowed: once for each of 2 sections"),
         ("fk --preset two --deltas 0 0 0", "three for each section"),
         ("fk --preset two --deltas 0.01 0 0 --deltas 0 0 0", "a sum of 0 in each section"),
         ("fk --preset two --bend 1 0 --bend 4 0", "bend_angle"),

@@ -7,12 +7,12 @@ from scipy.linalg import expm
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc, chain, sections
-from contarm_sim.kinematics.backbone import Backbone
+from contarm_sim.kinematics.backbone import MOST_SECTIONS, Backbone
 from contarm_sim.mechanics.muscles import each
 from contarm_sim.mechanics.routing import arc_deltas
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.routing import Routing
-from contarm_sim.model.section import Section
+from contarm_sim.model.section import MAX_SECTIONS, Section
 
 ARM = {"lengths": (0.2, 0.17, 0.1)}
 CONNECTED = {"connectors": (0.02, 0.0, 0.03)}
@@ -130,3 +130,7 @@ def test_frames_and_muscle_lengths_are_those_of_an_integration_along_the_backbon
         np.testing.assert_allclose(T[:3, 3], frame[9:], atol=1e-12)
         straight = each(arm, lambda group: group.length)
         np.testing.assert_allclose(arc_deltas(b.ravel(), arm), np.concatenate(lengths) - straight, atol=1e-12)
+
+
+def test_kinematics_and_model_agree_on_how_many_sections_there_may_be():
+    assert MOST_SECTIONS == MAX_SECTIONS

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -11,6 +12,7 @@ from contarm_sim.mechanics import compliance, routing, shape
 from contarm_sim.mechanics.moments import weight_moment, wrench_moment
 from contarm_sim.mechanics.pressures import holding_pressures, level_range, pressure_needed
 from contarm_sim.mechanics.statics import balance, cocontraction, holding_tensions
+from contarm_sim.mjcf import arm_spec
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles
 from contarm_sim.model.routing import Routing
@@ -249,3 +251,20 @@ def test_arms_that_cannot_be_held_say_which_section():
         routing.bend_from_lengths(np.zeros(5), missing)
     with pytest.raises(InputError, match="for the muscles of section 2"):
         holding_pressures(np.array([0.1, 0.0, 3.0, 0.0]), arm(2))
+
+
+@pytest.mark.parametrize("actuation", ["lengths", "pressures", "tensions"])
+def test_the_straight_keyframe_holds_muscles_at_given_angles(actuation):
+    lines = (Routing(at=(0, 1.6, 3.6)), Routing(at=(0.4, 2.0, 4.4), start="base", radius=0.015))
+    model = arm_spec(replace(arm(2), routings=lines), actuation).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key("straight").id)
+    mujoco.mj_step(model, data, 200)
+    assert np.abs(data.qpos).max() < 1e-12
+
+
+def test_muscles_are_checked_against_every_section_that_they_pass():
+    short = (Section(length=0.05), Section(length=0.2))
+    with pytest.raises(InputError, match="for muscles that pass through section 1"):
+        Arm(sections=short, routings=(Routing(radius=0.01), Routing(radius=0.05, start="base")))
+    Arm(sections=short, routings=(Routing(count=0), Routing(radius=0.02)))

@@ -30,7 +30,9 @@ if TYPE_CHECKING:
     "--actuation-moment", type=float, nargs=2, default=(0.0, 0.0), metavar="MX MY",
     help="Uniform bending moment, fixed in the material frame, as ideal muscles make it [N m].",
 )  # fmt: skip
-@muscles_option("off | deltas L1 L2 L3 [m] | tensions T1 T2 T3 [N] | pressures P1 P2 P3 [Pa] | bend ANGLE PLANE [rad].")
+@muscles_option(
+    "off | deltas L1 L2 ... [m] | tensions T1 T2 ... [N] | pressures P1 P2 ... [Pa] | bend ANGLE PLANE ... [rad]."
+)
 @click.option(
     "--file", metavar="LOADS.json", help="A list of cases (gravity, payload, wrenches, ...) instead of flags."
 )

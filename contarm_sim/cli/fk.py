@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from contarm_sim.cli.options import ANGLE, LENGTH, PLAIN, Command, arm_options, json_option
+from contarm_sim.cli.options import LENGTH, PLAIN, Command, arm_options, bend_option, bends_from_words, json_option
 from contarm_sim.errors import InputError
 from contarm_sim.model.arm import Arm
 
@@ -19,10 +19,7 @@ DELTA_TOLERANCE = 1e-6
     "--deltas", type=LENGTH, nargs=3, multiple=True, metavar="L1 L2 L3",
     help="Muscle length changes [m], shortening < 0; sum 0. Once for each section.",
 )  # fmt: skip
-@click.option(
-    "--bend", type=ANGLE, nargs=2, multiple=True, metavar="BEND_ANGLE PLANE_ANGLE",
-    help="Bend in polar form [rad]. Once for each section, from the base on.",
-)  # fmt: skip
+@bend_option("Bend in polar form [rad]. Once for each section, from the base on.")
 @click.option(
     "--xi", type=PLAIN, multiple=True, metavar="X ...", help="Normalised arc lengths, 0 base to 1 tip; default the tip."
 )
@@ -45,7 +42,7 @@ def fk(arm: Arm, deltas: Any, bend: Any, xi: tuple[float, ...], as_json: bool) -
         raise InputError(
             "input", "both" if deltas else "neither of --deltas and --bend", "just one of --deltas, --bend"
         )
-    vector = _from_deltas(arm, deltas) if deltas else polar("bend", bend, arm)
+    vector = _from_deltas(arm, deltas) if deltas else bends_from_words(bend, arm).reshape(-1)
     stations = np.array(xi) if xi else np.array(1.0)
     solution = {**of_bends(arm, vector[None])[0], "transform": shape.transform(vector, arm, stations).tolist()}
     solution["sections"] = of_sections(arm, vector)
@@ -58,21 +55,6 @@ def fk(arm: Arm, deltas: Any, bend: Any, xi: tuple[float, ...], as_json: bool) -
     else:
         transforms = np.reshape(solution["transform"], (-1, 4, 4))
         show(arm, solution, [(f"xi = {x:g}", T) for x, T in zip(xi or (1.0,), transforms, strict=True)])
-
-
-def polar(name: str, given: tuple[tuple[float, float], ...], arm: Arm) -> Any:
-    """Return the coordinates [rad], shape (2 S,), of a bend in polar form for each section.
-
-    Raises:
-        InputError: not one for each section, or a bend angle that cannot be.
-    """
-    from contarm_sim.kinematics import arc
-
-    count = len(arm.sections)
-    if len(given) != count:
-        allowed = "once" if count == 1 else f"{count} times, once for each section"
-        raise InputError(f"--{name}", f"given {len(given)} times", allowed)
-    return arc.from_polar([angle for angle, _ in given], [plane for _, plane in given]).reshape(-1)
 
 
 def _from_deltas(arm: Arm, deltas: tuple[tuple[float, float, float], ...]) -> Any:
@@ -90,7 +72,7 @@ def _from_deltas(arm: Arm, deltas: tuple[tuple[float, float, float], ...]) -> An
     if counts != [3] * len(deltas):
         allowed = f"three for each section; this arm has {' + '.join(map(str, counts))} muscles: --bend takes any"
         raise InputError("--deltas", f"given {len(deltas)} times", allowed)
-    if len(counts) == 1:
+    if len(counts) == 1 and muscles.evenly_spaced(arm.routing.angles):
         return muscles.bend_from_deltas(deltas[0], arm.muscle_radius, DELTA_TOLERANCE, arm.routing.angles)[0]
     bend, residual = routing.bend_from_arc_deltas(np.ravel(deltas), arm)
     if np.abs(residual).max() > DELTA_TOLERANCE:

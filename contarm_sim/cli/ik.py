@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from contarm_sim.cli.options import ANGLE, LENGTH, PLAIN, Command, arm_options, json_option
+from contarm_sim.cli.options import ANGLE, LENGTH, PLAIN, Command, arm_options, bends_from_words, json_option
 from contarm_sim.errors import InputError, UnreachableError
 from contarm_sim.model.arm import Arm
 
@@ -40,7 +40,8 @@ CHOICES = ("least-bend", "least-largest", "farthest", "nearest", "all")
 )  # fmt: skip
 @click.option(
     "--limit", type=ANGLE, multiple=True, metavar="X",
-    help="Largest bend angle [rad], once for all sections or for each; default what their muscles' lengths allow.",
+    help="Largest bend angle [rad], once for all sections or for each; default what the lengths of muscles "
+    "that run in one section alone allow.",
 )  # fmt: skip
 @click.option("--out", metavar="SOLUTIONS.csv", help="Write the solutions to a CSV file that does not exist yet.")
 @click.option(
@@ -85,7 +86,7 @@ def ik(
     try:
         solutions = _solved(arm, targets, asked)
     except UnreachableError as error:
-        raise asking(error, arm).located(None if targets.places is None else targets.places[error.index]) from None
+        raise asking(error, arm).located(targets.place(error.index)) from None
     for note in targets.notes:
         say(note)
     if out is not None:
@@ -132,7 +133,6 @@ def _solved(arm: Arm, targets: Targets, asked: _Asked) -> list[dict[str, Any]]:
         UnreachableError: a target out of reach, unless projected.
         InputError: flags that do not suit this arm.
     """
-    from contarm_sim.cli.fk import polar
     from contarm_sim.kinematics import inverse
     from contarm_sim.mechanics import shape
 
@@ -144,7 +144,7 @@ def _solved(arm: Arm, targets: Targets, asked: _Asked) -> list[dict[str, Any]]:
     form = shape.backbone(arm, limits=asked.limit or None)
     if asked.choose == "all":
         return _all(arm, targets, form, asked)
-    near = shape.bends_of(polar("from", asked.near, arm), arm) if asked.near else None
+    near = bends_from_words(asked.near, arm, "from").reshape(-1, 2) if asked.near else None
     choose: Any = asked.choose or ("nearest" if asked.near else "least-bend")
     if choose == "nearest" and near is None:
         raise InputError("--choose nearest", "given without --from", "--from BEND_ANGLE PLANE_ANGLE for each section")

@@ -163,7 +163,7 @@ def bend_option(meaning: str, required: bool = False) -> Callable[[Any], Any]:
     )
 
 
-def bends_from_words(bend: tuple[tuple[float, float], ...], arm: Arm) -> Any:
+def bends_from_words(bend: tuple[tuple[float, float], ...], arm: Arm, name: str = "bend") -> Any:
     """Return the bend [rad] that --bend describes, shape (2,); of several sections their bends, shape (S, 2).
 
     Raises:
@@ -176,7 +176,7 @@ def bends_from_words(bend: tuple[tuple[float, float], ...], arm: Arm) -> Any:
     count = len(arm.sections)
     if len(bend) != count:
         allowed = "once" if count == 1 else f"once for each of {count} sections, from the base to the tip"
-        raise InputError("bend", f"given {len(bend)} times", allowed)
+        raise InputError(f"--{name}", f"given {len(bend)} times", allowed)
     bends = [arc.from_polar(*one) for one in bend]
     return bends[0] if count == 1 else np.stack(bends)
 

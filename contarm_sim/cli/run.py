@@ -183,12 +183,15 @@ def _refuse_too_long(duration: float, timestep: float | None, arm: Arm) -> None:
     Raises:
         InputError: says how many steps, or how much memory.
     """
+    from contarm_sim.mechanics.muscles import count
     from contarm_sim.motion.simulate import CONTROL_RATE
 
-    samples = duration * CONTROL_RATE
+    samples, muscles = duration * CONTROL_RATE, count(arm)
     steps = duration / timestep if timestep is not None else samples
-    numbers = samples * (40 + 6 * (arm.links + 1)) * 4  # recorded, compared, and copied while both are done
-    memory = 8 * (numbers + 6 * steps)
+    numbers = (
+        samples * (28 + 4 * muscles + 6 * (arm.links + 1)) * 4
+    )  # recorded, compared, and copied while both are done
+    memory = 8 * (numbers + 2 * muscles * steps)
     if steps > MOST_STEPS:
         allowed = f"at most {MOST_STEPS:,} steps: a longer time step, or a shorter path"
         raise InputError("timestep", f"{timestep:g} s, which makes {steps:,.0f} steps", allowed)

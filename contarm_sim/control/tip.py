@@ -84,8 +84,9 @@ class Tip(Servo):
 class TipFeedback(Feedback):
     """Shifts lengths so that the seen tip approaches its target, on top of `LengthFeedback`.
 
-    The tip has three coordinates, the section two degrees of freedom: an error along the reachable surface is removed,
-    one across it is not in any controller's power (a sagging arm's tips form another surface than the dome).
+    The tip has three coordinates, one section two degrees of freedom: an error along the reachable surface is removed,
+    one across it is not in any controller's power (a sagging arm's tips form another surface than the dome). Several
+    sections move the tip every way, by the least change of their bends.
     """
 
     def __init__(self, arm: Arm, plan: TipCommands, reference: Reference) -> None:

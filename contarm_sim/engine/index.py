@@ -6,13 +6,13 @@ Names are those of `mjcf.names`. Whoever reads the engine's arrays asks here; no
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics.muscles import slices
 from contarm_sim.mjcf import names
 from contarm_sim.mjcf.routing import coefficient, counted_from
 from contarm_sim.model.arm import Arm
@@ -97,7 +97,7 @@ class ArmIndex:
             twisted=np.array([np.flatnonzero(stations == stations[z]) for z in of_axis["z"]], dtype=int).reshape(-1, 3),
             tendons=np.array([model.tendon(name).id for name in driven], dtype=int),
             actuators=_actuators(model, muscles),
-            groups=_groups(arm),
+            groups=tuple(slices(arm)),
             sites=_sites(model, arm, len(driven)),
             lengths=columns([names.sensor(name, names.LENGTH) for name in driven]),
             velocities=columns([names.sensor(name, names.VELOCITY) for name in driven]),
@@ -160,15 +160,10 @@ def _actuators(model: mujoco.MjModel, muscles: list[str]) -> Indices:
     return np.stack([np.flatnonzero([name == muscle for name in pulled]) for muscle in muscles], axis=1)
 
 
-def _groups(arm: Arm) -> tuple[slice, ...]:
-    ends = np.cumsum([0, *(group.routing.count for group in arm.groups)]).tolist()
-    return tuple(slice(start, end) for start, end in pairwise(ends))
-
-
 def _sites(model: mujoco.MjModel, arm: Arm, muscles: int) -> Indices:
     stations, starts = names.stations(arm), names.section_stations(arm)
     sites = np.full((len(stations), muscles), -1)
-    for group, columns in zip(arm.groups if muscles else (), _groups(arm), strict=False):
+    for group, columns in zip(arm.groups if muscles else (), tuple(slices(arm)), strict=False):
         if group.routing.path == "spans":
             for station in range(starts[group.first], starts[group.section + 1] + 1):
                 guides = [names.guide(stations[station], name) for name in names.group_muscles(arm, group)]

@@ -37,8 +37,8 @@ class Plant(DrivenMuscles):
             position servos, which also push: what the paper's lengths meet when read naively.
         timestep: engine step [s]; default 5 ms, which suits most arms.
         integrator: engine integrator; default the model's.
-        actuation: `lengths` (servos), `pressures` (McKibben muscles behind valves), `tensions` (plain forces) or `none`
-            (a bare backbone).
+        actuation: `lengths` (servos), `pressures` (pneumatic muscles behind valves), `tensions` (plain forces) or
+            `none` (a bare backbone).
 
     Attributes:
         model, data: the engine's.

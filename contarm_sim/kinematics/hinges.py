@@ -18,6 +18,10 @@ ORDER = ("xy", "yx", "yx", "xy")
 """Axes of joints 1, 2, 3, 4, and so on again; the hinge nearer to the base first."""
 
 
+AXES = {2: ORDER, 3: ("xyz", "zyx", "zyx", "xyz")}
+"""The same by the hinges of a joint: three where the backbone twists."""
+
+
 def angles(bend: Any, links: int) -> tuple[Array, Array]:
     """Return the sums of hinge angles about y and -x [rad], shape (..., 2), that bend a chain by `bend` [rad].
 
@@ -79,7 +83,7 @@ def chain_frame(angles: Any, pitch: float) -> Array:
     """
     angles = np.asarray(angles, dtype=float)
     lead, (count, hinges) = angles.shape[:-2], angles.shape[-2:]
-    axes = [{"xy": "xyz", "yx": "zyx"}[order] if hinges == 3 else order for order in ORDER]
+    axes = AXES[hinges]
     origin = np.zeros((*lead, 3))
     x, y, z = np.broadcast_to(np.eye(3)[:, *[None] * len(lead)], (3, *lead, 3))
     for i in range(count):

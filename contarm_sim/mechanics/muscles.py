@@ -31,6 +31,15 @@ def each(arm: Arm, of: Callable[[MuscleGroup], float]) -> Array:
     return np.array([of(group) for group in arm.groups for _ in range(group.routing.count)], dtype=float)
 
 
+def said(arm: Arm, index: int) -> str:
+    """Return what messages call a muscle, by its place among all: of one section, just `a muscle`."""
+    if len(arm.sections) > 1:
+        for group, own in zip(arm.groups, slices(arm), strict=True):
+            if own.start <= index < own.stop:
+                return f"muscle {index - own.start + 1} of section {group.section + 1}"
+    return "a muscle"
+
+
 def require_drivable(arm: Arm) -> None:
     """Refuse an arm whose muscles cannot hold every bend: the closed forms need three muscles or more a section.
 

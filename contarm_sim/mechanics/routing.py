@@ -17,7 +17,7 @@ import numpy as np
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import hinges, muscles, spans
 from contarm_sim.kinematics.arrays import Array, as_vectors
-from contarm_sim.mechanics.muscles import slices
+from contarm_sim.mechanics.muscles import count, slices
 from contarm_sim.mechanics.shape import bends_of
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.muscle_group import MuscleGroup
@@ -101,13 +101,13 @@ def bend_from_arc_deltas(deltas: Any, arm: Arm) -> tuple[Array, Array]:
     Raises:
         InputError: a section whose muscles fix no bend.
     """
-    deltas = as_vectors(deltas, sum(group.routing.count for group in arm.groups), "deltas")
+    deltas = as_vectors(deltas, count(arm), "deltas")
     bend = _from_linear(deltas, arm)
     return bend, deltas - arc_deltas(bend, arm)
 
 
 def _bends_from_lengths(lengths: Any, arm: Arm, extrapolated: bool) -> tuple[Array, Array]:
-    """Invert the lengths of several sections: those of arcs, corrected by what the chain's are off."""
+    """Invert any lengths: those of arcs, corrected by what the chain's are off."""
     straight = lengths_from_bend(np.zeros(2 * len(arm.sections)), arm)
     lengths = as_vectors(lengths, len(straight), "muscle_lengths")
     bend = _from_linear(lengths - straight, arm)

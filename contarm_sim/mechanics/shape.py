@@ -16,7 +16,8 @@ from contarm_sim.kinematics import arc, chain, hinges, sections
 from contarm_sim.kinematics.arrays import Array, as_vectors
 from contarm_sim.kinematics.backbone import LARGEST, Backbone
 from contarm_sim.model.arm import Arm
-from contarm_sim.model.section import Section
+
+_SAID_STRAIGHT = np.radians(0.5)
 
 LEAST = 1e-6
 """Least limit of a bend angle [rad]."""
@@ -68,7 +69,10 @@ def as_coordinates(bend: Any, arm: Arm) -> Array:
 
 def described(bend: Array, arm: Arm) -> str:
     """Return a bend [rad], shape (2 S,), in words, in degrees."""
-    return ", ".join(arc.described(own) for own in bends_of(bend, arm))
+    if len(arm.sections) == 1:
+        return arc.described(bend)
+    parts = (arc.described(own) if np.hypot(*own) > _SAID_STRAIGHT else "no bend" for own in bends_of(bend, arm))
+    return ", ".join(f"{part} of section {number}" for number, part in enumerate(parts, 1))
 
 
 def bends_of(bend: Any, arm: Arm) -> Array:
@@ -173,24 +177,24 @@ def _chain_tip(bend: Any, arm: Arm) -> Array:
     return end_to_end(section_frames(bend, arm))[..., :3, 3]
 
 
-def halved(arm: Arm, divisor: int = 2, least: int = 2) -> Arm:
+def halved(arm: Arm, divisor: int = 2, fewest: int = 2) -> Arm:
     """Return an arm of half the links, or of another share, from which one extrapolates.
 
     Of several sections every one must have a whole number of links then: the error of each is of second order in its
     own link pitch, and all pitches must grow alike.
 
+    Args:
+        fewest: links that a section must have.
+
     Raises:
-        InputError: fewer than `least` links a section would be left, or not a whole number.
+        InputError: a section has fewer, or no whole number would be left.
     """
-    if len(arm.sections) == 1:
-        return replace(arm, links=arm.links // divisor)
+    several = len(arm.sections) > 1
     for number, section in enumerate(arm.sections):
-        if section.links % divisor or section.links // divisor < least:
-            allowed = f"a multiple of {divisor}, at least {least * divisor}, to extrapolate from fewer links"
-            raise InputError("links", f"{section.links} of section {number + 1}", allowed)
-    fewer = tuple(_with_links(section, section.links // divisor) for section in arm.sections)
+        said = f"{section.links} of section {number + 1}" if several else section.links
+        if section.links < fewest:
+            raise InputError("links", said, f"at least {fewest}, a part of which make the coarser chain")
+        if several and section.links % divisor:
+            raise InputError("links", said, f"a multiple of {divisor}, to extrapolate from fewer links")
+    fewer = tuple(replace(section, links=section.links // divisor) for section in arm.sections)
     return replace(arm, sections=fewer)
-
-
-def _with_links(section: Section, links: int) -> Section:
-    return replace(section, links=links)

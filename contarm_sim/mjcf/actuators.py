@@ -26,8 +26,8 @@ class Actuators(ABC):
         """Add the actuators of all muscles: one for each muscle, or several rounds of that, see `add_round`."""
 
     @abstractmethod
-    def straight_control(self, group: MuscleGroup) -> float:
-        """Return the control at which the muscles of the straight arm have their least tension."""
+    def straight_control(self, group: MuscleGroup, share: float) -> float:
+        """Return the control at which a muscle of the straight arm has so many times the least tension."""
 
     def stiffest(self, group: MuscleGroup) -> float:
         """Return the most that actuators let a muscle's tension gain by its length [N/m]."""

@@ -40,11 +40,11 @@ class McKibbenMuscles(Actuators):
             counted = [length - counted_from(group) for length in reach]
             add_round(spec, one, _quadratic(spec, one), f"_{_QUADRATIC}", lengthrange=counted)
 
-    def straight_control(self, group: MuscleGroup) -> float:
+    def straight_control(self, group: MuscleGroup, share: float) -> float:
         """Return a pressure [Pa], at least the lowest that there is: tensions may be larger than the least."""
         law = _law(group)
         s, s0 = 1 - law.mount_contraction, 1 - law.max_contraction
-        return max(law.min_tension / (law.pull_per_pascal * (s**2 - s0**2)), law.min_pressure)
+        return share * max(law.min_tension / (law.pull_per_pascal * (s**2 - s0**2)), law.min_pressure)
 
     def stiffest(self, group: MuscleGroup) -> float:
         """Return dF/dL of the longest muscle at the highest pressure [N/m]."""

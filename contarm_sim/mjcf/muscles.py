@@ -77,22 +77,18 @@ def add_sensors(spec: mujoco.MjSpec) -> None:
         )  # fmt: skip
 
 
-def straight_controls(arm: Arm, actuation: Actuation) -> list[float]:
-    """Return the control of each muscle at which the straight arm's muscles have their least tension."""
-    if actuation == "none":
-        return []
-    control = ACTUATORS[actuation].straight_control
-    return [control(group) for group in arm.groups for _ in range(group.routing.count)]
+def straight_controls(arm: Arm, actuation: Actuation = "lengths") -> list[float]:
+    """Return the controls that hold the straight arm without load, one for each muscle: [m], [Pa] or [N].
 
-
-def straight_control(arm: Arm, actuation: Actuation = "lengths") -> float:
-    """Return the control that gives the muscles of a straight arm of one section their least tension: [m], [Pa] or [N].
-
-    Of length servos it is 0. The pressure is at least the lowest that there is, so tensions may be larger.
+    The slackest muscle of each section has its least tension, or the lowest pressure that there is where that is more.
+    Of length servos of evenly spaced muscles they are 0.
 
     Raises:
-        InputError: an arm of several sections, see `straight_controls`.
+        InputError: an unknown actuation.
     """
+    if actuation == "none":
+        return []
     if actuation not in ACTUATORS:
-        raise InputError("actuation", actuation, ", ".join(ACTUATORS))
-    return ACTUATORS[actuation].straight_control(arm.group)
+        raise InputError("actuation", actuation, ", ".join(ACTUATIONS))
+    control = ACTUATORS[actuation].straight_control
+    return [control(group, share) for group in arm.groups for share in group.routing.shares]

@@ -36,9 +36,9 @@ class PressuredMuscles(Actuators):
         if found:
             found[0].add(spec, strands)
 
-    def straight_control(self, group: MuscleGroup) -> float:
+    def straight_control(self, group: MuscleGroup, share: float) -> float:
         """Return a pressure [Pa]."""
-        return _of(group).straight_control(group)
+        return _of(group).straight_control(group, share)
 
     def stiffest(self, group: MuscleGroup) -> float:
         """Return the law's largest dF/dL [N/m]."""

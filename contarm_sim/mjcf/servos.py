@@ -33,9 +33,9 @@ class LengthServos(Actuators):
             actuator.ctrllimited = True
             add_round(spec, one, one.default)
 
-    def straight_control(self, group: MuscleGroup) -> float:
-        """Return 0 [m]."""
-        return float(group.setpoint(group.length, group.law.min_tension))
+    def straight_control(self, group: MuscleGroup, share: float) -> float:
+        """Return a length change [m]: 0 for a share of 1."""
+        return float(group.setpoint(group.length, share * group.law.min_tension))
 
     def stiffest(self, group: MuscleGroup) -> float:
         """Return the servos' gain [N/m]."""

@@ -26,6 +26,6 @@ class Tensions(Actuators):
             actuator.ctrllimited = True
             add_round(spec, one, one.default)
 
-    def straight_control(self, group: MuscleGroup) -> float:
-        """Return the least tension [N]."""
-        return group.law.min_tension
+    def straight_control(self, group: MuscleGroup, share: float) -> float:
+        """Return a tension [N]: the least for a share of 1."""
+        return share * group.law.min_tension

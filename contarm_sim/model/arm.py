@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import InitVar, dataclass, replace
 from functools import cached_property
-from itertools import combinations
+from itertools import combinations, product
 from typing import TYPE_CHECKING, Any
 
 from contarm_sim.errors import InputError
@@ -135,10 +135,12 @@ class Arm(FlatArm):
             raise InputError("sections", f"{len(self.sections)} of them", f"at most {MAX_SECTIONS}")
         if sum(section.links for section in self.sections) > MAX_LINKS:
             raise InputError("links", self.links, f"at most {MAX_LINKS} in all")
-        for number, (section, routing) in enumerate(zip(self.sections, self.routings, strict=True)):
-            if routing.radius * math.pi >= section.length:
-                allowed = f"below length/pi, {section.length / math.pi:.4g} m"
-                raise InputError("muscle_radius", routing.radius, allowed, self._said_of(number))
+        for group, number in product(self.groups, range(len(self.sections))):
+            length = self.sections[number].length
+            if group.crosses(number) and group.routing.radius * math.pi >= length:
+                through = "" if group.section == number else f" for muscles that pass through section {number + 1}"
+                allowed = f"below length/pi, {length / math.pi:.4g} m{through}"
+                raise InputError("muscle_radius", group.routing.radius, allowed, self._said_of(group.section))
         self._check_places()
         for number in range(len(self.sections)):
             self._check_inertia(number)

@@ -40,7 +40,7 @@ MUSCLE_PARAMETERS: dict[str, Field[Any]] = {**_named(McKibben), "path": _named(R
 """Declarations of the parameters of its muscles, of the default law."""
 
 
-ONE_SECTION = "an arm of one section (only models, equilibria and stepping take several)"
+ONE_SECTION = "an arm of one section"
 
 
 class FlatArm:

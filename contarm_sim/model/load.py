@@ -52,8 +52,8 @@ class Muscles:
 
     Attributes:
         kind: `off` (no force), `deltas` (length changes of the chain of links [m], held by servos), `tensions`
-            (constant [N], pulling > 0), `pressures` (gauge [Pa], by the McKibben law), `bend` (bend and plane angle
-            [rad], held by servos).
+            (constant [N], pulling > 0), `pressures` (gauge [Pa], by the law of pneumatic muscles), `bend` (bend and
+            plane angle [rad], held by servos).
         values: none for `off`, two numbers for `bend` (for each section), else one for each muscle, section by section.
 
     Raises:

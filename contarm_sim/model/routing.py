@@ -109,6 +109,25 @@ class Routing:
         return tuple(self.offset + 2 * math.pi * index / self.count for index in range(self.count))
 
     @property
+    def shares(self) -> tuple[float, ...]:
+        """Tensions of the muscles at which they bend a straight section in no direction; the least is 1.
+
+        What is nearest to equal ones: (1, ..., 1) for evenly spaced muscles, and where no pulling muscles balance.
+        """
+        even = (1.0,) * self.count
+        if self.at is None or self.count < 3:
+            return even
+        u = [(math.cos(angle), math.sin(angle)) for angle in self.angles]
+        xx, yy, xy = (sum(one[i] * one[j] for one in u) for i, j in ((0, 0), (1, 1), (0, 1)))
+        x, y = (sum(one[i] for one in u) for i in (0, 1))
+        size = xx * yy - xy * xy
+        if size <= 0:
+            return even
+        ax, ay = (yy * x - xy * y) / size, (xx * y - xy * x) / size
+        free = [1 - ax * one[0] - ay * one[1] for one in u]
+        return tuple(share / min(free) for share in free) if min(free) > 0 else even
+
+    @property
     def points(self) -> tuple[tuple[float, float], ...]:
         """Where the muscles cross a plane across the backbone: x and y [m] of each."""
         return tuple((self.radius * math.cos(angle), self.radius * math.sin(angle)) for angle in self.angles)

@@ -34,10 +34,10 @@ PLACED = {
 }  # fmt: skip
 """Keys of [[section]] that say where its muscles run, and the fields of `Routing` that they are."""
 
-_HERE = {f"muscle.{name}": here for here, field in PLACED.items() for name, same in ROUTED.items() if same == field}
+_HOW_MANY = {"count", "at"}
+"""Fields of `Routing` that say how many muscles there are: given once."""
 
-COUNTS = range(2, 7)
-"""Numbers of muscles that `muscle_count` may have; 0 leaves a section without muscles of its own."""
+_HERE = {f"muscle.{name}": here for here, field in PLACED.items() for name, same in ROUTED.items() if same == field}
 
 
 @contextmanager
@@ -85,12 +85,11 @@ def _section(table: dict[str, Any], law: MuscleLaw, routing: Routing) -> tuple[S
     placed = {name: own.pop(name) for name in PLACED if name in own}
     beside = {name: own.pop(name) for name in direct if name in own}
     fields_placed = {PLACED[name] for name in placed}
+    if fields_placed & _HOW_MANY:
+        fields_placed |= _HOW_MANY
     twice = [name for name in muscle if name in beside or ROUTED.get(name) in fields_placed]
     if twice:
         raise InputError(f"muscle.{twice[0]}", "given twice", "in [[section]] or in [section.muscle]")
-    count = placed.get("muscle_count", 0)
-    if isinstance(count, int) and count and count not in COUNTS:
-        raise InputError("muscle_count", count, f"{COUNTS[0]} to {COUNTS[-1]}, or 0 for a section without muscles")
     section = Section(**own)
     law, routing = muscle_from_table({**beside, **muscle}, law, routing)
     try:
@@ -111,10 +110,8 @@ def sections_to_tables(arm: Arm) -> dict[str, Any]:
         if type(law) is not type(arm.laws[0]):
             own = {"law": law_name(law)} | law_to_table(law)
         placed = {name: getattr(routing, field) for name, field in PLACED.items()}
-        if routing.at is not None or routing.count not in (0, *COUNTS):
+        if routing.at is not None:
             del placed["muscle_count"]
-        if routing.at is None and routing.count not in (0, *COUNTS):
-            own["count"] = routing.count
         if path is None:
             own["path"] = routing.path
         tables.append(table | plain(placed) | ({"muscle": own} if own else {}))

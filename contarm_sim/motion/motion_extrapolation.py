@@ -10,7 +10,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.chain import richardson
 from contarm_sim.mechanics.shape import halved, stations
@@ -27,10 +26,7 @@ def coarser(arm: Arm) -> Arm:
     Raises:
         InputError: too few links to extrapolate from; of several sections, an odd number too.
     """
-    for section in arm.sections:
-        if section.links < LEAST_LINKS:
-            raise InputError("links", section.links, f"at least {LEAST_LINKS}, half of which make the coarser chain")
-    return halved(arm)
+    return halved(arm, fewest=LEAST_LINKS)
 
 
 def extrapolated(fine: Trajectory, coarse: Trajectory) -> Trajectory:

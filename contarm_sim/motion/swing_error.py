@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.chain import richardson
 from contarm_sim.mechanics.shape import halved
@@ -60,9 +59,7 @@ def judged_release(
         InputError: as `release`, or fewer than 4 links.
         DivergenceError: the engine met a bad state.
     """
-    if min(section.links for section in arm.sections) < 4:
-        raise InputError("links", arm.links, "at least 4, half of which make the coarse swing")
-    fewer = halved(arm)
+    fewer = halved(arm, fewest=4)
     half_step, quarter_step = (replace(settings, timestep=settings.timestep / share) for share in (2, 4))
     runs = [(arm, settings), (arm, half_step), (arm, quarter_step), (fewer, settings)]
     swings = []

@@ -41,6 +41,10 @@ class Targets:
         """Whether a direction or an orientation is asked for."""
         return self.direction is not None or self.rotation is not None
 
+    def place(self, index: int) -> str | None:
+        """Return where a target stands in a file, or None; of one target repeated, where that one stands."""
+        return None if self.places is None else self.places[min(index, len(self.places) - 1)]
+
     def repeated(self, count: int) -> Targets:
         """Return the first target so many times."""
         arrays = (self.position, self.direction, self.rotation)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from contarm_sim.errors import InputError
 from contarm_sim.inputs import read_bytes
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics.muscles import count
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.section import MAX_LINKS
 
@@ -200,7 +201,7 @@ def require_sizes_of(arm: Arm, arrays: Mapping[str, Array], where: str) -> None:
     check_shapes({name: array.shape for name, array in arrays.items() if name in SHAPES}, SHAPES, where)
     wanted = {
         "stations": (arm.links, "links", 1), "qpos": (int(_hinges(arm).sum()), "joint angles", 0),
-        "setpoint": (sum(group.routing.count for group in arm.groups), "muscles", 0),
+        "setpoint": (count(arm), "muscles", 0),
         "bend": (2 * len(arm.sections), "bend coordinates", 0),
     }  # fmt: skip
     for name, (size, what, more) in wanted.items():

@@ -78,7 +78,10 @@ def compare(trajectory: Trajectory) -> Comparison:
     measured, _ = routing.bend_from_lengths(samples.muscle_lengths, arm, extrapolated)
     followed, simulated = shape.chain_tip(measured, arm, extrapolated), samples.tip
     arcs = shape.position(bend[:, None, :], arm, shape.stations(arm))
-    by_section = _by_section(trajectory, measured)
+    parts = [chained - analytic, followed - chained, simulated - followed]
+    by_section = [_norm(part)[:, None] for part in parts]
+    if len(arm.sections) > 1:
+        by_section = _by_section(trajectory, measured)
     return Comparison(
         analytic_tip=analytic,
         chain_tip=chained,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from contarm_sim.errors import MissingError
+from contarm_sim.mechanics.shape import stations
 
 if TYPE_CHECKING:
     from contarm_sim.results.trajectory import Trajectory
@@ -64,7 +65,7 @@ def dataset(trajectory: Trajectory) -> Any:
     coordinates = {
         over: trajectory.time if trajectory.moving else np.arange(len(trajectory)),
         "axis": list("xyz"), "bending_axis": list("xy"),
-        "station": np.linspace(0, 1, trajectory.stations.shape[1]),
+        "station": stations(trajectory.arm),
         "muscle": np.arange(1, trajectory.setpoint.shape[1] + 1),
     }  # fmt: skip
     dimensions: dict[str, tuple[str, ...]] = dict(_DIMENSIONS)

@@ -67,7 +67,7 @@ class Equilibrium(Solution):
         return self.frames[-1, :3, 3]
 
     def pressures_needed(self, arm: Arm) -> Array:
-        """Return the gauge pressures [Pa] that McKibben muscles need for these tensions, inf where none does it."""
+        """Return the gauge pressures [Pa] that pneumatic muscles need for these tensions, inf where none does it."""
         return pressure_for(self.muscle_tensions, self.muscle_lengths, arm)
 
 
@@ -146,9 +146,9 @@ def _reused(arm: Arm, pull_only: bool = True, actuation: Actuation = "lengths") 
 def driven_plant(arm: Arm, load: Load, make: Callable[..., Plant] = Plant) -> Plant:
     """Return a plant with muscles driven as a load says, posed for a first guess, its controls set."""
     kind, values = load.muscles.kind, np.array(load.muscles.values)
-    muscles = sum(group.routing.count for group in arm.groups)
-    if kind not in ("off", "bend") and len(values) != muscles:
-        raise InputError(f"muscles {kind}", values.tolist(), f"{muscles} finite numbers, one for each muscle")
+    count = muscles.count(arm)
+    if kind not in ("off", "bend") and len(values) != count:
+        raise InputError(f"muscles {kind}", values.tolist(), f"{count} finite numbers, one for each muscle")
     if kind == "pressures":
         plant = make(arm, actuation="pressures")
         plant.reset()

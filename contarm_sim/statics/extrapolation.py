@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contarm_sim.errors import InputError, expect
+from contarm_sim.errors import expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.chain import richardson
 from contarm_sim.mechanics.shape import halved, stations
@@ -46,9 +46,7 @@ def extrapolated(arm: Arm, load: Load | None = None) -> tuple[Extrapolated, Equi
         InputError: as `equilibrium`, fewer than 4 links, or several sections of which one has an odd number.
     """
     expect("arm", arm, Arm)
-    if min(section.links for section in arm.sections) < 4:
-        raise InputError("links", arm.links, "at least 4, half of which make the coarse solution")
-    fewer = halved(arm)
+    fewer = halved(arm, fewest=4)
     fine = equilibrium(arm, load)
     coarse = pose_at_rest(fewer, load)  # what its few joints bend by is no matter
     seconds, gain = fine.seconds + coarse.seconds, _gain(fine, coarse)

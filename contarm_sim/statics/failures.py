@@ -23,9 +23,13 @@ AT_TIP = 3.18
 
 
 def heaviness(arm: Arm) -> float:
-    """Return weight times length^2 over EI, a payload counted as it counts for buckling, see `BUCKLING`."""
+    """Return weight times length^2 over EI, a payload counted as it counts for buckling, see `BUCKLING`.
+
+    Of several sections, length/EI is the sum of theirs.
+    """
     mass = arm.mass + AT_TIP * arm.payload
-    return mass * math.hypot(*arm.gravity) * arm.length**2 / min(section.bending_stiffness for section in arm.sections)
+    softness = sum(section.length / section.bending_stiffness for section in arm.sections)
+    return mass * math.hypot(*arm.gravity) * arm.length * softness
 
 
 def _said(arm: Arm) -> str:
@@ -102,31 +106,31 @@ def impossible(arm: Arm, angles: Array, lengths: Array) -> None:
         )
 
 
-def too_strong(limit: float, needed: float) -> NoEquilibriumError:
+def too_strong(name: str, limit: float, needed: float) -> NoEquilibriumError:
     """Return the error of a pose that takes a larger tension [N] than muscles have."""
     return NoEquilibriumError(
-        f"a muscle is at its limit of {limit:.0f} N and would need {needed:.4g} N; bend or carry less, or take a "
+        f"{name} is at its limit of {limit:.0f} N and would need {needed:.4g} N; bend or carry less, or take a "
         "larger muscle radius, thicker muscles or more pressure",
         needed,
         limit,
     )
 
 
-def too_short(low: float, high: float, control: float) -> NoEquilibriumError:
+def too_short(name: str, low: float, high: float, control: float) -> NoEquilibriumError:
     """Return the error of a pose whose set-point [m] is out of its range."""
     return NoEquilibriumError(
-        f"a muscle would need a set-point of {1e3 * control:.4g} mm, out of {1e3 * low:.4g} to {1e3 * high:.4g} mm; "
+        f"{name} would need a set-point of {1e3 * control:.4g} mm, out of {1e3 * low:.4g} to {1e3 * high:.4g} mm; "
         "bend less, or take a smaller muscle radius",
         control,
         high if control > high else low,
     )
 
 
-def too_much_pressure(limit: float, needed: float) -> NoEquilibriumError:
+def too_much_pressure(name: str, limit: float, needed: float) -> NoEquilibriumError:
     """Return the error of a pose that takes more pressure [Pa] than there is."""
     said = f"would need {1e-3 * needed:.4g} kPa" if math.isfinite(needed) else "is too short to pull at any pressure"
     return NoEquilibriumError(
-        f"a muscle {said}, the most is {1e-3 * limit:.4g} kPa; bend or carry less, or take a larger muscle radius, "
+        f"{name} {said}, the most is {1e-3 * limit:.4g} kPa; bend or carry less, or take a larger muscle radius, "
         "thicker muscles or more pressure",
         needed,
         limit,

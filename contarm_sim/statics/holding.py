@@ -107,11 +107,13 @@ class Holder:
         limit, (low, high) = self._strongest, self._setpoint_range
         over = int((self.tensions - limit).argmax())
         if self.tensions[over] > limit[over]:
-            raise too_strong(float(limit[over]), float(self.tensions[over]))
+            raise too_strong(muscles.said(self.plant.arm, over), float(limit[over]), float(self.tensions[over]))
         beyond = np.maximum(low - control, control - high)
         worst = int(beyond.argmax())
         if beyond[worst] > 0:
-            raise too_short(float(low[worst]), float(high[worst]), float(control[worst]))
+            raise too_short(
+                muscles.said(self.plant.arm, worst), float(low[worst]), float(high[worst]), float(control[worst])
+            )
         return control
 
     @cached_property
@@ -148,7 +150,7 @@ class Holder:
         limit = muscles.each(arm, lambda group: group.pneumatics.max_pressure)
         over = int((pressures - limit).argmax())
         if pressures[over] > limit[over]:
-            raise too_much_pressure(float(limit[over]), float(pressures[over]))
+            raise too_much_pressure(muscles.said(self.plant.arm, over), float(limit[over]), float(pressures[over]))
         return pressures
 
     def check(self) -> None:
