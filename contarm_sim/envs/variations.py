@@ -1,7 +1,7 @@
 """What changes from episode to episode, in composer's own way: a value, or a callable of (initial, current, random).
 
-Names are parameters of `Arm` (`VARIED`), of the muscles' law (`OF_LAWS`, with `muscle.` in front), and what a task
-draws: `target` of reach, `max_bend` of track, `bend` and `force` of hold, and so on. Of an arm of several sections,
+Names are parameters of `Arm`, such as `mass` and `gravity`, those of the muscles' law with `muscle.` in front, and what a
+task draws: `target` of reach, `max_bend` of track, `bend` and `force` of hold, and so on. Of an arm of several sections,
 those of a section have its name in front, as in `section_2.mass` and `section_2.muscle.braid_friction`; gravity and
 payload are the arm's.
 dm_control.composer.variation.distributions work unchanged in every front end; so does
@@ -22,13 +22,10 @@ from contarm_sim.errors import InputError
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.section_tables import said_of
 
-VARIED = ("mass", "payload", "bending_stiffness", "damping_time", "joint_friction", "gravity")
-"""Parameters of the arm that may vary: those that leave the model's structure and the meaning of actions alone."""
-
-OF_LAWS = ("braid_friction", "passive_stiffness", "valve_time", "friction")
-"""The same of the muscles' laws, those of them that a law has."""
-
 _WORLD = ("payload", "gravity")
+_SECTION = ("mass", "bending_stiffness", "damping_time", "joint_friction")
+_LAW = ("braid_friction", "passive_stiffness", "valve_time", "friction")
+"""Parameters that may vary: those that leave the model's structure and the meaning of actions alone. A law has some."""
 
 _Part = tuple[str, int]
 """A field of `Arm`, and a number in it."""
@@ -36,16 +33,12 @@ _Part = tuple[str, int]
 
 def _parts(arm: Arm) -> dict[str, tuple[_Part, str]]:
     """Return, by the names of what may vary, the part of the arm that has it and its field."""
-    found: dict[str, tuple[_Part, str]] = {}
+    found: dict[str, tuple[_Part, str]] = {field: (("world", 0), field) for field in _WORLD}
     for number, law in enumerate(arm.laws):
         before = f"section_{number + 1}." if len(arm.laws) > 1 else ""
-        for field in VARIED:
-            if field in _WORLD:
-                found[field] = (("world", 0), field)
-            else:
-                found[before + field] = (("sections", number), field)
+        found |= {before + field: (("sections", number), field) for field in _SECTION}
         for item in fields(law):
-            if item.name in OF_LAWS:
+            if item.name in _LAW:
                 found[f"{before}muscle.{item.name}"] = (("laws", number), item.name)
     return found
 
