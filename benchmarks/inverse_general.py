@@ -16,10 +16,8 @@ from scipy.optimize import least_squares
 
 from contarm_sim.kinematics import inverse, sections
 from contarm_sim.kinematics.backbone import Backbone
-from contarm_sim.kinematics.inverse.choices import solved
+from contarm_sim.kinematics.inverse.general.least_squares import descend
 from contarm_sim.kinematics.inverse.goals import Goals
-from contarm_sim.kinematics.inverse.least_squares import descend
-from contarm_sim.kinematics.inverse.tips import tips_and_jacobians
 
 LENGTHS = (0.2, 0.17, 0.15, 0.12, 0.1, 0.1)
 COUNT, FEW, STARTS = 2000, 40, 30
@@ -46,8 +44,8 @@ def by_scipy(goals, backbone, start):
     shape = start.shape[1:]
 
     def terms(x, goal):
-        position, rotation, jacobian = tips_and_jacobians(x.reshape(1, *shape), backbone)
-        return goal.residual(position, rotation, backbone.length)[0], goal.rows(jacobian, rotation, backbone.length)[0]
+        residual, slopes = goal.terms(x.reshape(1, *shape), backbone)
+        return residual[0], slopes[0]
 
     found = np.empty_like(start)
     for i in range(len(goals)):
@@ -57,14 +55,15 @@ def by_scipy(goals, backbone, start):
             xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=200,
         )  # fmt: skip
         found[i] = done.x.reshape(shape)
-    return solved(goals, backbone, found)
+    return goals.solved(found, backbone)
 
 
 def by_restarts(goals, backbone, rng):
     left = np.arange(len(goals))
     for _ in range(STARTS):
         start = random_bends(rng, len(left), len(backbone))
-        left = left[~solved(goals.take(left), backbone, descend(goals.take(left), backbone, start, limited=0.0))]
+        own = goals.take(left)
+        left = left[~own.solved(descend(own, backbone, start, limited=0.0), backbone)]
         if not len(left):
             break
     return 1 - len(left) / len(goals)

@@ -10,9 +10,8 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from contarm_sim.kinematics import sections
+from contarm_sim.kinematics import inverse, sections
 from contarm_sim.kinematics.backbone import LARGEST, Backbone
-from contarm_sim.kinematics.inverse import three_sections
 
 MANY, NEAR, ALONE, FEW = 100_000, 10_000, 300, 100
 LENGTHS = (0.2, 0.17, 0.15)
@@ -38,7 +37,7 @@ def poses(name, b, backbone):
     T = sections.transform(b, backbone)
     position, rotation = T[:, :3, 3].copy(), T[:, :3, :3].copy()
     start = time.process_time()
-    found, count = three_sections.all_poses(position, rotation, backbone)
+    found, count = inverse.all_poses(position, rotation, backbone)
     seconds = (time.process_time() - start) / len(b)
     apart = np.abs(found - b[:, None]).max(axis=(-1, -2))
     own = np.where(np.isnan(apart), np.inf, apart).min(axis=1) < 1e-6
@@ -57,16 +56,16 @@ def alone(backbone):
     seconds = []
     for each in T:
         start = time.process_time()
-        three_sections.solve_pose(each[:3, 3], each[:3, :3], backbone)
+        inverse.solve(each[:3, 3], backbone, rotation=each[:3, :3])
         seconds.append(time.process_time() - start)
-    answer = three_sections.solve_pose(T[:, :3, 3], T[:, :3, :3], backbone)
+    answer = inverse.solve(T[:, :3, 3], backbone, rotation=T[:, :3, :3])
     row("arcs, each alone", ALONE, answer.reachable.mean(), np.nan, answer.miss.max(), np.median(seconds))
 
 
 def direction(backbone):
     T = sections.transform(bends(FEW, seed=4), backbone)
     start = time.process_time()
-    answer = three_sections.solve_direction(T[:, :3, 3], T[:, :3, 2], backbone)
+    answer = inverse.solve(T[:, :3, 3], backbone, T[:, :3, 2])
     seconds = (time.process_time() - start) / FEW
     row("arcs, position and direction, least bend", FEW, answer.reachable.mean(), np.nan, answer.miss.max(), seconds)
 

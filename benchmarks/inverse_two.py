@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import least_squares
 
-from contarm_sim.kinematics import sections
-from contarm_sim.kinematics.inverse import two_sections
+from contarm_sim.kinematics import inverse, sections
+from contarm_sim.kinematics.inverse.choices import CHOICES
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from two_targets import BACKBONES, KINDS, poses
@@ -42,8 +42,8 @@ def ours(name, given, backbone, choose, alone=False):
 
     def solve(i):
         if choose == "direction":
-            return two_sections.solve_direction(targets[i], axes[i], backbone)
-        return two_sections.solve_position(targets[i], backbone, choose, given[i] if choose == "nearest" else None)
+            return inverse.solve(targets[i], backbone, axes[i])
+        return inverse.solve(targets[i], backbone, choose=choose, near=given[i] if choose == "nearest" else None)
 
     each, found = best(lambda: solve(slice(None)), len(targets))
     miss = np.linalg.norm(sections.position(found.bends, backbone) - targets, axis=-1)
@@ -72,14 +72,14 @@ def theirs(name, given, backbone):
 def unreachable(backbone):
     points = np.random.default_rng(7).normal(size=(FEW, 3))
     points *= 1.2 * backbone.length / np.linalg.norm(points, axis=-1, keepdims=True)
-    each, found = best(lambda: two_sections.nearest(points, backbone), FEW)
+    each, found = best(lambda: inverse.solve(points, backbone), FEW)
     row("arcs, nearest point of what is out of reach", FEW, np.mean(~found.reachable), found.miss.max(), each)
 
 
 def main():
     print(f"{'problem':44} {'targets':>7} {'solved':>11} {'worst miss':>12} {'a target':>12} {'alone':>11}")
     arcs = BACKBONES["arcs"]
-    for choose in (*two_sections.CHOICES, "direction"):
+    for choose in (*CHOICES, "direction"):
         ours("arcs, random", poses(arcs, "random", MANY), arcs, choose, alone=True)
     for kind in KINDS[1:]:
         ours(f"arcs, {kind}", poses(arcs, kind, FEW), arcs, "least-bend")

@@ -9,10 +9,11 @@ import time
 import mujoco
 import numpy as np
 
-from contarm_sim import Arm, paths
+from contarm_sim import Arm, Section, paths
 from contarm_sim.control.servo import Servo
 from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.engine.recorder import Recorder
+from contarm_sim.model.presets import two
 from contarm_sim.motion.simulate import CONTROL_RATE, simulate
 from contarm_sim.motion.stepping_loop import Pass
 from contarm_sim.paths.reference import Reference
@@ -69,6 +70,16 @@ def steps(arms, count=1500):
     return np.median(spent, axis=0)
 
 
+def by_sections():
+    """Print what steps of several sections cost beside one of as many links, and the loop of two over bare ones."""
+    for count in (2, 3):
+        sections = tuple(Section(length=0.37 / count, links=24, mass=0.3 / count) for _ in range(count))
+        several, one = steps([(Arm(sections=sections), "lengths"), (Arm(links=24 * count), "lengths")], 800)
+        print(f"a step of {count} sections of 24 links: {several / one:.2f} of one section of {24 * count} links")
+    low, middle, high = np.percentile(loop(two(), 2), [25, 50, 75])
+    print(f"two sections, six muscles: loop over bare mj_step {middle:.3f} (quartiles {low:.3f} to {high:.3f})")
+
+
 def main():
     for name, substeps in (("default, 5 ms", 2), ("--fast, 10 ms", 1)):
         ratios = loop(Arm(), substeps)
@@ -84,6 +95,7 @@ def main():
     print(
         f"microseconds a step by links: {shown}; exponent {exponent:.2f}, {np.log2(cost[-1] / cost[-2]):.2f} at the end"
     )
+    by_sections()
 
 
 if __name__ == "__main__":

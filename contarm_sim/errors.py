@@ -111,12 +111,17 @@ class UnreachableError(InputError):
         self.tolerance, self.question, self.angle, self._dome = tolerance, question, angle, dome
         asked = f" ({question})" if question else ""
         place = "off the dome of reachable tips" if dome else "out of reach"
-        turned = f" and {math.degrees(angle):.4g} deg" if angle else ""
+        small = 1e-9 * max(abs(float(x)) for x in (*target, *nearest))
+        found = ", ".join(f"{0.0 if abs(x) < small else x:.6g}" for x in nearest)
+        said = f"{miss * 1e3:.4g} mm {place}"
+        if angle:
+            turned = f"{math.degrees(angle):.4g} deg off where its tip is to point"
+            said = turned if miss <= tolerance else f"{miss * 1e3:.4g} mm {place}, and {turned}"
         super().__init__(
             "target",
-            f"({', '.join(f'{x:.6g}' for x in target)}) m, which is {miss * 1e3:.4g} mm{turned} {place}",
-            f"a miss of at most {tolerance * 1e3:.3g} mm{asked} (the nearest reachable point is "
-            f"({', '.join(f'{x:.6g}' for x in nearest)}) m), or a projection: nearest{', ray, paper' if dome else ''}",
+            f"({', '.join(f'{x:.6g}' for x in target)}) m, which is {said}",
+            f"a miss of at most {tolerance * 1e3:.3g} mm{asked} (the nearest reachable point is ({found}) m), or a "
+            f"projection: nearest{', ray, paper' if dome else ''}",
             where,
         )
 

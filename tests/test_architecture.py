@@ -59,7 +59,7 @@ def test_imports_run_one_way():
 
 def test_the_two_derivations_are_independent():
     for part, forbidden in (("kinematics", "mujoco"), ("mechanics", "mujoco"), ("mjcf", "contarm_sim.kinematics")):
-        for file in (ROOT / part).glob("*.py"):
+        for file in (ROOT / part).rglob("*.py"):
             assert not any(name.startswith(forbidden) for name in _imports(file)), file
 
 

@@ -92,9 +92,9 @@ def test_ik_of_a_file_with_directions_writes_solutions(contarm, tmp_path):
 @pytest.mark.parametrize(
     ("given", "says"),
     [
-        ("fk --preset two --bend 1 0", "given 1 times; allowed: once for each of 2 sections"),
-        ("fk --preset two --deltas 0 0 0", "three for each section"),
-        ("fk --preset two --deltas 0.01 0 0 --deltas 0 0 0", "a sum of 0 in each section"),
+        ("fk --preset two --bend 1 0", "given 1 time; allowed: 2 times, once for each section"),
+        ("fk --preset two --deltas 0 0 0", "once for each section, if all have three muscles"),
+        ("fk --preset two --deltas 0.01 0 0 --deltas 0 0 0", "they sum to 0 in each section"),
         ("fk --preset two --bend 1 0 --bend 4 0", "bend_angle"),
         ("ik --preset two --tip 0.01 0 0.05", "out of reach"),
         ("ik --preset two --tip 0.1 0.05 0.3 --limit 0", "above 0 and below pi"),

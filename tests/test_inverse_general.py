@@ -9,11 +9,11 @@ from contarm_sim.errors import InputError
 from contarm_sim.kinematics import inverse, sections
 from contarm_sim.kinematics.backbone import Backbone
 from contarm_sim.kinematics.inverse.choices import CHOICES, penalty
-from contarm_sim.kinematics.inverse.general import solve_general
+from contarm_sim.kinematics.inverse.general.free import turning
 from contarm_sim.kinematics.inverse.goals import Goals
-from contarm_sim.kinematics.inverse.least_squares import excess, turning
+from contarm_sim.kinematics.inverse.limits import excess
 from contarm_sim.kinematics.inverse.result import ANGLE_LENGTH
-from contarm_sim.kinematics.inverse.tips import tips_and_jacobians
+from contarm_sim.kinematics.inverse.tips import tip_axes, tips_and_jacobians
 
 LENGTHS = (0.2, 0.17, 0.15, 0.12, 0.1, 0.1)
 CASES = [
@@ -71,19 +71,17 @@ def test_lean_tips_and_jacobians_are_those_of_sections(options):
 
 
 @pytest.mark.parametrize("what", ["position", "direction", "rotation"])
-def test_rows_and_residual_give_the_gradient(what):
+def test_residuals_and_slopes_give_the_gradient(what):
     """The slopes times the residual are the gradient of half its square, also far from the target."""
     rng, backbone, step = np.random.default_rng(1), arm(3), 1e-6
     goals = Goals(**asked(inside(rng, 40, backbone), backbone, what))
     bends = inside(rng, 40, backbone)
 
     def half_square(bends):
-        position, rotation, _ = tips_and_jacobians(bends, backbone)
-        return 0.5 * (goals.residual(position, rotation, backbone.length) ** 2).sum(axis=-1)
+        return 0.5 * (goals.terms(bends, backbone)[0] ** 2).sum(axis=-1)
 
-    position, rotation, jacobian = tips_and_jacobians(bends, backbone)
-    residual = goals.residual(position, rotation, backbone.length)
-    found = -(goals.rows(jacobian, rotation, backbone.length).swapaxes(1, 2) @ residual[..., None])[..., 0]
+    residual, slopes = goals.terms(bends, backbone)
+    found = -(slopes.swapaxes(1, 2) @ residual[..., None])[..., 0]
     for column in range(6):
         off = np.zeros((3, 2))
         off.flat[column] = step
@@ -96,7 +94,7 @@ def test_turning_keeps_the_tip_and_turns_it_nearer():
     bends = inside(rng, 100, backbone)
     goals = Goals(**asked(inside(rng, 100, backbone), backbone, "direction"))
     step = 1e-4 * turning(goals, backbone, bends, most=1.0)
-    before, after = (goals.misses(*tips_and_jacobians(b, backbone)[:2])[1] for b in (bends, bends + step))
+    before, after = (goals.misses(b, backbone)[1] for b in (bends, bends + step))
     assert np.all(after <= before + 1e-12)
     tips = sections.position(bends, backbone)
     assert np.linalg.norm(sections.position(bends + step, backbone) - tips, axis=-1).max() < 1e-8
@@ -159,8 +157,7 @@ def test_choices_are_near_the_best_that_scipy_finds(choose, what):
         goal = goals.take([i])
 
         def residual(x, goal=goal):
-            position, rotation, _ = tips_and_jacobians(x.reshape(1, 4, 2), backbone)
-            return goal.residual(position, rotation, backbone.length)[0]
+            return goal.terms(x.reshape(1, 4, 2), backbone)[0][0]
 
         best = np.inf
         for start in inside(rng, 4, backbone, 0.7):
@@ -250,20 +247,23 @@ def test_all_solutions_of_three_sections():
 
 
 def _misses(bends, backbone, targets):
-    position, rotation, _ = tips_and_jacobians(bends, backbone)
     goals = Goals(*(np.broadcast_to(x, (len(bends), 3)) for x in targets.values()))
-    miss, angle = goals.misses(position, rotation)
+    miss, angle = goals.misses(bends, backbone)
     return miss, angle, miss + ANGLE_LENGTH * angle < 1e-9, np.full(len(bends), -1)
 
 
-def test_seeds_and_starts_are_taken():
-    backbone = arm(4)
-    bends = inside(np.random.default_rng(12), 6, backbone)
-    goals = Goals(**asked(bends, backbone, "rotation"))
-    answer = solve_general(goals, backbone, "nearest", bends, bends[:, None], starts=1)
-    np.testing.assert_allclose(answer.bends, bends, atol=1e-12)
-    none = solve_general(goals.take(slice(0, 0)), backbone)
-    assert none.bends.shape == (0, 4, 2)
+def test_no_targets_have_no_answers():
+    for count in range(1, 7):
+        none = inverse.solve(np.zeros((0, 3)), arm(count), rotation=np.zeros((0, 3, 3)))
+        assert none.bends.shape == (0, count, 2)
+        assert none.reachable.shape == (0,)
+
+
+@pytest.mark.parametrize("options", [{}, {"links": (12, 7, 1)}])
+def test_axes_of_tips_are_those_of_sections(options):
+    rng, backbone = np.random.default_rng(14), arm(3, **options)
+    bends = inside(rng, 100, backbone) * rng.choice([1.0, 1e-6, 0.0], size=(100, 3, 1))
+    np.testing.assert_allclose(tip_axes(bends), sections.transform(bends, backbone)[:, :3, 2], atol=1e-14)
 
 
 def test_quaternions_are_rotations():

@@ -7,8 +7,7 @@ from scipy.spatial import cKDTree
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import inverse, sections
 from contarm_sim.kinematics.backbone import Backbone
-from contarm_sim.kinematics.inverse import two_sections
-from contarm_sim.kinematics.inverse.least_squares import excess
+from contarm_sim.kinematics.inverse.limits import excess
 
 
 def wandering(rng, backbone, count, top=None):
@@ -101,7 +100,7 @@ def fewest_jumps(path, backbone):
     """Return how often a course must jump, by the families of all targets: pieces that lie near each other join."""
     before, count = None, 0
     for target in path:
-        curves = [curve.reshape(len(curve), -1) for curve in two_sections.family(target, backbone).curve(50)]
+        curves = [curve.reshape(len(curve), -1) for curve in inverse.family(target, backbone).curve(50)]
         if not curves:
             return None
         if before is not None:

@@ -17,7 +17,8 @@ DELTA_TOLERANCE = 1e-6
 @click.command(cls=Command)
 @click.option(
     "--deltas", type=LENGTH, nargs=3, multiple=True, metavar="L1 L2 L3",
-    help="Muscle length changes [m], shortening < 0; sum 0. Once for each section.",
+    help="Muscle length changes [m], shortening < 0; of evenly spaced muscles their sum is 0. Once for each section, "
+    "if all have three muscles.",
 )  # fmt: skip
 @bend_option("Bend in polar form [rad]. Once for each section, from the base on.")
 @click.option(
@@ -39,9 +40,8 @@ def fk(arm: Arm, deltas: Any, bend: Any, xi: tuple[float, ...], as_json: bool) -
     from contarm_sim.mechanics import shape
 
     if bool(deltas) == bool(bend):
-        raise InputError(
-            "input", "both" if deltas else "neither of --deltas and --bend", "just one of --deltas, --bend"
-        )
+        given = "both --deltas and --bend" if deltas else "neither --deltas nor --bend"
+        raise InputError("input", given, "--bend BEND_ANGLE PLANE_ANGLE for each section, or --deltas L1 L2 L3")
     vector = _from_deltas(arm, deltas) if deltas else bends_from_words(bend, arm).reshape(-1)
     stations = np.array(xi) if xi else np.array(1.0)
     solution = {**of_bends(arm, vector[None])[0], "transform": shape.transform(vector, arm, stations).tolist()}
@@ -70,13 +70,17 @@ def _from_deltas(arm: Arm, deltas: tuple[tuple[float, float, float], ...]) -> An
 
     counts = [line.count for line in arm.routings]
     if counts != [3] * len(deltas):
-        allowed = f"three for each section; this arm has {' + '.join(map(str, counts))} muscles: --bend takes any"
-        raise InputError("--deltas", f"given {len(deltas)} times", allowed)
+        said = f"{len(deltas)} time{'s' * (len(deltas) != 1)}"
+        has = f"this arm's sections have {', '.join(map(str, counts))} muscles"
+        allowed = f"once for each section, if all have three muscles ({has}); else give --bend"
+        raise InputError("--deltas", f"given {said}", allowed)
     if len(counts) == 1 and muscles.evenly_spaced(arm.routing.angles):
         return muscles.bend_from_deltas(deltas[0], arm.muscle_radius, DELTA_TOLERANCE, arm.routing.angles)[0]
     bend, residual = routing.bend_from_arc_deltas(np.ravel(deltas), arm)
     if np.abs(residual).max() > DELTA_TOLERANCE:
         given = f"({', '.join(f'{x:.6g}' for x in np.ravel(deltas))}) m, off arcs by {np.abs(residual).max():.3g} m"
-        raise InputError("deltas", given, f"a sum of 0 in each section (within {3 * DELTA_TOLERANCE:.1g} m)")
+        raise InputError(
+            "deltas", given, "length changes of arcs; of evenly spaced muscles they sum to 0 in each section"
+        )
     arc.as_bend(bend.reshape(-1, 2))
     return bend

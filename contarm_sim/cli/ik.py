@@ -47,7 +47,7 @@ CHOICES = ("least-bend", "least-largest", "farthest", "nearest", "all")
 @click.option(
     "--project", default="refuse", type=click.Choice(["refuse", "nearest", "ray", "paper"]), show_default=True,
     help="A target out of reach: refuse it, take the nearest point; of one section also keep its direction (ray), or "
-    "trust the paper.",
+    "trust the paper. Of one section, and of two with a direction, the nearest keeps the position first.",
 )  # fmt: skip
 @click.option(
     "--tolerance", type=LENGTH, metavar="X",
@@ -76,7 +76,7 @@ def ik(
     from contarm_sim.view.report.output import check_output, to_json
 
     if (tip is None) == (file is None):
-        raise InputError("input", "both" if tip else "neither of --tip and --file", "just one of --tip, --file")
+        raise InputError("input", "both --tip and --file" if tip else "neither --tip nor --file", "one of them")
     if tolerance is not None and not tolerance >= 0:
         raise InputError("tolerance", tolerance, "a number of at least 0 [m]")
     if out is not None:
@@ -97,8 +97,9 @@ def ik(
     elif tip is not None and len(solutions) == 1:
         show(arm, solutions[0], [("tip", solutions[0]["transform"])])
     elif out is not None:
-        worst = max(row["miss"] for row in solutions)
-        click.echo(f"{len(solutions)} targets solved; the largest miss is {1e3 * worst:.4g} mm")
+        worst, reached = max(row["miss"] for row in solutions), sum(row["reachable"] for row in solutions)
+        off = f", {len(solutions) - reached} out of reach projected" if reached < len(solutions) else ""
+        click.echo(f"{reached} targets solved{off}; the largest miss is {1e3 * worst:.4g} mm")
     else:
         _table(arm, solutions)
 
@@ -139,7 +140,7 @@ def _solved(arm: Arm, targets: Targets, asked: _Asked) -> list[dict[str, Any]]:
     if len(arm.sections) == 1 and not (targets.turned or asked.choose or asked.near or asked.limit):
         return _on_dome(arm, targets, asked)
     if asked.project not in ("refuse", "nearest"):
-        allowed = "refuse or nearest, for several sections, and beside --direction, --quaternion, --limit"
+        allowed = "refuse or nearest; ray and paper are for positions of one section alone"
         raise InputError("--project", asked.project, allowed)
     form = shape.backbone(arm, limits=asked.limit or None)
     if asked.choose == "all":
@@ -240,30 +241,40 @@ def asking(error: UnreachableError, arm: Arm) -> UnreachableError:
 
 
 def _table(arm: Arm, solutions: list[dict[str, Any]]) -> None:
+    """Print one row a solution; of several sections, one column a section: bend angle, and the plane it bends in."""
     import numpy as np
 
     from contarm_sim.cli.terminal import table
 
-    one, shown = len(arm.sections) == 1, solutions[:200]
-    heads, rows = ["target x y z [mm]"], [[" ".join(f"{1e3 * x:.2f}" for x in row["target"])] for row in shown]
-    if len({tuple(row["target"]) for row in solutions}) == 1 and len(solutions) > 1:  # all solutions of one target
-        heads, rows = ["piece"], [[str(row.get("piece", 1))] for row in shown]
-    for number in range(len(arm.sections)):
-        heads += ["bend [deg]", "plane [deg]"] if one else [f"bend {number + 1} [deg]", f"plane {number + 1} [deg]"]
-        for cells, row in zip(rows, shown, strict=True):
-            angle, plane = (np.atleast_1d(row[name])[number] for name in ("bend_angle", "plane_angle"))
-            cells += [f"{np.degrees(angle):.3f}", f"{np.degrees(plane):.2f}"]
-    if one:
-        heads += [f"l{i + 1} [mm]" for i in range(len(shown[0]["muscle_deltas"]))]
-        for cells, row in zip(rows, shown, strict=True):
-            cells += [f"{1e3 * x:.3f}" for x in row["muscle_deltas"]]
-    heads.append("miss [mm]")
-    for cells, row in zip(rows, shown, strict=True):
-        cells.append(f"{1e3 * row['miss']:.4f}")
+    shown, listed = solutions[:200], "piece" in solutions[0]
+    columns: dict[str, list[str]] = {}
+    if listed:
+        columns["piece"] = [str(row["piece"]) for row in shown]
+    else:
+        columns["target x y z [mm]"] = [" ".join(f"{1e3 * x:.2f}" for x in row["target"]) for row in shown]
+    if len(arm.sections) == 1:
+        columns["bend [deg]"] = [f"{np.degrees(row['bend_angle']):.3f}" for row in shown]
+        columns["plane [deg]"] = [f"{np.degrees(row['plane_angle']):.2f}" for row in shown]
+        for i in range(len(shown[0]["muscle_deltas"])):
+            columns[f"l{i + 1} [mm]"] = [f"{1e3 * row['muscle_deltas'][i]:.3f}" for row in shown]
+    else:
+        for number in range(len(arm.sections)):
+            bends = ((row["bend_angle"][number], row["plane_angle"][number]) for row in shown)
+            columns[f"{number + 1}: bend, plane [deg]"] = [
+                f"{np.degrees(angle):.2f}, {np.degrees(plane):.1f}" for angle, plane in bends
+            ]
+    columns["miss [mm]"] = [f"{round(1e3 * row['miss'], 4):.4f}" for row in shown]
     if any(row.get("asks_turn") for row in shown):
-        heads.append("angle off [deg]")
-        for cells, row in zip(rows, shown, strict=True):
-            cells.append(f"{np.degrees(row['angle_miss']):.4f}")
+        columns["angle off [deg]"] = [f"{round(np.degrees(row['angle_miss']), 4):.4f}" for row in shown]
     more = f"the first 200 of {len(solutions)}; --out writes all" if len(solutions) > 200 else None
-    what = "solutions" if heads[0] == "piece" else "targets"
-    table(f"{len(solutions)} {what}", heads, rows, caption=more)
+    table(_title(solutions), list(columns), [list(row) for row in zip(*columns.values(), strict=True)], caption=more)
+
+
+def _title(solutions: list[dict[str, Any]]) -> str:
+    count = len(solutions)
+    if "piece" not in solutions[0]:
+        return f"{count} target{'s' * (count != 1)}"
+    if solutions[0]["solutions"] >= 0:
+        return f"all {count} solutions"
+    pieces = len({row["piece"] for row in solutions})
+    return f"a continuum of solutions in {pieces} piece{'s' * (pieces != 1)}, {count} samples of it"

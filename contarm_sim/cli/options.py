@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import Field
 from typing import Any
@@ -175,9 +176,15 @@ def bends_from_words(bend: tuple[tuple[float, float], ...], arm: Arm, name: str 
 
     count = len(arm.sections)
     if len(bend) != count:
-        allowed = "once" if count == 1 else f"once for each of {count} sections, from the base to the tip"
-        raise InputError(f"--{name}", f"given {len(bend)} times", allowed)
-    bends = [arc.from_polar(*one) for one in bend]
+        allowed = "once" if count == 1 else f"{count} times, once for each section from the base to the tip"
+        raise InputError(f"--{name}", f"given {len(bend)} time{'s' * (len(bend) != 1)}", allowed)
+    bends = []
+    for number, (angle, plane) in enumerate(bend, 1):
+        if not 0 <= angle < math.pi:
+            said = "" if count == 1 else f" of section {number}"
+            given = f"{angle:.6g} rad ({math.degrees(angle):.6g} deg){said}"
+            raise InputError("bend_angle", given, "0 <= bend_angle < pi rad (180 deg)")
+        bends.append(arc.from_polar(angle, plane))
     return bends[0] if count == 1 else np.stack(bends)
 
 

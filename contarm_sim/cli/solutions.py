@@ -70,13 +70,20 @@ def of_sections(arm: Arm, bend: Any) -> list[dict[str, Any]]:
 
 def show(arm: Arm, solution: dict[str, Any], frames: list[tuple[str, Any]]) -> None:
     """Print a solution for people, with frames [m] at places."""
+    import math
+
     rows = _bends(solution) if len(arm.sections) == 1 else _bends_of_sections(arm, solution)
     rows.append(("tip", _mm(solution["tip"])))
     if "miss" in solution:
         beyond = "  (off the dome)" if len(arm.sections) == 1 else "  (out of reach)"
         off = "" if solution["reachable"] else beyond
-        rows += [("target", _mm(solution["target"])), ("miss", f"{_left(1e3 * solution['miss'])} mm{off}")]
-        rows += _turned(solution)
+        turned = solution.get("asks_turn", False)
+        rows += [("target", _mm(solution["target"]))]
+        rows += [("miss", f"{_left(1e3 * solution['miss'])} mm{'' if turned else off}")]
+        if turned:
+            rows.append(("angle off", f"{_left(math.degrees(solution['angle_miss']))} deg{off}"))
+        if len(arm.sections) > 1:
+            rows.append(("solutions", _counted(solution)))
     for name, frame in frames:
         for i, line in enumerate(frame):
             rows.append(
@@ -117,22 +124,18 @@ def _bends_of_sections(arm: Arm, solution: dict[str, Any]) -> list[tuple[str, st
     for number in range(len(arm.sections)):
         angle, plane = solution["bend_angle"][number], solution["plane_angle"][number]
         said = f"bends by {math.degrees(angle):.4f} deg towards {round(math.degrees(plane), 4) + 0.0:.4f} deg"
-        rows.append((f"section {number + 1}", f"{said}, curvature {solution['curvature'][number]:.5g} 1/m"))
+        said += f", curvature {solution['curvature'][number]:.5g} 1/m"
+        straight = math.degrees(angle) < 5e-5
+        few = "" if arm.routings[number].count > 2 else "; its own muscles are too few to hold that"
+        rows.append((f"section {number + 1}", ("straight" if straight else said) + few))
         if number in own:
             rows.append(("  muscle length changes", _mm(solution["muscle_deltas"][own[number]])))
     return rows
 
 
-def _turned(solution: dict[str, Any]) -> list[tuple[str, str]]:
-    import math
-
-    rows = []
-    if solution.get("asks_turn"):
-        rows.append(("angle off", f"{_left(math.degrees(solution['angle_miss']))} deg"))
-    if solution.get("solutions", 1) not in (0, 1):
-        count = solution["solutions"]
-        rows.append(("solutions", "a continuum; --choose all shows it" if count < 0 else str(count)))
-    return rows
+def _counted(solution: dict[str, Any]) -> str:
+    count = solution["solutions"]
+    return "a continuum; --choose all samples it" if count < 0 else str(count)
 
 
 def write(out: Path, arm: Arm, solutions: list[dict[str, Any]]) -> None:

@@ -13,6 +13,8 @@ from contarm_sim.envs.actions import Actions, shortened
 from contarm_sim.envs.ranges import scattered_bends
 from contarm_sim.kinematics import arc, sections
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.kinematics.inverse.general.least_squares import damped
+from contarm_sim.kinematics.inverse.result import Index
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
 
@@ -25,7 +27,7 @@ STEPS = 40
 STARTS = 60
 """Further starts for points that the first one does not lead to by bends that the muscles hold."""
 
-_DAMPING = 1e-9  # of squares of the tip's way by bends [lengths^2/rad^2]
+_DAMPING = 1e-9  # of squares of the tip's way by bends, at first [1/rad^2]
 _LONGEST = 0.5  # longest step [rad]
 _UNHELD, _MISSED = 1e3, 1e6  # what is worse than any distance of bends, and worse still
 
@@ -73,27 +75,13 @@ def _cost(targets: Array, near: Array, bends: Array, actions: Actions) -> Array:
 
 def _descend(targets: Array, start: Array, arm: Arm) -> Array:
     """Return what damped steps lead to; those that lead away are taken back."""
-    bends, damping = shortened(start), np.full(len(start), _DAMPING)
     backbone = shape.backbone(arm, chained=True, limits=arc.LARGEST_BEND)
-    miss = _miss(targets, bends, arm)
-    for _ in range(STEPS):
-        rows = np.flatnonzero((miss > 0.1 * CLOSE * arm.length) & (damping < 1.0))
-        if not len(rows):
-            break
-        own = bends[rows]
-        slope = sections.jacobian(shape.bends_of(own, arm), backbone, check=False)[:, :3] / arm.length
-        off = (targets[rows] - shape.chain_tip(own, arm)) / arm.length
-        gram = slope @ slope.swapaxes(-1, -2) + damping[rows, None, None] * np.eye(3)
-        step = (slope.swapaxes(-1, -2) @ np.linalg.solve(gram, off[..., None]))[..., 0]
-        longest = np.linalg.norm(step, axis=-1, keepdims=True)
-        trial = shortened(own + step * (_LONGEST / np.maximum(longest, _LONGEST)))
-        found = _miss(targets[rows], trial, arm)
-        better = found < miss[rows]
-        bends[rows[better]], miss[rows[better]] = trial[better], found[better]
-        damping[rows] = np.where(
-            better, np.maximum(0.1 * damping[rows], _DAMPING), np.maximum(10 * damping[rows], 1e-4)
-        )
-    return bends
+
+    def terms(bends: Array, rows: Index) -> tuple[Array, Array]:
+        slopes = sections.jacobian(shape.bends_of(bends, arm), backbone, check=False)[:, :3]
+        return (targets[rows] - shape.chain_tip(bends, arm)) / arm.length, slopes / arm.length
+
+    return damped(terms, shortened(start), STEPS, _DAMPING, enough=0.1 * CLOSE, longest=_LONGEST, within=shortened)
 
 
 def _miss(targets: Array, bends: Array, arm: Arm) -> Array:

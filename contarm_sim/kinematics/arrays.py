@@ -63,7 +63,7 @@ def as_xi(value: Any) -> Array:
     if xi.ndim == 0 and 0 <= xi.item() <= 1:
         return xi
     if not np.all((xi >= 0) & (xi <= 1)):
-        raise InputError("xi", value, "0 (base) to 1 (tip)")
+        raise InputError("xi", float(xi[~((xi >= 0) & (xi <= 1))].flat[0]), "0 (base) to 1 (tip)")
     return xi
 
 

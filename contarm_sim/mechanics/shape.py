@@ -19,6 +19,9 @@ from contarm_sim.model.arm import Arm
 
 _SAID_STRAIGHT = np.radians(0.5)
 
+LENGTH_SHARE = 0.99
+"""Of the lengths that muscles can take, what bends may use: the simulated chain's differ a little from the arc's."""
+
 LEAST = 1e-6
 """Least limit of a bend angle [rad]."""
 
@@ -36,7 +39,9 @@ def backbone(arm: Arm, chained: bool = False, limits: Any = None) -> Backbone:
 
 
 def bend_limits(arm: Arm) -> tuple[float, ...]:
-    """Return the bend angle of each section [rad] up to which its own muscles have a length that they can take.
+    """Return the bend angle of each section [rad] up to which its own muscles have lengths that they can take.
+
+    Nearly: see `LENGTH_SHARE`.
 
     At most `kinematics.backbone.LARGEST`; muscles that run through several sections set no limit to one of them.
     """
@@ -44,7 +49,7 @@ def bend_limits(arm: Arm) -> tuple[float, ...]:
     for group in arm.groups:
         if group.first == group.section:
             shortest, longest = group.length_range
-            room = min(group.length - shortest, longest - group.length) / group.routing.radius
+            room = LENGTH_SHARE * min(group.length - shortest, longest - group.length) / group.routing.radius
             out[group.section] = min(out[group.section], max(room, LEAST))
     return tuple(out)
 

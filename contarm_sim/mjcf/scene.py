@@ -22,6 +22,9 @@ _OUTLINE = ((0.0, 1.0), (0.32, 0.94), (0.56, 0.78), (0.69, 0.53), (0.73, 0.31), 
 
 _HORIZON = [0.94, 0.95, 0.965]
 _FLOOR = [0.92, 0.925, 0.935]
+_HAZE = 0.5
+"""Colours of sky and floor, and the share of the distance drawn that haze takes."""
+
 _FOVY = 28.0
 _ASPECT = 1.4
 _MARGIN = 1.12
@@ -66,7 +69,6 @@ def add_scene(spec: mujoco.MjSpec, arm: Arm) -> np.ndarray:
     base = np.array([0.0, 0.0, length * (CLEARANCE - reach[:, 2].min())])
     spec.visual.global_.offwidth, spec.visual.global_.offheight = OFFSCREEN
     spec.visual.map.znear = 0.01
-    spec.visual.map.zfar = 8
     spec.visual.map.shadowclip = 4.0  # wide: towards its edge the shadow map stains the floor, which haze hides
     spec.stat.extent = 1.2 * length
     spec.stat.center = base + 0.45 * length * along
@@ -74,8 +76,12 @@ def add_scene(spec: mujoco.MjSpec, arm: Arm) -> np.ndarray:
     _add_lights(spec, spec.stat.center, length)
     _add_mount(spec, arm, base, along)
     seen = np.vstack([base + length * reach, [0.0, 0.0, max(0.0, base[2] - 0.4 * length)]])
-    for name, azimuth, elevation in (("front", -62, 14), ("side", 0, 6), ("top", -90, 89)):
+    depth = max(
         _add_camera(spec, name, seen, azimuth, elevation)
+        for name, azimuth, elevation in (("front", -62, 14), ("side", 0, 6), ("top", -90, 89))
+    )
+    clear = (1 - _HAZE) * spec.stat.extent  # up to so many of these the haze leaves a thing clear
+    spec.visual.map.zfar = max(8.0, math.ceil(depth / clear))
     return base
 
 
@@ -94,7 +100,7 @@ def _add_surroundings(spec: mujoco.MjSpec) -> None:
     """Add a floor that fades into a pale sky."""
     texture, kind = mujoco.mjtTexture, mujoco.mjtBuiltin
     spec.visual.rgba.haze = [*_HORIZON, 1.0]
-    spec.visual.map.haze = 0.5
+    spec.visual.map.haze = _HAZE
     spec.add_texture(
         name="sky", type=texture.mjTEXTURE_SKYBOX, builtin=kind.mjBUILTIN_GRADIENT,
         rgb1=[0.80, 0.86, 0.93], rgb2=_HORIZON, width=64, height=384,
@@ -154,8 +160,12 @@ def _add_rod(
     )  # fmt: skip
 
 
-def _add_camera(spec: mujoco.MjSpec, name: str, seen: np.ndarray, azimuth: float, elevation: float) -> None:
-    """Add a fixed camera at the given angles [deg], as near as still shows all points `seen` [m], shape (T, 3)."""
+def _add_camera(spec: mujoco.MjSpec, name: str, seen: np.ndarray, azimuth: float, elevation: float) -> float:
+    """Add a fixed camera at the given angles [deg], as near as still shows all points `seen` [m], shape (T, 3).
+
+    Returns:
+        how far before it the farthest of them is [m].
+    """
     a, e = math.radians(azimuth), math.radians(elevation)
     back = np.array([math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)])
     right = np.array([-math.sin(a), math.cos(a), 0.0])
@@ -169,3 +179,4 @@ def _add_camera(spec: mujoco.MjSpec, name: str, seen: np.ndarray, azimuth: float
     mujoco.mju_mat2Quat(quat, frame.T.ravel())
     pos = frame.T @ (centre + np.array([0.0, 0.0, _MARGIN * distance]))
     spec.worldbody.add_camera(name=name, pos=pos, quat=quat, fovy=_FOVY)
+    return _MARGIN * distance - float(z.min())

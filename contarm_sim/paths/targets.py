@@ -12,6 +12,7 @@ from contarm_sim.errors import InputError
 from contarm_sim.inputs import read_text
 from contarm_sim.kinematics.arrays import Array, as_vectors
 from contarm_sim.kinematics.inverse import rotation_from_quaternion
+from contarm_sim.kinematics.inverse.checks import as_directions
 from contarm_sim.paths.table import read_table
 
 _POSITION, _DIRECTION, _QUATERNION = ("x", "y", "z"), ("dx", "dy", "dz"), ("qw", "qx", "qy", "qz")
@@ -24,7 +25,7 @@ class Targets:
 
     Attributes:
         position: [m], shape (T, 3).
-        direction: of the tip, shape (T, 3), or None.
+        direction: of the tip, unit vectors, shape (T, 3), or None.
         rotation: of the tip, shape (T, 3, 3), or None.
         places: file and row of each, for messages, or None.
         notes: what was converted, and which columns were not read, for people.
@@ -57,8 +58,8 @@ class Targets:
             apart = np.linalg.norm(tips[:, :3, :3] - self.rotation, axis=(-2, -1)) / np.sqrt(8)
             return miss, 2 * np.arcsin(np.clip(apart, 0, 1))
         if self.direction is not None:
-            unit = self.direction / np.linalg.norm(self.direction, axis=-1, keepdims=True)
-            return miss, 2 * np.arcsin(np.clip(0.5 * np.linalg.norm(tips[:, :3, 2] - unit, axis=-1), 0, 1))
+            apart = np.linalg.norm(tips[:, :3, 2] - self.direction, axis=-1)
+            return miss, 2 * np.arcsin(np.clip(0.5 * apart, 0, 1))
         return miss, np.zeros(len(miss))
 
 
@@ -70,7 +71,7 @@ def of_numbers(position: Any, direction: Any = None, quaternion: Any = None) -> 
     """
     if direction is not None and quaternion is not None:
         raise InputError("--direction", "given with --quaternion", "one of them")
-    turned = None if direction is None else _directions(np.array([direction], dtype=float))
+    turned = None if direction is None else as_directions(np.array([direction], dtype=float))
     rotation = None if quaternion is None else rotation_from_quaternion(np.array([quaternion], dtype=float))
     return Targets(as_vectors(np.array([position], dtype=float), 3, "tip"), turned, rotation)
 
@@ -104,18 +105,11 @@ def read_targets(file: str | Path) -> Targets:
     for names in turns:
         for row, place in zip(columns[names], places, strict=True):
             try:
-                _directions(row) if names == _DIRECTION else rotation_from_quaternion(row)
+                as_directions(row) if names == _DIRECTION else rotation_from_quaternion(row)
             except InputError as error:
                 raise error.located(place) from None
         if names == _DIRECTION:
-            direction = columns[names]
+            direction = as_directions(columns[names])
         else:
             rotation = rotation_from_quaternion(columns[names])
     return Targets(columns[_POSITION], direction, rotation, places, tuple(f"{where}: {note}" for note in table.notes))
-
-
-def _directions(rows: Array) -> Array:
-    rows = as_vectors(rows, 3, "direction")
-    if not np.all(np.linalg.norm(rows, axis=-1) > 0):
-        raise InputError("direction", "0 0 0", "a vector that is not zero")
-    return rows

@@ -1,48 +1,21 @@
-"""Which of many solutions to choose: rules on bends, and how to settle on the best one that a solution leads to.
-
-Where there are more bends than conditions, solutions form a surface. `settle` goes down along it: to first order the
-nearest solution to a reference, in weights W of the sections, is
-
-    b = reference + W^-1 J' (J W^-1 J')^-1 (residual + J (b - reference))
-
-and any rule that grows by bend angles is such a distance from the straight arm, in weights that follow the bends.
-"""
+"""Which of many solutions are distinct, and which of them to choose: what each choice makes least."""
 
 from __future__ import annotations
 
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
-from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.backbone import Backbone
-from contarm_sim.kinematics.inverse.goals import Goals
-from contarm_sim.kinematics.inverse.least_squares import descend, excess, reached
-from contarm_sim.kinematics.inverse.result import ANGLE_LENGTH, TOLERANCE
-from contarm_sim.kinematics.inverse.tips import tips_and_jacobians
+from contarm_sim.kinematics.inverse.limits import angles_of
+from contarm_sim.kinematics.inverse.result import Bool
 
 Choice = Literal["least-bend", "least-largest", "farthest", "nearest"]
 CHOICES: tuple[Choice, ...] = get_args(Choice)
 
-POWERS = (8, 40)
-"""The largest of some numbers is taken for a root of the sum of such powers, the second one to come closer."""
-
-_LIGHTEST = 1e-3  # least weight of a section beside the heaviest
-_DAMPING = 1e-12
-
-
-def check_choice(choose: str, near: object) -> None:
-    """Refuse an unknown choice, or `nearest` without what it is to be near.
-
-    Raises:
-        InputError: one of these.
-    """
-    if choose not in CHOICES:
-        raise InputError("choose", repr(choose), ", ".join(CHOICES))
-    if choose == "nearest" and near is None:
-        raise InputError("near", "nothing", "bends that the solution is to be nearest to [rad], for choose nearest")
+SAME = 1e-6
+"""Bends that differ by less are one solution [rad]."""
 
 
 def penalty(bends: Array, backbone: Backbone, choose: Choice, near: Array | None = None) -> Array:
@@ -53,72 +26,16 @@ def penalty(bends: Array, backbone: Backbone, choose: Choice, near: Array | None
     """
     if choose == "nearest":
         return np.asarray(np.sqrt(((bends - np.asarray(near)) ** 2).sum(axis=(-1, -2))))
-    angles = np.hypot(bends[..., 0], bends[..., 1])
+    angles = angles_of(bends)
     if choose == "least-bend":
         return np.asarray(angles.sum(axis=-1))
     return np.asarray((angles - np.array(backbone.limits) if choose == "farthest" else angles).max(axis=-1))
 
 
-def solved(goals: Goals, backbone: Backbone, bends: Array) -> NDArray[np.bool_]:
-    """Return whether bends reach goals within the tolerance and the limits, shape (n,), bool."""
-    miss, angle = reached(goals, backbone, bends)
-    within = np.maximum(miss, ANGLE_LENGTH * backbone.length * angle) <= TOLERANCE * backbone.length
-    return np.asarray(within & (excess(bends, backbone) <= 0))
-
-
-def settle(
-    goals: Goals,
-    backbone: Backbone,
-    bends: Array,
-    choose: Choice,
-    near: Array | None,
-    rounds: int,
-    power: int = POWERS[0],
-) -> Array:
-    """Return solutions with a lower `penalty` that others, shape (n, S, 2), lead to; they stay where none is found."""
-    bends, share = bends.copy(), np.full(len(bends), 0.5)
-    least = penalty(bends, backbone, choose, near)
-    rows = np.arange(len(bends))
-    for _ in range(rounds):
-        if not len(rows):
-            break
-        these, own, ref = goals.take(rows), bends[rows], None if near is None else near[rows]
-        moved = own + share[rows, None, None] * (_toward(these, backbone, own, choose, ref, power) - own)
-        moved = descend(these, backbone, moved, steps=8, near=True)
-        found = penalty(moved, backbone, choose, ref)
-        gain = least[rows] - found
-        better = (gain > 0) & solved(these, backbone, moved)
-        bends[rows[better]], least[rows[better]] = moved[better], found[better]
-        share[rows] = np.where(better, np.minimum(1.0, 1.5 * share[rows]), 0.25 * share[rows])
-        rows = rows[np.where(better, gain > 1e-4, share[rows] > 0.01)]
-    return bends
-
-
-def _toward(goals: Goals, backbone: Backbone, bends: Array, choose: Choice, near: Array | None, power: int) -> Array:
-    """Return the solutions, to first order, that are nearest to the reference of a choice."""
-    count = len(bends)
-    position, rotation, jacobian = tips_and_jacobians(bends, backbone)
-    residual = goals.residual(position, rotation, backbone.length)
-    slopes = goals.rows(jacobian, rotation, backbone.length)
-    reference = np.zeros_like(bends) if choose != "nearest" or near is None else near
-    loose = np.repeat(1 / _weights(bends, backbone, choose, power), 2, axis=-1)[:, None, :]
-    square = (slopes * loose) @ slopes.swapaxes(-1, -2)
-    diagonal = np.arange(square.shape[-1])
-    square[:, diagonal, diagonal] += _DAMPING
-    off = residual + (slopes @ (bends - reference).reshape(count, -1, 1))[..., 0]
-    step = (slopes * loose).swapaxes(-1, -2) @ np.linalg.solve(square, off[..., None])
-    return np.asarray(reference + step.reshape(bends.shape))
-
-
-def _weights(bends: Array, backbone: Backbone, choose: Choice, power: int) -> Array:
-    """Return weights of the sections, 1 for the heaviest, shape (n, S): the slope of a rule over the bend angle."""
-    angles = np.maximum(np.hypot(bends[..., 0], bends[..., 1]), 1e-6)
-    if choose == "nearest":
-        return np.ones_like(angles)
-    if choose == "least-bend":
-        weights = 1 / angles
-    else:
-        limits = np.array(backbone.limits)
-        large = angles + (limits.max() - limits) if choose == "farthest" else angles
-        weights = (large / large.max(axis=-1, keepdims=True)) ** (power - 1) / angles
-    return np.asarray(np.maximum(weights / weights.max(axis=-1, keepdims=True), _LIGHTEST))
+def distinct(bends: Array, known: Bool) -> Bool:
+    """Return which of the known of K solutions, (n, K), are the same as none before them; bends (n, K, S, 2)."""
+    new = known.copy()
+    for k in range(1, bends.shape[1]):
+        apart = np.abs(bends[:, :k] - bends[:, k : k + 1]).max(axis=(-1, -2)) > SAME
+        new[:, k] &= (apart | ~new[:, :k]).all(axis=1)
+    return new

@@ -1,13 +1,17 @@
-"""What the inverse kinematics of several sections returns."""
+"""What the inverse kinematics of several sections returns, and what counts as reached."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
+
+Index = NDArray[np.intp]
+Bool = NDArray[np.bool_]
 
 TOLERANCE = 1e-9
 """Miss that counts as reached, as a fraction of the backbone's length; angles count as their arc at 0.3 of it."""
@@ -32,5 +36,19 @@ class Inverse:
     bends: Array
     miss: Array
     angle_miss: Array
-    reachable: NDArray[np.bool_]
-    solutions: NDArray[np.intp]
+    reachable: Bool
+    solutions: Index
+
+    def shaped(self, shape: tuple[int, ...]) -> Inverse:
+        """Return the same with other leading axes."""
+        return Inverse(*(x.reshape((*shape, *x.shape[1:])) for x in self._columns()))
+
+    def replaced(self, rows: Any, other: Inverse) -> Inverse:
+        """Return the same with other answers in some rows."""
+        out = replace(self, **{f.name: np.array(getattr(self, f.name)) for f in fields(self)})
+        for own, new in zip(out._columns(), other._columns(), strict=True):
+            own[rows] = new
+        return out
+
+    def _columns(self) -> list[Any]:
+        return [getattr(self, f.name) for f in fields(Inverse)]

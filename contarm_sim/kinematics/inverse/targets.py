@@ -16,16 +16,21 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.kinematics.backbone import Backbone, as_bends
+from contarm_sim.kinematics.backbone import Backbone
 from contarm_sim.kinematics.dome import bend_from_tip
-from contarm_sim.kinematics.inverse.choices import Choice, check_choice
-from contarm_sim.kinematics.inverse.families import samples
-from contarm_sim.kinematics.inverse.general import solve_general
-from contarm_sim.kinematics.inverse.goals import Goals, as_goals
-from contarm_sim.kinematics.inverse.least_squares import clamped, descend, reached
-from contarm_sim.kinematics.inverse.result import ANGLE_LENGTH, TOLERANCE, Inverse
+from contarm_sim.kinematics.inverse.checks import as_goals, as_near, check_choice, one_goal
+from contarm_sim.kinematics.inverse.choices import Choice
+from contarm_sim.kinematics.inverse.general.choosing import solve_general
+from contarm_sim.kinematics.inverse.general.least_squares import STRICT, descend
+from contarm_sim.kinematics.inverse.general.solutions import samples
+from contarm_sim.kinematics.inverse.goals import Goals
+from contarm_sim.kinematics.inverse.limits import clamped
+from contarm_sim.kinematics.inverse.result import Inverse
+from contarm_sim.kinematics.inverse.three.choosing import solve_direction, solve_pose
+from contarm_sim.kinematics.inverse.three.solutions import all_poses
+from contarm_sim.kinematics.inverse.two.choosing import solve_two
+from contarm_sim.kinematics.inverse.two.solutions import family
 
 
 def solve(
@@ -53,15 +58,7 @@ def solve(
     """
     check_choice(choose, near)
     goals, shape = as_goals(position, direction, rotation, backbone.length)
-    reference = None if near is None else _near(near, backbone, shape)
-    answer = _solve(goals, backbone, choose, reference)
-    return Inverse(
-        answer.bends.reshape(*shape, len(backbone), 2),
-        answer.miss.reshape(shape),
-        answer.angle_miss.reshape(shape),
-        answer.reachable.reshape(shape),
-        answer.solutions.reshape(shape),
-    )
+    return _solve(goals, backbone, choose, as_near(near, backbone, shape)).shaped(shape)
 
 
 def solve_all(
@@ -76,69 +73,38 @@ def solve_all(
     Raises:
         InputError: targets that are none, or several.
     """
-    goals, shape = as_goals(position, direction, rotation, backbone.length)
-    if shape:
-        raise InputError("position", f"of shape {(*shape, 3)}", "one target, shape (3,)")
-    free = 2 * len(backbone) - goals.conditions
-    if len(backbone) == 2 and free == 1:
-        from contarm_sim.kinematics.inverse import two_sections
-
-        return list(two_sections.family(goals.position[0], backbone).curve(points))
-    if len(backbone) == 3 and goals.rotation is not None and not any(backbone.connectors[:-1]):
-        from contarm_sim.kinematics.inverse import three_sections
-
-        bends, found = three_sections.all_poses(goals.position[0], goals.rotation[0], backbone)
+    goal = one_goal(position, direction, rotation, backbone.length)
+    if len(backbone) == 2 and goal.conditions == 3:
+        return list(family(goal.position[0], backbone).curve(points))
+    if in_closed_form(goal, backbone) and goal.rotation is not None:
+        bends, found = all_poses(goal.position[0], goal.rotation[0], backbone)
         return [bends[k : k + 1] for k in range(int(found))]
-    return samples(goals, backbone, points)
+    return samples(goal, backbone, points)
+
+
+def in_closed_form(goals: Goals, backbone: Backbone) -> bool:
+    """Return whether three sections, and what is asked of them, have a closed form."""
+    return len(backbone) == 3 and goals.conditions > 3 and not any(backbone.connectors[:-1])
 
 
 def _solve(goals: Goals, backbone: Backbone, choose: Choice, near: Array | None) -> Inverse:
-    size, count = len(backbone), len(goals)
-    if size == 1:
+    if len(backbone) == 1:
         return _solve_one(goals, backbone)
-    if size == 2 and goals.rotation is None:
-        from contarm_sim.kinematics.inverse import two_sections
-
-        if goals.direction is None:
-            return two_sections.solve_position(goals.position, backbone, choose=choose, near=near)
-        return two_sections.solve_direction(goals.position, goals.direction, backbone)
-    if size == 3 and goals.conditions > 3 and not any(backbone.connectors[:-1]) and count:
-        from contarm_sim.kinematics.inverse import three_sections
-
-        if goals.rotation is not None:
-            return three_sections.solve_pose(goals.position, goals.rotation, backbone, choose=choose, near=near)
-        answer = solve_general(goals, backbone, choose, near)
-        rows = np.flatnonzero(~answer.reachable)
-        if len(rows):
-            own, left = None if near is None else near[rows], goals.take(rows)
-            other = three_sections.solve_direction(left.position, left.direction, backbone, choose=choose, near=own)
-            for name in ("bends", "miss", "angle_miss", "reachable", "solutions"):
-                getattr(answer, name)[rows] = getattr(other, name)
-        return answer
-    return solve_general(goals, backbone, choose, near)
+    if len(backbone) == 2 and goals.rotation is None:
+        return solve_two(goals, backbone, choose, near)
+    if goals.rotation is not None and in_closed_form(goals, backbone):
+        return solve_pose(goals, backbone, choose, near)
+    answer = solve_general(goals, backbone, choose, near)
+    rows = np.flatnonzero(~answer.reachable)
+    if len(rows) and in_closed_form(goals, backbone):
+        own = None if near is None else near[rows]
+        answer = answer.replaced(rows, solve_direction(goals.take(rows), backbone, choose, own))
+    return answer
 
 
 def _solve_one(goals: Goals, backbone: Backbone) -> Inverse:
     """Return the nearest tip of the dome, and how far the turn asked for is from that tip's."""
-    position = Goals(goals.position)
-    bends = bend_from_tip(goals.position, backbone.length, "nearest").bend[:, None]
+    bends = clamped(bend_from_tip(goals.position, backbone.length, "nearest").bend[:, None], backbone)
     if backbone.links is not None or any(backbone.connectors):
-        bends = descend(position, backbone, clamped(bends, backbone), limited=100.0)
-    bends = clamped(bends, backbone)
-    miss, angle = reached(goals, backbone, bends)
-    within = np.maximum(miss, ANGLE_LENGTH * backbone.length * angle) <= TOLERANCE * backbone.length
-    return Inverse(bends, miss, angle, within, within.astype(np.intp))
-
-
-def _near(near: Any, backbone: Backbone, shape: tuple[int, ...]) -> Array:
-    """Return the bends that solutions are to be nearest to, shape (n, S, 2).
-
-    Raises:
-        InputError: no bends, or not as many as targets.
-    """
-    size = len(backbone)
-    bends = as_bends(near, backbone)
-    try:
-        return np.broadcast_to(bends, (*shape, size, 2)).reshape(-1, size, 2)
-    except ValueError:
-        raise InputError("near", f"of shape {bends.shape}", f"shape {(*shape, size, 2)}, or one for all") from None
+        bends = clamped(descend(Goals(goals.position), backbone, bends, limited=STRICT), backbone)
+    return goals.answered(bends, backbone, 1)

@@ -19,7 +19,7 @@ def tips_and_jacobians(bends: Array, backbone: Backbone) -> tuple[Array, Array, 
         bends: of the sections [rad], shape (n, S, 2), not checked.
     """
     count, size = bends.shape[:2]
-    parts = _parts(bends, backbone)
+    parts = section_parts(bends, backbone)
     position, rotation = parts[:, 0, :, 4].copy(), parts[:, 0, :, 5:]
     ends = np.empty((count, 3, size))
     ends[:, :, 0] = position
@@ -38,7 +38,23 @@ def tips_and_jacobians(bends: Array, backbone: Backbone) -> tuple[Array, Array, 
     return position, rotation, columns.reshape(count, 6, 2 * size)
 
 
-def _parts(bends: Array, backbone: Backbone) -> Array:
+def tip_axes(bends: Array) -> Array:
+    """Return the directions of tips' z axes in the base frame, shape (..., 3), of bends [rad], (..., S, 2)."""
+    y = 0.25 * (bends * bends).sum(axis=-1)
+    c, g = sinc_and_slope(y)
+    cosine = c + y * g
+    half, full = 0.5 * c * c, c * cosine
+    out = np.empty((*bends.shape[:-2], 3))
+    out[..., :2], out[..., 2] = full[..., -1:] * bends[..., -1, :], 1 - 4 * half[..., -1] * y[..., -1]
+    for k in range(bends.shape[-2] - 2, -1, -1):
+        along = (bends[..., k, :] * out[..., :2]).sum(axis=-1)
+        z = out[..., 2].copy()
+        out[..., :2] += (full[..., k] * z - half[..., k] * along)[..., None] * bends[..., k, :]
+        out[..., 2] = (1 - 4 * half[..., k] * y[..., k]) * z - full[..., k] * along
+    return out
+
+
+def section_parts(bends: Array, backbone: Backbone) -> Array:
     """Return of each section, in its base frame, shape (n, S, 3, 8).
 
     Columns 0 and 1 are how its end (its connector's end) moves by its bend [m/rad], 2 and 3 how it turns, 4 is the end

@@ -127,7 +127,7 @@ def elbow(path: Files, arm: Arm) -> None:
     """
     from matplotlib.ticker import MaxNLocator
 
-    from contarm_sim.kinematics.inverse.two_sections import family
+    from contarm_sim.kinematics.inverse import family
 
     backbone = shape.backbone(arm)
     if len(backbone) != 2:
@@ -138,8 +138,8 @@ def elbow(path: Files, arm: Arm) -> None:
         left, right = fig.subfigures(1, 2, width_ratios=[1.25, 1])
         space = left.add_subplot(projection="3d", computed_zorder=False)
         plain = right.subplots()
-        for curve, elbows in zip(found.curve(121), found.elbows(121), strict=True):
-            space.plot(*(MM * elbows.T), color=PURPLE, linewidth=1.6)
+        for curve in found.curve(121):
+            space.plot(*(MM * sections.frames(curve, backbone)[:, 1, :3, 3].T), color=PURPLE, linewidth=1.6)
             for bends in curve[:: max(len(curve) // 10, 1)]:
                 for number, xi in enumerate(section_places(arm, 30)):
                     space.plot(*(MM * sections.position(bends, backbone, xi).T), color=section_hex(number), alpha=0.55)

@@ -8,8 +8,10 @@ import numpy as np
 
 from contarm_sim.kinematics import inverse, sections
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.kinematics.inverse.goals import as_goals
-from contarm_sim.kinematics.inverse.least_squares import clamped, descend
+from contarm_sim.kinematics.inverse.checks import one_goal
+from contarm_sim.kinematics.inverse.general.least_squares import descend
+from contarm_sim.kinematics.inverse.general.settling import settle
+from contarm_sim.kinematics.inverse.limits import clamped
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
 
@@ -104,21 +106,14 @@ class Redundancy:
         self._curve = None
 
     def _led(self, bends: Array, point: Array) -> Array:
-        goals, _ = as_goals(point, self.direction, None, self.backbone.length)
+        goals = one_goal(point, self.direction, None, self.backbone.length)
         led = descend(goals, self.backbone, bends[None], limited=1.0, steps=_STEPS, near=False)[0]
         return clamped(led, self.backbone)
 
     def _settled(self, bends: Array, point: Array) -> Array:
         """Go along the poses that reach the point, towards the straight arm."""
-        for _ in range(_SETTLING):
-            J = sections.jacobian(bends, self.backbone)[:3]
-            flat = bends.reshape(-1)
-            along = np.linalg.pinv(J, rcond=1e-6) @ (J @ flat)
-            new = self._led((flat + 0.5 * (along - flat)).reshape(bends.shape), point)
-            if np.linalg.norm(new) > np.linalg.norm(bends) - 1e-6:
-                break
-            bends = new
-        return bends
+        goals, straight = one_goal(point, None, None, self.backbone.length), np.zeros_like(bends)
+        return settle(goals, self.backbone, bends[None], "nearest", straight[None], _SETTLING)[0]
 
     def _bends(self, bend: Array) -> Array:
         return np.asarray(bend, dtype=float).reshape(len(self.backbone), 2)

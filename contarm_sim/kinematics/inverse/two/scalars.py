@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.kinematics.inverse.result import Index
 
-Index = NDArray[np.intp]
 Function = Callable[[Array, Index], Array]
 """Values at unknowns x (n,) of the rows `index` (n,) of a problem."""
 

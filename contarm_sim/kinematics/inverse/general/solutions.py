@@ -10,17 +10,16 @@ import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.backbone import Backbone
-from contarm_sim.kinematics.inverse.choices import penalty, solved
+from contarm_sim.kinematics.inverse.choices import distinct, penalty
+from contarm_sim.kinematics.inverse.general.free import along
+from contarm_sim.kinematics.inverse.general.least_squares import descend
+from contarm_sim.kinematics.inverse.general.starts import spread
 from contarm_sim.kinematics.inverse.goals import Goals
-from contarm_sim.kinematics.inverse.least_squares import descend
-from contarm_sim.kinematics.inverse.seeds import spread
-from contarm_sim.kinematics.inverse.tips import tips_and_jacobians
 
 _STARTS = 64
 _STRIDE, _SHORTEST = 0.1, 1e-3  # along a curve; the shortest decide where it ends [rad]
 _LONGEST = 600  # strides
 _CLOSED = 0.7  # strides: nearer to its first point than this, a curve closes
-_SAME = 1e-6  # solutions nearer to each other are one [rad]
 
 
 def samples(goal: Goals, backbone: Backbone, points: int) -> list[Array]:
@@ -28,13 +27,13 @@ def samples(goal: Goals, backbone: Backbone, points: int) -> list[Array]:
     start = spread(_STARTS, backbone)
     goals = goal.take(np.zeros(_STARTS, dtype=int))
     found = descend(goals, backbone, start)
-    found = found[solved(goals, backbone, found)]
+    found = found[goals.solved(found, backbone)]
     found = found[np.argsort(penalty(found, backbone, "least-bend"))]
     free = 2 * len(backbone) - goal.conditions
     if free > 1:
         return [found[:points]] if len(found) else []
     if free < 1:
-        return [one[None] for one in _distinct(found)]
+        return [one[None] for one in found[distinct(found[None], np.ones((1, len(found)), dtype=bool))[0]]]
     curves: list[Array] = []
     for one in found:
         if not any(_distance(curve, one) < 2 * _STRIDE for curve in curves):
@@ -48,14 +47,6 @@ def _distance(curve: Array, bends: Array) -> float:
     return float(np.sqrt(((curve - bends) ** 2).sum(axis=(-1, -2))).min())
 
 
-def _distinct(found: Array) -> list[Array]:
-    out: list[Array] = []
-    for one in found:
-        if all(np.abs(one - other).max() > _SAME for other in out):
-            out.append(one)
-    return out
-
-
 def _trace(goal: Goals, backbone: Backbone, bends: Array) -> Array:
     """Return the curve of solutions through one of them, shape (K, S, 2): closed, or from limit to limit."""
     forth = _follow(goal, backbone, bends, 1.0)
@@ -65,22 +56,16 @@ def _trace(goal: Goals, backbone: Backbone, bends: Array) -> Array:
 
 
 def _follow(goal: Goals, backbone: Backbone, bends: Array, sign: float) -> Array:
-    curve, along, stride = [bends], sign * _tangent(goal, backbone, bends), _STRIDE
+    curve, ahead, stride = [bends], sign * along(goal, backbone, bends[None])[0], _STRIDE
     while len(curve) < _LONGEST and stride > _SHORTEST:
-        moved = descend(goal, backbone, (bends + stride * along)[None], limited=0.0, steps=6, near=True)
-        if not solved(goal, backbone, moved)[0] or np.linalg.norm(moved[0] - bends) > 2 * stride:
+        moved = descend(goal, backbone, (bends + stride * ahead)[None], limited=0.0, steps=6, near=True)
+        if not goal.solved(moved, backbone)[0] or np.linalg.norm(moved[0] - bends) > 2 * stride:
             stride *= 0.3
             continue
         bends = moved[0]
         curve.append(bends)
         if len(curve) > 3 and np.linalg.norm(bends - curve[0]) < _CLOSED * _STRIDE:
             break
-        tangent = _tangent(goal, backbone, bends)
-        along = tangent if (tangent * along).sum() > 0 else -tangent
+        tangent = along(goal, backbone, bends[None])[0]
+        ahead = tangent if (tangent * ahead).sum() > 0 else -tangent
     return np.array(curve)
-
-
-def _tangent(goal: Goals, backbone: Backbone, bends: Array) -> Array:
-    _, rotation, jacobian = tips_and_jacobians(bends[None], backbone)
-    slopes = goal.rows(jacobian, rotation, backbone.length)[0]
-    return np.asarray(np.linalg.svd(slopes)[2][-1].reshape(bends.shape))

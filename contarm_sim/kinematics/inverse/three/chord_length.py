@@ -12,10 +12,10 @@ from functools import cache
 
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
-from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array, sinc
 from contarm_sim.kinematics.backbone import Backbone
+from contarm_sim.kinematics.inverse.result import Index
 
 LEAST = -0.3
 """Least cosine that the polynomial follows; below it stays what it is there, for scans that pass through."""
@@ -38,7 +38,7 @@ class ChordLength:
     rest: Array
     low: Array
 
-    def take(self, rows: NDArray[np.intp]) -> ChordLength:
+    def take(self, rows: Index) -> ChordLength:
         """Return those of some arms."""
         return ChordLength(self.start[rows], self.slope[rows], self.rest[:, rows], self.low[:, rows])
 

@@ -8,11 +8,17 @@ from typing import Any
 import numpy as np
 
 from contarm_sim.errors import InputError
-from contarm_sim.kinematics.arrays import Array, as_vectors
+from contarm_sim.kinematics import sections
+from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.backbone import Backbone, as_bends
-from contarm_sim.kinematics.inverse import two_curve, two_pieces, two_polish, two_tip
-from contarm_sim.kinematics.inverse.two_equations import as_targets
-from contarm_sim.kinematics.inverse.two_pair import as_pair
+from contarm_sim.kinematics.inverse.checks import one_goal
+from contarm_sim.kinematics.inverse.limits import angles_of, excess
+from contarm_sim.kinematics.inverse.result import TOLERANCE, Index
+from contarm_sim.kinematics.inverse.two.curve import ON_AXIS, bends_at, places, planar_ends
+from contarm_sim.kinematics.inverse.two.equations import as_targets
+from contarm_sim.kinematics.inverse.two.newton import polish
+from contarm_sim.kinematics.inverse.two.pair import as_pair
+from contarm_sim.kinematics.inverse.two.pieces import find
 
 _NODES = 257  # samples of beta1
 _CLOSE = 1e-9  # a parameter this far off a piece [rad] is within
@@ -103,18 +109,6 @@ class Family:
                 out.append(np.concatenate([one, other[-2::-1]]))
         return out
 
-    def elbows(self, points: int = 100) -> list[Array]:
-        """Return where section 1 ends [m] along every curve, arrays of shape (K, 3)."""
-        first = as_pair(self.backbone).first
-        out = []
-        for bends in self.curve(points):
-            bend = bends[:, 0]
-            beta = np.hypot(bend[:, 0], bend[:, 1])
-            r = first.chord(0.5 * beta) * self.backbone.length
-            side = r * np.sin(0.5 * beta) / np.maximum(beta, 1e-300)
-            out.append(np.concatenate([side[:, None] * bend, (r * np.cos(0.5 * beta))[:, None]], axis=-1))
-        return out
-
     def contains(self, bends: Any, tolerance: float = 1e-6) -> bool:
         """Return whether a pose belongs to the family.
 
@@ -122,13 +116,11 @@ class Family:
             bends: of both sections [rad], shape (2, 2).
             tolerance: for the miss as a fraction of the length, and for the distance from a piece [rad].
         """
-        bends = as_bends(bends, self.backbone).reshape(1, 2, 2)
-        pair, point = as_pair(self.backbone), self.target / self.backbone.length
-        angle = np.hypot(bends[0, :, 0], bends[0, :, 1])
-        if not np.all(np.abs(two_tip.tips(pair, bends)[0] - point) <= tolerance):
+        bends = as_bends(bends, self.backbone).reshape(2, 2)
+        miss = np.abs(sections.position(bends, self.backbone) - self.target)
+        if not np.all(miss <= tolerance * self.backbone.length) or excess(bends, self.backbone) > tolerance:
             return False
-        if np.any(angle > np.array(pair.limits) + tolerance):
-            return False
+        angle = angles_of(bends)
         return any(x.low - tolerance <= angle[0] <= x.high + tolerance for x in self.pieces)
 
     def _branch(self, piece: Piece, tau: Array, branch: float) -> Array:
@@ -139,8 +131,8 @@ class Family:
     def _at(self, beta1: Array, cosine: Array, branch: Array) -> Array:
         pair, point = as_pair(self.backbone), self.target / self.backbone.length
         points = np.broadcast_to(point, (len(beta1), 3))
-        found = two_curve.bends_at(pair, as_targets(points), beta1, cosine, branch)
-        return two_polish.polish(pair, points, found)[0]
+        found = bends_at(pair, as_targets(points), beta1, cosine, branch)
+        return polish(pair, points, found)[0]
 
 
 def family(target: Any, backbone: Backbone) -> Family:
@@ -153,13 +145,30 @@ def family(target: Any, backbone: Backbone) -> Family:
     Raises:
         InputError: a target that is not one finite position, or a backbone of other than two sections.
     """
-    pair, point = as_pair(backbone), as_vectors(target, 3, "target")
-    if point.ndim != 1:
-        raise InputError("target", f"of shape {point.shape}", "one position, shape (3,)")
-    targets = as_targets(point[None] / backbone.length)
-    found = two_pieces.find(pair, targets, _NODES)
-    ends = two_curve.planar_ends(pair, targets.at(found.owner), found)
-    circle = bool(targets.rho[0] < two_curve.ON_AXIS)
+    pair, points = as_pair(backbone), one_goal(target, None, None, backbone.length).position
+    targets = as_targets(points / backbone.length)
+    found = find(pair, targets, _NODES)
+    ends = planar_ends(pair, targets.at(found.owner), found)
+    circle = bool(targets.rho[0] < ON_AXIS)
     one, other = (["planar" if x else "limit" for x in end] for end in ends)
     places = zip(found.low.tolist(), found.high.tolist(), one, other, strict=True)
-    return Family(point, backbone, tuple(Piece(low, high, a, b, circle) for low, high, a, b in places))
+    return Family(points[0], backbone, tuple(Piece(low, high, a, b, circle) for low, high, a, b in places))
+
+
+def family_samples(positions: Array, backbone: Backbone, each: int) -> tuple[Array, Index]:
+    """Return samples of the families of tip positions [m], shape (n, 3), denser towards the ends of each piece.
+
+    Bends [rad], shape (K, 2, 2), some `each` of every branch, and the positions that they are of, shape (K,).
+    """
+    pair, points = as_pair(backbone), positions / backbone.length
+    targets = as_targets(points)
+    pieces = find(pair, targets)
+    row = np.repeat(pieces.owner, 2 * each)
+    cosine = np.cos(np.linspace(0, np.pi, each))
+    beta1, cosine, branch = np.broadcast_arrays(
+        places(pieces, cosine[None, None]), cosine, np.array([1.0, -1.0])[:, None]
+    )
+    found = bends_at(pair, targets.at(row), beta1.ravel(), cosine.ravel(), branch.ravel())
+    found, miss = polish(pair, points[row], found)
+    good = miss <= TOLERANCE
+    return found[good], row[good]

@@ -16,13 +16,14 @@ import numpy as np
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.backbone import Backbone, as_bends
-from contarm_sim.kinematics.inverse import courses, roadmap
-from contarm_sim.kinematics.inverse.choices import CHOICES, Choice, solved
-from contarm_sim.kinematics.inverse.courses import Places
-from contarm_sim.kinematics.inverse.goals import Goals, as_goals
-from contarm_sim.kinematics.inverse.least_squares import descend, reached, turning
-from contarm_sim.kinematics.inverse.result import ANGLE_LENGTH, TOLERANCE, Inverse
+from contarm_sim.kinematics.inverse.checks import as_goals, check_choice
+from contarm_sim.kinematics.inverse.choices import Choice
+from contarm_sim.kinematics.inverse.general.free import turning
+from contarm_sim.kinematics.inverse.general.least_squares import descend
+from contarm_sim.kinematics.inverse.goals import Goals
+from contarm_sim.kinematics.inverse.result import Index, Inverse
 from contarm_sim.kinematics.inverse.targets import solve
+from contarm_sim.kinematics.inverse.tracking import courses, roadmap
 
 SPACING = 0.1
 """Distance between way points at most, as a fraction of the backbone's length; angles count as in a miss."""
@@ -45,7 +46,7 @@ class Track(Inverse):
         jumps: targets that bends do not come to continuously from the target before, in order; empty for none.
     """
 
-    jumps: Places
+    jumps: Index
 
 
 def track(
@@ -70,8 +71,7 @@ def track(
     Raises:
         InputError: targets that are none, or not in one row; an unknown choice.
     """
-    if choose not in CHOICES:
-        raise InputError("choose", repr(choose), ", ".join(CHOICES))
+    check_choice(choose)
     goals, shape = as_goals(positions, directions, rotations, backbone.length)
     if len(shape) != 1:
         raise InputError("positions", f"of shape {(*shape, 3)}", "targets in a row, shape (T, 3)")
@@ -84,21 +84,21 @@ def track(
     course, jumps = _course(hard, backbone, first, choose, goals)
     if hard is not goals:
         course = _turned(goals, backbone, course)
-    miss, angle = reached(goals, backbone, course)
-    within = np.maximum(miss, ANGLE_LENGTH * backbone.length * angle) <= TOLERANCE * backbone.length
-    free = 2 * len(backbone) > goals.conditions
-    return Track(course, miss, angle, within, np.where(within, -1 if free else 1, 0), jumps)
+    one = goals.answered(course, backbone, -1 if 2 * len(backbone) > goals.conditions else 1)
+    return _with_jumps(one, jumps)
+
+
+def _with_jumps(one: Inverse, jumps: Index) -> Track:
+    return Track(one.bends, one.miss, one.angle_miss, one.reachable, one.solutions, jumps)
 
 
 def _apart(goals: Goals, backbone: Backbone, start: Array | None) -> Track:
     choose: Choice = "least-bend" if start is None else "nearest"
     one = solve(goals.position, backbone, goals.direction, goals.rotation, choose, start)
-    return Track(one.bends, one.miss, one.angle_miss, one.reachable, one.solutions, np.zeros(0, dtype=np.intp))
+    return _with_jumps(one, np.zeros(0, dtype=np.intp))
 
 
-def _course(
-    goals: Goals, backbone: Backbone, start: Array | None, choose: Choice, asked: Goals
-) -> tuple[Array, Places]:
+def _course(goals: Goals, backbone: Backbone, start: Array | None, choose: Choice, asked: Goals) -> tuple[Array, Index]:
     """Return bends for each goal, shape (T, S, 2), and the goals that they jump to; `asked` may say turns besides."""
     along = np.concatenate([[0.0], np.cumsum(courses.strides(goals, backbone.length))])
     count = int(np.clip(np.ceil(along[-1] / SPACING), 1, _MOST_PLACES))
@@ -113,7 +113,7 @@ def _course(
         turns = courses.finer(asked, times)
         for layer in chain:
             own = turns.take(np.full(len(layer.bends), layer.place))
-            layer.cost = layer.cost + _TURN * reached(own, backbone, layer.bends)[1]
+            layer.cost = layer.cost + _TURN * own.misses(layer.bends, backbone)[1]
     if start is not None:
         _begin(chain[0], fine.take([0]), backbone, start)
     course, jumps = _follow(fine, backbone, chain)
@@ -129,7 +129,7 @@ def _course(
 
 def _polished(goals: Goals, backbone: Backbone, course: Array) -> Array:
     closer = descend(goals, backbone, course, limited=0.0, steps=8, near=True)
-    better = solved(goals, backbone, closer) & (np.abs(closer - course).max(axis=(-1, -2)) < 1e-6)
+    better = goals.solved(closer, backbone) & (np.abs(closer - course).max(axis=(-1, -2)) < 1e-6)
     return np.where(better[:, None, None], closer, course)
 
 
@@ -138,9 +138,9 @@ def _turned(goals: Goals, backbone: Backbone, course: Array) -> Array:
     position = Goals(goals.position)
     for _ in range(_TURNS):
         new = courses.follow(position, backbone, course + turning(goals, backbone, course))
-        before, after = (reached(goals, backbone, bends)[1] for bends in (course, new))
+        before, after = (goals.misses(bends, backbone)[1] for bends in (course, new))
         new = np.where((after < before)[:, None, None], new, course)
-        if len(courses.jumps(position, backbone, new)) or not solved(position, backbone, new).all():
+        if len(courses.jumps(position, backbone, new)) or not position.solved(new, backbone).all():
             break
         gain = float((before - np.minimum(before, after)).mean())
         course = new
@@ -152,17 +152,17 @@ def _turned(goals: Goals, backbone: Backbone, course: Array) -> Array:
 def _begin(layer: roadmap.Layer, goal: Goals, backbone: Backbone, start: Array) -> None:
     """Let the course begin at the solution that a start leads to, if it leads to one."""
     found = descend(goal, backbone, start[None])
-    if solved(goal, backbone, found)[0]:
+    if goal.solved(found, backbone)[0]:
         layer.bends, layer.cost = found, np.zeros(1)
 
 
-def _follow(goals: Goals, backbone: Backbone, chain: list[roadmap.Layer]) -> tuple[Array, Places]:
+def _follow(goals: Goals, backbone: Backbone, chain: list[roadmap.Layer]) -> tuple[Array, Index]:
     """Follow the shortest way; bar steps that turn out to be jumps, and try again."""
     places = np.array([layer.place for layer in chain])
-    fewest: tuple[Array, Places] | None = None
+    fewest: tuple[Array, Index] | None = None
     since = 0
     for _ in range(_ROUNDS):
-        way, _ = roadmap.shortest(chain)
+        way = roadmap.shortest(chain)
         nodes = np.array([layer.bends[k] for layer, k in zip(chain, way, strict=True)])
         guide = _between(places, nodes, len(goals))
         course = courses.follow(goals, backbone, guide)
@@ -172,10 +172,10 @@ def _follow(goals: Goals, backbone: Backbone, chain: list[roadmap.Layer]) -> tup
         since += 1
         if fewest is None or len(jumps) < len(fewest[1]):
             fewest, since = (course, jumps), 0
-        before = len([None for layer in chain for _ in layer.barred])
+        before = sum(len(layer.barred) for layer in chain)
         for i in np.unique(np.searchsorted(places, jumps) - 1).tolist():
             chain[i].bar(way[i], nodes[i + 1])
-        if not len(jumps) or since >= _STUCK or len([None for layer in chain for _ in layer.barred]) == before:
+        if not len(jumps) or since >= _STUCK or sum(len(layer.barred) for layer in chain) == before:
             break
     assert fewest is not None
     return fewest

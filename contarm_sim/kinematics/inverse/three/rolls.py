@@ -13,10 +13,14 @@ import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.backbone import Backbone
-from contarm_sim.kinematics.inverse.pose_nearest import nearest, off_and_jacobian
-from contarm_sim.kinematics.inverse.pose_newton import SOLVED
-from contarm_sim.kinematics.inverse.pose_search import Bool, Index
-from contarm_sim.kinematics.inverse.pose_solutions import solutions
+from contarm_sim.kinematics.inverse.general.free import along
+from contarm_sim.kinematics.inverse.general.out_of_reach import nearest
+from contarm_sim.kinematics.inverse.goals import Goals
+from contarm_sim.kinematics.inverse.limits import excess
+from contarm_sim.kinematics.inverse.result import Bool, Index
+from contarm_sim.kinematics.inverse.rotations import rotation_to
+from contarm_sim.kinematics.inverse.three.newton import SOLVED
+from contarm_sim.kinematics.inverse.three.solutions import all_solutions
 
 Rank = Callable[[Array, Index], Array]
 """What is least at the best: of bends (m, 3, 2) of the targets (m,) given, as (m,)."""
@@ -27,56 +31,40 @@ _SHORT, _CORRECTIONS = 1e-8, 4
 _WIDEST = 3.14  # bends to which solutions are followed on their way back to the limits [rad]
 
 
-def rotation_to(direction: Array) -> Array:
-    """Return rotations whose last columns are unit vectors, shape (n, 3, 3): the turns of least angle from e3."""
-    x, y, z = direction.T
-    out = np.empty((len(direction), 3, 3))
-    down = z < -1 + 1e-12  # any half-turn about a level axis will do
-    share = 1 / np.where(down, 1.0, 1 + z)
-    out[:, 0, 0], out[:, 1, 1], out[:, 0, 1] = 1 - share * x * x, 1 - share * y * y, -share * x * y
-    out[:, 1, 0] = out[:, 0, 1]
-    out[:, 2, 0], out[:, 2, 1] = -x, -y
-    out[down] = np.diag([1.0, -1.0, -1.0])
-    out[:, :, 2] = direction
-    return out
-
-
-def best_rolls(position: Array, rotation: Array, backbone: Backbone, rank: Rank, near: Array | None = None) -> Array:
-    """Return the best bends over all rolls about the last columns of rotations, shape (n, 3, 2).
+def best_rolls(goals: Goals, backbone: Backbone, rank: Rank, near: Array | None = None) -> Array:
+    """Return the best bends over all rolls about directions, shape (n, 3, 2).
 
     Where no roll leads there, the bends of the least miss known.
 
     Args:
-        position: of the end of section 3 [m], shape (n, 3).
-        rotation: one for each direction, shape (n, 3, 3).
+        goals: positions of the end of section 3, and directions.
         backbone: three sections, no connectors.
         rank: says which is best.
         near: bends that a further start lies next to, shape (n, 3, 2).
     """
-    rows = np.arange(len(position))
-    best, value = _sampled(position, rotation, backbone, rank, _ROLLS)
+    rows = np.arange(len(goals))
+    best, value = _sampled(goals, backbone, rank, _ROLLS)
     if near is not None:
-        best[:, -1], inside = _onto(position, rotation, near, backbone)
+        best[:, -1], inside = _onto(goals, near, backbone)
         value[:, -1] = np.inf
         value[inside, -1] = rank(best[inside, -1], rows[inside])
     none = np.flatnonzero(np.isinf(value).all(axis=1))
     if none.size:
-        best[none, 0], inside = _found_otherwise(position[none], rotation[none], backbone)
+        best[none, 0], inside = _found_otherwise(goals.take(none), backbone)
         reached = none[inside]
         value[reached, 0] = rank(best[reached, 0], reached)
-    row, place = np.nonzero(np.isfinite(value))
-    best[row, place], value[row, place] = _lowered(
-        position[row], rotation[row], best[row, place], backbone, lambda bends, which: rank(bends, row[which])
-    )
+    best, value = _all_lowered(goals, best, value, backbone, rank)
     return np.asarray(best[rows, np.argmin(value, axis=1)])
 
 
-def _sampled(position: Array, rotation: Array, backbone: Backbone, rank: Rank, rolls: int) -> tuple[Array, Array]:
+def _sampled(goals: Goals, backbone: Backbone, rank: Rank, rolls: int) -> tuple[Array, Array]:
     """Return the best few solutions of sampled rolls, shape (n, few, 3, 2), and their ranks; infinite where NaN."""
-    count = len(position)
+    count = len(goals)
+    assert goals.direction is not None
+    rotation = rotation_to(goals.direction)
     best, value = np.full((count, _BEST, 3, 2), np.nan), np.full((count, _BEST), np.inf)
     for roll in np.arange(rolls) * (2 * np.pi / rolls):
-        found, _ = solutions(position, _rolled(rotation, roll), backbone, _NODES, 0)
+        found, _ = all_solutions(Goals(goals.position, None, _rolled(rotation, roll)), backbone, _NODES, 0)
         row, place = np.nonzero(np.isfinite(found[..., 0, 0]))
         ranks = np.full(found.shape[:2], np.inf)
         ranks[row, place] = rank(found[row, place], row)
@@ -87,70 +75,69 @@ def _sampled(position: Array, rotation: Array, backbone: Backbone, rank: Rank, r
     return best, value
 
 
-def _found_otherwise(position: Array, rotation: Array, backbone: Backbone) -> tuple[Array, Bool]:
+def _found_otherwise(goals: Goals, backbone: Backbone) -> tuple[Array, Bool]:
     """Return bends where no sampled roll is within the limits, shape (n, 3, 2), and which are solutions.
 
     The best of solutions beyond the limits goes along its curve until it is within them, or does not come closer.
     """
-    limits = np.asarray(backbone.limits)
 
     def beyond(bends: Array, rows: Index) -> Array:
-        return np.asarray((np.hypot(bends[..., 0], bends[..., 1]) - limits).max(axis=-1))
+        return excess(bends, backbone)
 
-    wide = replace(backbone, limits=tuple(np.maximum(limits, _WIDEST)))
-    best, value = _sampled(position, rotation, wide, beyond, 3 * _ROLLS)
-    out = np.full((len(position), 3, 2), np.nan)
-    row, place = np.nonzero(np.isfinite(value))
-    best[row, place], value[row, place] = _lowered(position[row], rotation[row], best[row, place], wide, beyond)
+    wide = replace(backbone, limits=tuple(np.maximum(backbone.limits, _WIDEST)))
+    best, value = _all_lowered(goals, *_sampled(goals, wide, beyond, 3 * _ROLLS), wide, beyond)
+    out = np.full((len(goals), 3, 2), np.nan)
     first = np.argmin(value, axis=1)
     found = value[np.arange(len(out)), first] <= 0
     out[found] = best[found, first[found]]
     none = np.flatnonzero(~found)
     if none.size:
-        out[none] = nearest(position[none], rotation[none], backbone, roll=False)
-        there, found[none] = _onto(position[none], rotation[none], out[none], backbone)
+        out[none] = nearest(goals.take(none), backbone)
+        there, found[none] = _onto(goals.take(none), out[none], backbone)
         out[none[found[none]]] = there[found[none]]
     return out, found
 
 
-def _lowered(position: Array, rotation: Array, bends: Array, backbone: Backbone, rank: Rank) -> tuple[Array, Array]:
-    """Return the bends at a least rank along their curves, and their ranks."""
+def _all_lowered(goals: Goals, best: Array, value: Array, backbone: Backbone, rank: Rank) -> tuple[Array, Array]:
+    """Return what is known, the bends at a least rank along their curves, and their ranks."""
+    row, place = np.nonzero(np.isfinite(value))
+    best[row, place], value[row, place] = _lowered(
+        goals.take(row), best[row, place], backbone, lambda bends, which: rank(bends, row[which])
+    )
+    return best, value
+
+
+def _lowered(goals: Goals, bends: Array, backbone: Backbone, rank: Rank) -> tuple[Array, Array]:
     bends, going = bends.copy(), np.arange(len(bends))
     value, step = rank(bends, going), np.full(len(bends), _FIRST)
     for _ in range(_STEPS):
-        at, probe = bends[going], _along(position[going], rotation[going], bends[going], backbone)
+        if not going.size:
+            break
+        own, at = goals.take(going), bends[going]
+        probe = along(own, backbone, at)
         ahead = rank(at + _PROBE * probe, going) <= rank(at - _PROBE * probe, going)
         probe *= np.where(ahead, 1.0, -1.0)[:, None, None]
-        tried = at + step[going, None, None] * probe
-        tried, inside = _onto(position[going], rotation[going], tried, backbone)
+        tried, inside = _onto(own, at + step[going, None, None] * probe, backbone)
         new = rank(tried, going)
         better = (new < value[going]) & inside
         bends[going[better]], value[going[better]] = tried[better], new[better]
         step[going] *= np.where(better, 1.5, 0.4)
         going = going[step[going] > _SHORT]
-        if not going.size:
-            break
     return bends, value
 
 
-def _along(position: Array, rotation: Array, bends: Array, backbone: Backbone) -> Array:
-    """Return unit vectors along curves of solutions, shape (n, 3, 2)."""
-    _, J = off_and_jacobian(position, rotation, bends, backbone, False)
-    return np.asarray(np.linalg.svd(J)[2][:, -1].reshape(-1, 3, 2))
-
-
-def _onto(position: Array, rotation: Array, bends: Array, backbone: Backbone) -> tuple[Array, Bool]:
+def _onto(goals: Goals, bends: Array, backbone: Backbone) -> tuple[Array, Bool]:
     """Return the solutions next to bends, and which are solutions within the limits."""
     for left in range(_CORRECTIONS, -1, -1):
-        off, J = off_and_jacobian(position, rotation, bends, backbone, False)
+        off, J = goals.terms(bends, backbone)
         if not left:
             break
         u, s, v = np.linalg.svd(J)
         s[:, -1] = np.inf
         step = np.einsum("nji,nj->ni", v, np.einsum("nij,ni->nj", u, off) / np.maximum(s, 1e-12))
-        bends = bends - step.reshape(-1, 3, 2)
+        bends = bends + step.reshape(-1, 3, 2)
     solved = np.sqrt(np.sum(off * off, axis=-1)) <= SOLVED
-    return bends, solved & (np.hypot(bends[..., 0], bends[..., 1]) <= backbone.limits).all(axis=-1)
+    return bends, solved & (excess(bends, backbone) <= 0)
 
 
 def _rolled(rotation: Array, roll: float) -> Array:

@@ -15,10 +15,11 @@ from typing import NamedTuple
 import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.kinematics.inverse.scalars import Index, crossings, minima
-from contarm_sim.kinematics.inverse.two_equations import as_targets
-from contarm_sim.kinematics.inverse.two_pair import Pair
-from contarm_sim.kinematics.inverse.two_tip import columns
+from contarm_sim.kinematics.inverse.result import Index
+from contarm_sim.kinematics.inverse.tips import section_parts, tips_and_jacobians
+from contarm_sim.kinematics.inverse.two.equations import as_targets
+from contarm_sim.kinematics.inverse.two.pair import Pair
+from contarm_sim.kinematics.inverse.two.scalars import crossings, minima
 
 _COUNT = 129  # bend angles of the table
 _REACH = 0.03  # distance from one place of the table to the next, in units of length, with room
@@ -61,10 +62,8 @@ def _meridian(pair: Pair, angles: Array, twist: Array | float = 0.0) -> tuple[Ar
     Section 1 bends towards x, section 2 at an azimuth `twist` from there.
     """
     twist = np.broadcast_to(twist, angles.shape[:1])
-    at = columns(pair, _bends(angles, twist, np.zeros(len(angles))))
-    tip = np.stack([at.tip[0] * at.first.nx, at.tip[1] * at.first.nx, at.tip[2]], axis=-1)
-    planar = tip[:, 1] == 0
-    return np.stack([np.where(planar, tip[:, 0], np.hypot(tip[:, 0], tip[:, 1])), tip[:, 2]], axis=-1), tip
+    tip = tips_and_jacobians(_bends(angles, twist, np.zeros(len(angles))), pair.backbone)[0]
+    return np.stack([np.where(tip[:, 1] == 0, tip[:, 0], np.hypot(tip[:, 0], tip[:, 1])), tip[:, 2]], axis=-1), tip
 
 
 def _slopes(pair: Pair, angles: Array, target: Array) -> tuple[Array, Array, Array]:
@@ -72,12 +71,14 @@ def _slopes(pair: Pair, angles: Array, target: Array) -> tuple[Array, Array, Arr
 
     Shapes (n,), (n, 2) and (n, 2, 2): coordinates, then angles.
     """
-    at = columns(pair, np.stack([angles, np.zeros_like(angles)], axis=-1))
-    n1, n2 = at.first.nx, at.second.nx
+    parts = section_parts(np.stack([angles, np.zeros_like(angles)], axis=-1), pair.backbone)
+    (x1, z1, along1), (x2, z2, along2) = ((p[:, 0, 4], p[:, 2, 4], p[:, ::2, 0]) for p in (parts[:, 0], parts[:, 1]))
+    s, c = parts[:, 0, 0, 7], parts[:, 0, 2, 7]
+    x2, z2 = c * x2 + s * z2, c * z2 - s * x2
     J = np.empty((len(angles), 2, 2))
-    J[:, 0, 0], J[:, 1, 0] = at.along1[0], at.along1[2] * n1
-    J[:, 0, 1], J[:, 1, 1] = at.along2[0] * n1 * n2, at.along2[2] * n2
-    off = np.stack([at.tip[0] * n1, at.tip[2]], axis=-1) - target
+    J[:, 0, 0], J[:, 1, 0] = along1[:, 0] + z2, along1[:, 1] - x2
+    J[:, 0, 1], J[:, 1, 1] = c * along2[:, 0] + s * along2[:, 1], c * along2[:, 1] - s * along2[:, 0]
+    off = np.stack([x1 + x2, z1 + z2], axis=-1) - target
     return 0.5 * (off * off).sum(axis=-1), (off[:, :, None] * J).sum(axis=1), J
 
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.backbone import Backbone
-from contarm_sim.kinematics.inverse.choices import solved
-from contarm_sim.kinematics.inverse.goals import Goals, _log
-from contarm_sim.kinematics.inverse.least_squares import clamped, descend
-from contarm_sim.kinematics.inverse.result import ANGLE_LENGTH
-
-Places = NDArray[np.intp]
+from contarm_sim.kinematics.inverse.general.least_squares import descend
+from contarm_sim.kinematics.inverse.goals import Goals
+from contarm_sim.kinematics.inverse.limits import clamped
+from contarm_sim.kinematics.inverse.result import ANGLE_LENGTH, Index
+from contarm_sim.kinematics.inverse.rotations import between_directions, between_rotations, turned
 
 _ROUNDING = 0.02  # steps of bends shorter than this are no jumps [rad]
 _ABOVE = 6.0  # times the mean of their surroundings: steps longer than this are looked at
@@ -37,26 +35,22 @@ def between(first: Goals, last: Goals, share: Array) -> Goals:
     position = (1 - t) * first.position + t * last.position
     direction = rotation = None
     if first.direction is not None and last.direction is not None:
-        a, b = first.direction, last.direction
-        lateral = np.cross(a, b)
-        sine = np.sqrt((lateral**2).sum(axis=-1))
-        axis = lateral / np.maximum(sine, 1e-300)[:, None]
-        turn = _turned(axis * (share * np.arctan2(sine, (a * b).sum(axis=-1)))[:, None])
-        direction = (turn @ a[..., None])[..., 0]
+        turn = turned(t * between_directions(first.direction, last.direction))
+        direction = (turn @ first.direction[..., None])[..., 0]
     if first.rotation is not None and last.rotation is not None:
-        vector = _log(last.rotation @ first.rotation.swapaxes(-1, -2))
-        rotation = _turned(t * vector) @ first.rotation
+        rotation = turned(t * between_rotations(first.rotation, last.rotation)) @ first.rotation
     return Goals(position, direction, rotation)
 
 
 def strides(goals: Goals, length: float) -> Array:
     """Return the distances from each goal to the next, free of units, shape (T - 1,)."""
     distance = np.sqrt((np.diff(goals.position, axis=0) ** 2).sum(axis=-1)) / length
+    turns = []
     if goals.direction is not None:
-        a, b = goals.direction[:-1], goals.direction[1:]
-        distance += ANGLE_LENGTH * np.arctan2(np.sqrt((np.cross(a, b) ** 2).sum(axis=-1)), (a * b).sum(axis=-1))
+        turns.append(between_directions(goals.direction[:-1], goals.direction[1:]))
     if goals.rotation is not None:
-        turn = _log(goals.rotation[1:] @ goals.rotation[:-1].swapaxes(-1, -2))
+        turns.append(between_rotations(goals.rotation[:-1], goals.rotation[1:]))
+    for turn in turns:
         distance += ANGLE_LENGTH * np.sqrt((turn**2).sum(axis=-1))
     return distance
 
@@ -73,7 +67,7 @@ def mended(goals: Goals, backbone: Backbone, course: Array) -> Array:
     smooth curve between the courses on both sides is a better guide.
     """
     for width in _WINDOWS:
-        missed = ~solved(goals, backbone, course)
+        missed = ~goals.solved(course, backbone)
         spots = np.unique(np.concatenate([jumps(goals, backbone, course), np.flatnonzero(missed)]))
         for spot in spots[:_SPOTS].tolist():
             first, last = max(spot - width, 0), min(spot + width, len(course) - 1)
@@ -89,7 +83,7 @@ def mended(goals: Goals, backbone: Backbone, course: Array) -> Array:
 
 
 def _faults(goals: Goals, backbone: Backbone, course: Array) -> int:
-    return len(jumps(goals, backbone, course)) + int((~solved(goals, backbone, course)).sum())
+    return len(jumps(goals, backbone, course)) + int((~goals.solved(course, backbone)).sum())
 
 
 def _bridge(course: Array, first: int, last: int) -> Array:
@@ -119,17 +113,17 @@ def smoothed(goals: Goals, backbone: Backbone, course: Array, width: float) -> A
     guide = np.stack([np.convolve(column, kernel, "valid") for column in wide.T], axis=-1).reshape(course.shape)
     new = follow(goals, backbone, guide)
     new[0], new[-1] = course[0], course[-1]
-    as_good = solved(goals, backbone, new) | ~solved(goals, backbone, course)
+    as_good = goals.solved(new, backbone) | ~goals.solved(course, backbone)
     steps, old = _steps(new), _steps(course)
     return new if as_good.all() and steps.max() <= max(old.max(), _ROUNDING) else course
 
 
-def jumps(goals: Goals, backbone: Backbone, course: Array) -> Places:
+def jumps(goals: Goals, backbone: Backbone, course: Array) -> Index:
     """Return the places of a course that its bends do not come to continuously from the place before."""
     steps = _steps(course)
     window = min(33, len(steps))
     mean = np.convolve(steps, np.full(window, 1 / window), "same") if window > 1 else steps
-    places: Places = np.flatnonzero(steps > np.maximum(_ROUNDING, _ABOVE * (mean - steps / window)))
+    places: Index = np.flatnonzero(steps > np.maximum(_ROUNDING, _ABOVE * (mean - steps / window)))
     if not len(places):
         return places
     share = np.tile(np.arange(1, _PARTS) / _PARTS, len(places))
@@ -145,12 +139,3 @@ def jumps(goals: Goals, backbone: Backbone, course: Array) -> Places:
 
 def _steps(course: Array) -> Array:
     return np.sqrt((np.diff(course, axis=0) ** 2).sum(axis=(-1, -2)))
-
-
-def _turned(vector: Array) -> Array:
-    """Return the rotations of rotation vectors [rad], shape (n, 3, 3)."""
-    angle = np.sqrt((vector**2).sum(axis=-1))
-    x, y, z = (vector / np.maximum(angle, 1e-300)[:, None]).T
-    zero = np.zeros_like(x)
-    hat = np.moveaxis(np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]), -1, 0)
-    return np.asarray(np.eye(3) + np.sin(angle)[:, None, None] * hat + (1 - np.cos(angle))[:, None, None] * hat @ hat)

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.kinematics.inverse.chord_curve import TINY, Curves, Points, cross, dot, near_circle
+from contarm_sim.kinematics.inverse.three.chord_curve import TINY, Curves, Points, cross, dot, near_circle
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.kinematics.inverse.scalars import Index, crossings, minima
-from contarm_sim.kinematics.inverse.two_equations import Targets, elbow
-from contarm_sim.kinematics.inverse.two_pair import Pair
-from contarm_sim.kinematics.inverse.two_pieces import Pieces
+from contarm_sim.kinematics.inverse.result import Bool, Index
+from contarm_sim.kinematics.inverse.two.equations import Targets, elbow
+from contarm_sim.kinematics.inverse.two.pair import Pair
+from contarm_sim.kinematics.inverse.two.pieces import Pieces
+from contarm_sim.kinematics.inverse.two.scalars import crossings, minima
 
 ON_AXIS = 1e-9
 """Distance from the axis, in units of the backbone's length, below which every azimuth solves to rounding."""
@@ -63,7 +63,7 @@ def bends_at(pair: Pair, targets: Targets, beta1: Array, cosine: Array, branch: 
     return out
 
 
-def _places(pieces: Pieces, cosine: Array) -> Array:
+def places(pieces: Pieces, cosine: Array) -> Array:
     """Return beta1 [rad] at cos(tau), of one piece each, or of a column of pieces."""
     low, high = (x.reshape(-1, *[1] * (cosine.ndim - 1)) for x in (pieces.low, pieces.high))
     return 0.5 * ((low + high) - (high - low) * cosine)
@@ -127,7 +127,7 @@ def least(pair: Pair, targets: Targets, pieces: Pieces, objective: Objective) ->
     tau, of = np.linspace(0, np.pi, _NODES), targets.at(pieces.owner)
     cosine, branches = np.cos(tau)[None, None], np.array([1.0, -1.0])[None, :, None]
     wide = Targets(*(t[:, None, None] for t in of))
-    f = objective(bends_at(pair, wide, _places(pieces, cosine), cosine, branches), pieces.owner)
+    f = objective(bends_at(pair, wide, places(pieces, cosine), cosine, branches), pieces.owner)
     ends = planar_ends(pair, of, pieces)
     row, side, k, (before, middle, after) = _lowest(f, ends, pieces.owner, len(targets.z))
     own, some, owner, branch = pieces.at(row), of.at(row), pieces.owner[row], branches[0, side, 0]
@@ -137,7 +137,7 @@ def least(pair: Pair, targets: Targets, pieces: Pieces, objective: Objective) ->
         """Return beta1, cos(tau) and branch at angles tau that may lie past planar ends."""
         turned = (flips[0][index] & (angle < 0)) | (flips[1][index] & (angle > np.pi))
         cosine = np.cos(angle)
-        return _places(own.at(index), cosine), cosine, np.where(turned, -branch[index], branch[index])
+        return places(own.at(index), cosine), cosine, np.where(turned, -branch[index], branch[index])
 
     def value(angle: Array, index: Index) -> Array:
         return objective(bends_at(pair, some.at(index), *at(angle, index)), owner[index])
@@ -153,7 +153,7 @@ Samples = tuple[Index, Index, Index, tuple[Array, Array, Array]]
 """Piece, branch and sample, and the values before, at, and after it."""
 
 
-def _lowest(f: Array, planar: tuple[NDArray[np.bool_], NDArray[np.bool_]], owner: Index, count: int) -> Samples:
+def _lowest(f: Array, planar: tuple[Bool, Bool], owner: Index, count: int) -> Samples:
     """Return the samples about which an objective may be least of all, of values f of shape (pieces, 2, samples)."""
     # past a planar end the other branch goes on, a limit is the end
     past = [np.where(end[:, None], f[:, ::-1, k], np.inf)[..., None] for end, k in zip(planar, (1, -2), strict=True)]
@@ -168,7 +168,7 @@ def _lowest(f: Array, planar: tuple[NDArray[np.bool_], NDArray[np.bool_]], owner
     return row, side, k, (before[at], f[at], after[at])
 
 
-def planar_ends(pair: Pair, of: Targets, pieces: Pieces) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def planar_ends(pair: Pair, of: Targets, pieces: Pieces) -> tuple[Bool, Bool]:
     """Return whether pieces begin, and end, with a planar pose."""
     at = elbow(pair, of.columns(), np.stack([pieces.low, pieces.high], axis=-1))
     planar = of.rho[:, None] * at.sine - np.abs(at.lead) < PLANAR

@@ -7,16 +7,15 @@ section 2 and a tool f after it: b2 += e + f cos beta2, a2 += f sin beta2, and r
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.backbone import Backbone
+from contarm_sim.kinematics.inverse.checks import check_sections
 
 _TINY = 1e-8  # half bend angle below which sin(h)/h is 1 to the last digit
 _DEGREE = 8  # of the polynomials
@@ -40,35 +39,13 @@ class Section(NamedTuple):
             r /= np.tan(safe)
         return r
 
-    def chord_slope(self, h: Array, r: Array) -> Array:
-        """Return dr/dh, to some 11 digits relative to itself."""
-        slope = _steep(h, _COTANGENT, lambda x: 1 / np.tan(x) - 1 / x)
-        if self.links:
-            x = h / self.links
-            slope += _steep(x, _COSECANT, lambda x: 1 / x - 2 / np.sin(2 * x)) / self.links
-        return slope * r
-
-
-# 1/tan x - 1/x and 1/x - 2/sin 2x, over x, in powers of x^2
-_COTANGENT = -1 / 3, -1 / 45, -2 / 945, -1 / 4725
-_COSECANT = -2 / 3, -14 / 45, -124 / 945, -254 / 4725
-
-
-def _steep(x: Array, series: tuple[float, ...], closed: Callable[[Array], Array]) -> Array:
-    """Return a function of which the closed form cancels at small x."""
-    y = x * x
-    out = x * (series[0] + y * (series[1] + y * (series[2] + y * series[3])))
-    beyond = x > 0.05
-    if beyond.any():
-        out[beyond] = closed(x[beyond])
-    return np.asarray(out)
-
 
 @dataclass(frozen=True)
 class Pair:
     """Two sections in units of the backbone's length.
 
     Attributes:
+        backbone: the arm that is 1 long.
         first, second: the sections.
         gap, tool: the connectors e and f.
         limits: largest bend angles [rad].
@@ -79,6 +56,7 @@ class Pair:
         columns: these and their slopes as columns; few places are faster by a product of matrices.
     """
 
+    backbone: Backbone
     first: Section
     second: Section
     gap: float
@@ -109,15 +87,13 @@ def as_pair(backbone: Backbone) -> Pair:
     Raises:
         InputError: it has not two sections.
     """
-    if len(backbone) != 2:
-        raise InputError("backbone", f"{len(backbone)} sections", "2 sections")
-    unit = backbone.length
-    first, second = (
-        Section(length / unit, links) for length, links in zip(backbone.lengths, backbone.links or (0, 0), strict=True)
-    )
-    gap, tool = (x / unit for x in backbone.connectors)
+    check_sections(backbone, 2)
+    lengths, connectors = (tuple(x / backbone.length for x in xs) for xs in (backbone.lengths, backbone.connectors))
+    unit = replace(backbone, lengths=lengths, connectors=connectors)
+    first, second = (Section(*x) for x in zip(lengths, backbone.links or (0, 0), strict=True))
+    gap, tool = connectors
     limits = backbone.limits[0], backbone.limits[1]
-    bare = Pair(first, second, gap, tool, limits, ((0.0, 0.0), (0.0, 0.0)), (), ())
+    bare = Pair(unit, first, second, gap, tool, limits, ((0.0, 0.0), (0.0, 0.0)), (), ())
     most = max(0.25 * limits[1] ** 2, 0.5)  # a fit to a shorter interval would be ill-conditioned
     square, b = (x.tolist() for x in bare.far(np.array([0.0, 0.5 * limits[1]])))
     close, start = _fit(bare, most, _DEGREE), _fit(bare, most, 2)

@@ -1,6 +1,6 @@
 """Two sections and a tip position: the equations that leave one free parameter, the first section's bend angle beta1.
 
-Lengths are in units of the backbone's; `two_pair` has r, a and b of a section. Its end tangents, t = r/(2 cos h) long,
+Lengths are in units of the backbone's; `pair` has r, a and b of a section. Its end tangents, t = r/(2 cos h) long,
 meet in a corner. With P = |p| and rho = hypot(x, y) of the tip p = (x, y, z):
 
     2 t1 (z + b2) = P^2 - r2^2                              (1)
@@ -19,11 +19,8 @@ from typing import NamedTuple
 import numpy as np
 
 from contarm_sim.kinematics.arrays import Array, polynomial
-from contarm_sim.kinematics.inverse.scalars import Index
-from contarm_sim.kinematics.inverse.two_pair import Pair
-
-FAR = 1e6
-"""Distance, in units of the backbone's length, from which only the direction of a target counts."""
+from contarm_sim.kinematics.inverse.result import Index
+from contarm_sim.kinematics.inverse.two.pair import Pair
 
 _FEW = 100  # so many places are faster by a product of matrices than by Horner's scheme
 _FITTED, _STEPS = 2, 12  # Newton steps on the fits; most of those that follow, mostly one
@@ -56,13 +53,11 @@ class Targets(NamedTuple):
 
 
 def as_targets(points: Array) -> Targets:
-    """Return points (n, 3), in units of the backbone's length, as targets; those very far away are drawn nearer."""
+    """Return points (n, 3), in units of the backbone's length, as targets."""
     x, y, z = points.T
     rho = np.hypot(x, y)
-    off, near = np.maximum(rho, 1e-300), np.minimum(1.0, FAR / np.maximum(np.hypot(rho, z), 1.0))
-    ux, uy = np.where(rho > 0, x / off, 1.0), y / off
-    rho, z = rho * near, z * near
-    return Targets(rho * rho + z * z, z, rho, ux, uy)
+    off = np.maximum(rho, 1e-300)
+    return Targets(rho * rho + z * z, z, rho, np.where(rho > 0, x / off, 1.0), y / off)
 
 
 def second_half(pair: Pair, corner: Array, value: Array) -> tuple[Array, Array]:

@@ -1,6 +1,6 @@
 """The curve of first chords on which all solutions of a pose of three sections lie, and what follows from its places.
 
-Equations, and what their letters mean, are those of `pose_equation`. Curves, and the chords of a third section in a
+Equations, and what their letters mean, are those of `equation`. Curves, and the chords of a third section in a
 plane, are nearly circles: the polynomial of `chord_length` is nearly a line.
 """
 
@@ -9,10 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.kinematics.inverse.chord_length import LEAST, ChordLength, horner, horner_slope
+from contarm_sim.kinematics.inverse.result import Index
+from contarm_sim.kinematics.inverse.three.chord_length import LEAST, ChordLength, horner, horner_slope
 
 Vector = tuple[Array, Array, Array] | Array
 
@@ -49,7 +49,7 @@ class Curves:
     extent: Array
     chords: list[ChordLength]
 
-    def take(self, rows: NDArray[np.intp]) -> Curves:
+    def take(self, rows: Index) -> Curves:
         """Return the curves of some targets."""
         vectors = (self.axes[..., rows], self.target[:, rows], self.scalar[rows], self.vector[:, rows],
                    self.base[:, rows], self.tip[:, rows], self.level[rows], self.extent[rows])  # fmt: skip

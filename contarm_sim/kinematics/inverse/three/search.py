@@ -11,13 +11,13 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.backbone import Backbone
-from contarm_sim.kinematics.inverse.chord_curve import ONE_ARC, Points, curves, points
-from contarm_sim.kinematics.inverse.chord_length import ChordLength, chord_lengths
-from contarm_sim.kinematics.inverse.pose_equation import Roots, chord_directions, left, roots
+from contarm_sim.kinematics.inverse.result import Bool, Index
+from contarm_sim.kinematics.inverse.three.chord_curve import ONE_ARC, Points, curves, points
+from contarm_sim.kinematics.inverse.three.chord_length import ChordLength, chord_lengths
+from contarm_sim.kinematics.inverse.three.equation import Roots, chord_directions, left, roots
 
 MARGIN = 0.1
 """By how much a chord's cosine may pass its limit at a node beside a solution."""
@@ -25,9 +25,6 @@ MARGIN = 0.1
 _APART = 0.99  # closeness of third chords below which nodes tell them apart
 
 _SIDES = np.array([1.0, -1.0])
-
-Index = NDArray[np.intp]
-Bool = NDArray[np.bool_]
 
 
 def starts(position: Array, rotation: Array, backbone: Backbone, nodes: int) -> tuple[Index, Array]:

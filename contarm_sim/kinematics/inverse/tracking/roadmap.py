@@ -15,16 +15,15 @@ import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.backbone import Backbone
-from contarm_sim.kinematics.inverse import three_sections, two_curve, two_pieces, two_polish
-from contarm_sim.kinematics.inverse.choices import Choice, penalty, solved
-from contarm_sim.kinematics.inverse.courses import Places
+from contarm_sim.kinematics.inverse.choices import Choice, penalty
+from contarm_sim.kinematics.inverse.general.least_squares import descend
+from contarm_sim.kinematics.inverse.general.starts import spread
 from contarm_sim.kinematics.inverse.goals import Goals
-from contarm_sim.kinematics.inverse.least_squares import clamped, descend
-from contarm_sim.kinematics.inverse.result import TOLERANCE
-from contarm_sim.kinematics.inverse.seeds import spread
-from contarm_sim.kinematics.inverse.targets import solve
-from contarm_sim.kinematics.inverse.two_equations import as_targets
-from contarm_sim.kinematics.inverse.two_pair import as_pair
+from contarm_sim.kinematics.inverse.limits import clamped
+from contarm_sim.kinematics.inverse.result import Index
+from contarm_sim.kinematics.inverse.targets import in_closed_form, solve
+from contarm_sim.kinematics.inverse.three.solutions import all_poses
+from contarm_sim.kinematics.inverse.two.solutions import family_samples
 
 FARTHEST_STEP = 0.8
 """Distance between solutions at neighbouring way points beyond which one is not taken for the other's course [rad]."""
@@ -64,7 +63,8 @@ def layers(
     carried, to = _carried(at, backbone, bends, row)
     bends, row = np.concatenate([bends, carried]), np.concatenate([row, to])
     none = np.setdiff1d(np.arange(len(places)), row)
-    nearest = _nearest(at.take(none), backbone)
+    left = at.take(none)
+    nearest = solve(left.position, backbone, left.direction, left.rotation).bends
     out = []
     for i, place in enumerate(places):
         samples = bends[row == i] if i not in none else nearest[none == i]
@@ -78,44 +78,22 @@ def layers(
     return out
 
 
-def _samples(goals: Goals, backbone: Backbone, each: int) -> tuple[Array, Places]:
+def _samples(goals: Goals, backbone: Backbone, each: int) -> tuple[Array, Index]:
     """Return samples of the solutions of each goal, shape (K, S, 2), and the goals that they are of, shape (K,)."""
     if len(backbone) == 2 and goals.conditions == 3:
-        return _family(goals, backbone, each)
-    if len(backbone) == 3 and goals.rotation is not None and not any(backbone.connectors[:-1]):
-        bends, _ = three_sections.all_poses(goals.position, goals.rotation, backbone)
+        return family_samples(goals.position, backbone, each)
+    if goals.rotation is not None and in_closed_form(goals, backbone):
+        bends, _ = all_poses(goals.position, goals.rotation, backbone)
         row, column = np.nonzero(np.isfinite(bends[..., 0, 0]))
         return bends[row, column], row
     row = np.repeat(np.arange(len(goals)), each)
     own, start = goals.take(row), np.tile(spread(each, backbone), (len(goals), 1, 1))
     found = clamped(descend(own, backbone, start, steps=_STEPS), backbone)
-    good = solved(own, backbone, found)
+    good = own.solved(found, backbone)
     return found[good], row[good]
 
 
-def _nearest(goals: Goals, backbone: Backbone) -> Array:
-    return solve(goals.position, backbone, goals.direction, goals.rotation).bends
-
-
-def _family(goals: Goals, backbone: Backbone, each: int) -> tuple[Array, Places]:
-    """Return samples of the families of two sections, by their closed form, denser towards the ends of each piece."""
-    pair = as_pair(backbone)
-    points = goals.position / backbone.length
-    targets = as_targets(points)
-    pieces = two_pieces.find(pair, targets)
-    cosine = np.cos(np.linspace(0, np.pi, each))
-    low, high = pieces.low[:, None, None], pieces.high[:, None, None]
-    beta1, cosine, branch = np.broadcast_arrays(
-        0.5 * ((low + high) - (high - low) * cosine), cosine, np.array([1.0, -1.0])[:, None]
-    )
-    row = np.repeat(pieces.owner, 2 * each)
-    found = two_curve.bends_at(pair, targets.at(row), beta1.ravel(), cosine.ravel(), branch.ravel())
-    found, miss = two_polish.polish(pair, points[row], found)
-    good = miss <= TOLERANCE
-    return found[good], row[good]
-
-
-def _carried(goals: Goals, backbone: Backbone, bends: Array, row: Places) -> tuple[Array, Places]:
+def _carried(goals: Goals, backbone: Backbone, bends: Array, row: Index) -> tuple[Array, Index]:
     """Return where samples lead to at the goals before and after their own, and those goals."""
     found, to = np.concatenate([bends, bends]), np.concatenate([row - 1, row + 1])
     inside = (to >= 0) & (to < len(goals))
@@ -123,32 +101,26 @@ def _carried(goals: Goals, backbone: Backbone, bends: Array, row: Places) -> tup
     own = goals.take(to)
     moved = descend(own, backbone, found, steps=10, near=True)
     close = np.sqrt(((moved - found) ** 2).sum(axis=(-1, -2))) < FARTHEST_STEP
-    close &= solved(own, backbone, moved)
+    close &= own.solved(moved, backbone)
     return moved[close], to[close]
 
 
-def shortest(chain: list[Layer]) -> tuple[list[int], list[int]]:
-    """Return the sample of each layer on the shortest way, and the layers that it jumps into."""
+def shortest(chain: list[Layer]) -> list[int]:
+    """Return the sample of each layer on the shortest way."""
     weight = float(len(chain))
-    total, before, jumps = chain[0].cost / weight, [], []
+    total, before = chain[0].cost / weight, []
     for last, layer in pairwise(chain):
         square = _squares(last.bends, layer.bends)
         jump = square > FARTHEST_STEP**2
         for sample, bends in last.barred:
             jump[sample] |= (np.abs(layer.bends - bends) < 1e-9).all(axis=(-1, -2))
         cost = total[:, None] + weight * square + np.where(jump, JUMP, 0.0)
-        best = cost.argmin(axis=0)
-        columns = np.arange(len(best))
-        before.append(best)
-        jumps.append(jump[best, columns])
-        total = cost[best, columns] + layer.cost / weight
+        before.append(cost.argmin(axis=0))
+        total = cost.min(axis=0) + layer.cost / weight
     way = [int(total.argmin())]
-    jumped = []
-    for i in range(len(chain) - 1, 0, -1):
-        if jumps[i - 1][way[-1]]:
-            jumped.append(i)
-        way.append(int(before[i - 1][way[-1]]))
-    return way[::-1], jumped[::-1]
+    for best in reversed(before):
+        way.append(int(best[way[-1]]))
+    return way[::-1]
 
 
 def _squares(a: Array, b: Array) -> Array:

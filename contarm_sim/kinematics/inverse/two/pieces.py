@@ -1,6 +1,6 @@
 """Where the free parameter beta1 of two sections is feasible: the pieces of a target's one-parameter family.
 
-The margin of `two_equations.elbow` is sampled between bounds that hold whatever the second section does. A piece shows
+The margin of `equations.elbow` is sampled between bounds that hold whatever the second section does. A piece shows
 as feasible samples; as (2) passing from above one planar pose to below the other between two samples (narrow pieces:
 targets near the axis); or as a largest margin between samples, which is then looked for. Ends are found by bracketing.
 """
@@ -12,9 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.kinematics.inverse.scalars import Index, crossings, minima
-from contarm_sim.kinematics.inverse.two_equations import Elbow, Targets, elbow
-from contarm_sim.kinematics.inverse.two_pair import Pair
+from contarm_sim.kinematics.inverse.result import Index
+from contarm_sim.kinematics.inverse.two.equations import Elbow, Targets, elbow
+from contarm_sim.kinematics.inverse.two.pair import Pair
+from contarm_sim.kinematics.inverse.two.scalars import crossings, minima
 
 NODES = 33
 """Samples of beta1 for each target."""

@@ -7,9 +7,10 @@ from collections.abc import Callable
 import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.kinematics.inverse.scalars import Index
-from contarm_sim.kinematics.inverse.two_pair import Pair
-from contarm_sim.kinematics.inverse.two_tip import Columns, columns, in_base, tips
+from contarm_sim.kinematics.inverse.limits import angles_of, clamped
+from contarm_sim.kinematics.inverse.result import Index
+from contarm_sim.kinematics.inverse.tips import tips_and_jacobians
+from contarm_sim.kinematics.inverse.two.pair import Pair
 
 ENOUGH = 1e-15
 """Miss that no polish is wanted for, in units of the backbone's length."""
@@ -30,35 +31,40 @@ def polish(pair: Pair, points: Array, bends: Array, steps: int = 6) -> tuple[Arr
         bends: near a solution [rad], shape (n, 2, 2); where it is at a limit, it stays there or goes inwards.
         steps: most Newton steps.
     """
-    miss = _distance(tips(pair, bends), points)
+    gap, J = _evaluated(pair, points, bends)
+    miss = _size(gap)
     bends, left = bends.copy(), np.flatnonzero((miss > ENOUGH) & (miss < _CLOSE))
+    gap, J = gap[left], J[left]
     for _ in range(steps):
         if not left.size:
             break
-        new = _step(pair, points[left], bends[left])
-        new_miss = _distance(tips(pair, new), points[left])
+        new = _step(pair, gap, J, bends[left])
+        gap, J = _evaluated(pair, points[left], new)
+        new_miss = _size(gap)
         better = new_miss < miss[left]
         bends[left[better]], miss[left[better]] = new[better], new_miss[better]
-        left = left[better & (new_miss > ENOUGH)]
+        on = better & (new_miss > ENOUGH)
+        left, gap, J = left[on], gap[on], J[on]
     return bends, miss
 
 
-def _distance(one: Array, other: Array) -> Array:
-    x, y, z = (one - other).T
+def _evaluated(pair: Pair, points: Array, bends: Array) -> tuple[Array, Array]:
+    """Return what is left to the targets, shape (n, 3), and the tip's derivatives by the bends, shape (n, 6, 4)."""
+    tip, _, J = tips_and_jacobians(bends, pair.backbone)
+    return points - tip, J
+
+
+def _size(gap: Array) -> Array:
+    x, y, z = gap.T
     return np.hypot(np.hypot(x, y), z)
 
 
-def _step(pair: Pair, points: Array, bends: Array) -> Array:
-    at = columns(pair, bends)
-    gap = points - in_base(at, *at.tip)
-    nx, ny = at.first.nx, at.first.ny
-    e = [gap[:, 0] * nx + gap[:, 1] * ny, gap[:, 1] * nx - gap[:, 0] * ny, gap[:, 2]]
-    free = np.ones((2, len(bends)))
-    limits = pair.limits
+def _step(pair: Pair, gap: Array, J: Array, bends: Array) -> Array:
+    columns = np.ascontiguousarray(J[:, :3].transpose(2, 1, 0))
+    free, limits = np.ones((2, len(bends))), pair.limits
     for _ in range(3):
-        parts = _least_change(at, e, free)
-        out = bends + _bend_steps(at, parts)
-        angle = np.hypot(out[..., 0], out[..., 1])
+        out = bends + _least_change(_freed(columns, bends, free), gap.T)
+        angle = angles_of(out)
         over = [(angle[:, k] - limits[k]) * free[k] for k in (0, 1)]
         # a second bend angle only stays if it is clearly over: else the step could do nothing
         least = np.where(free.sum(axis=0) < 2, _CLEARLY, _OVER)
@@ -66,28 +72,29 @@ def _step(pair: Pair, points: Array, bends: Array) -> Array:
         if not (stuck[0].any() or stuck[1].any()):
             break
         free = np.where(stuck, 0.0, free)
-    return out * np.minimum(limits / np.maximum(angle, 1e-300), 1.0)[..., None]
+    return clamped(out, pair.backbone)
 
 
-def _bend_steps(at: Columns, parts: list[Array]) -> Array:
-    along1, across1, along2, across2 = parts
-    one, two = at.first, at.second
-    rows = [
-        along1 * one.nx - across1 * one.ny, along1 * one.ny + across1 * one.nx,
-        along2 * two.nx - across2 * two.ny, along2 * two.ny + across2 * two.nx,
-    ]  # fmt: skip
-    return np.stack(rows, axis=-1).reshape(-1, 2, 2)
+def _freed(columns: Array, bends: Array, free: Array) -> Array:
+    """Return derivatives, shape (4, 3, n), without the part by bend angles that are not free."""
+    if free.all():
+        return columns
+    out = columns.copy()
+    angle = angles_of(bends)[..., None]
+    normals = np.where(angle > 0, bends / np.maximum(angle, 1e-300), [1.0, 0.0])
+    for k in (0, 1):
+        nx, ny = normals[:, k].T
+        held = (columns[2 * k] * nx + columns[2 * k + 1] * ny) * (1 - free[k])
+        out[2 * k] -= held * nx
+        out[2 * k + 1] -= held * ny
+    return out
 
 
-def _least_change(at: Columns, e: list[Array], free: Array) -> list[Array]:
-    """Return the smallest change of the bends that moves the tip by e; bend angles that are not free stay."""
-    J = [
-        [x * free[0] for x in at.along1], at.across1,
-        [x * free[1] for x in at.along2], at.across2,
-    ]  # fmt: skip
+def _least_change(J: Array, e: Array) -> Array:
+    """Return the smallest change of the bends, shape (n, 2, 2), that moves the tip by e, shape (3, n)."""
 
     def product(i: int, k: int) -> Array:
-        return J[0][i] * J[0][k] + J[1][i] * J[1][k] + J[2][i] * J[2][k] + J[3][i] * J[3][k]
+        return J[0, i] * J[0, k] + J[1, i] * J[1, k] + J[2, i] * J[2, k] + J[3, i] * J[3, k]
 
     # Cholesky factors of J J' + damping, by hand
     l00 = np.sqrt(product(0, 0) + _DAMPING)
@@ -101,7 +108,7 @@ def _least_change(at: Columns, e: list[Array], free: Array) -> list[Array]:
     x2 = y2 / l22
     x1 = (y1 - l21 * x2) / l11
     x0 = (y0 - l10 * x1 - l20 * x2) / l00
-    return [column[0] * x0 + column[1] * x1 + column[2] * x2 for column in J]
+    return np.asarray((J[:, 0] * x0 + J[:, 1] * x1 + J[:, 2] * x2).T.reshape(-1, 2, 2))
 
 
 def slide(
@@ -124,16 +131,13 @@ def slide(
     for _ in range(4):
         if not left.size:
             break
-        along, start = _along_curve(columns(pair, bends[left])), bends[left]
+        along, start = _along_curve(pair, bends[left]), bends[left]
         r = residual(start, left)
         rate = (residual(start + _DIFFERENCE * along, left) - residual(start - _DIFFERENCE * along, left)) / (
             2 * _DIFFERENCE
         )
         step = -(r * rate).sum(axis=-1) / np.maximum((rate * rate).sum(axis=-1), 1e-300)
-        new = start + step[:, None, None] * along
-        angle = np.hypot(new[..., 0], new[..., 1])
-        new *= np.minimum(pair.limits / np.maximum(angle, 1e-300), 1.0)[..., None]
-        new, new_miss = polish(pair, points[left], new)
+        new, new_miss = polish(pair, points[left], clamped(start + step[:, None, None] * along, pair.backbone))
         new_size = np.linalg.norm(residual(new, left), axis=-1)
         better = (new_size < size[left]) & (new_miss <= np.maximum(miss[left], 2 * ENOUGH))
         kept = left[better]
@@ -142,18 +146,14 @@ def slide(
     return bends, miss
 
 
-def _along_curve(at: Columns) -> Array:
+def _along_curve(pair: Pair, bends: Array) -> Array:
     """Return unit changes of the bends that leave the tip still, shape (n, 2, 2); 0 where that is any."""
-    J = at.along1, at.across1, at.along2, at.across2
+    a, b, c, d = np.ascontiguousarray(tips_and_jacobians(bends, pair.backbone)[2][:, :3].transpose(2, 1, 0))
 
-    def across(i: int, j: int) -> list[Array]:
-        (a, b, c), (d, e, f) = J[i], J[j]
-        return [b * f - c * e, c * d - a * f, a * e - b * d]
+    def volume(i: Array, j: Array, k: Array) -> Array:
+        across = [j[1] * k[2] - j[2] * k[1], j[2] * k[0] - j[0] * k[2], j[0] * k[1] - j[1] * k[0]]
+        return i[0] * across[0] + i[1] * across[1] + i[2] * across[2]
 
-    def volume(i: int, pair: list[Array]) -> Array:
-        return J[i][0] * pair[0] + J[i][1] * pair[1] + J[i][2] * pair[2]
-
-    first, last = across(0, 1), across(2, 3)
-    null = [volume(1, last), -volume(0, last), volume(3, first), -volume(2, first)]
-    size = np.maximum(np.sqrt(sum(x * x for x in null)), 1e-300)
-    return _bend_steps(at, [x / size for x in null])
+    null = np.stack([volume(b, c, d), -volume(a, c, d), volume(d, a, b), -volume(c, a, b)], axis=-1)
+    size = np.maximum(np.sqrt((null * null).sum(axis=-1)), 1e-300)
+    return np.asarray((null / size[:, None]).reshape(-1, 2, 2))

@@ -1,0 +1,1 @@
+"""Paths of targets, followed continuously through the redundancy."""
