@@ -1,9 +1,9 @@
 """What changes from episode to episode, in composer's own way: a value, or a callable of (initial, current, random).
 
-Names are parameters of `Arm`, such as `mass` and `gravity`, those of the muscles' law with `muscle.` in front, and what a
-task draws: `target` of reach, `max_bend` of track, `bend` and `force` of hold, and so on. Of an arm of several sections,
-those of a section have its name in front, as in `section_2.mass` and `section_2.muscle.braid_friction`; gravity and
-payload are the arm's.
+Names are parameters of `Arm`, such as `mass` and `gravity`, those of the muscles' law with `muscle.` in front, and what
+a task draws: `target` of reach, `max_bend` of track, `bend` and `force` of hold, and so on. Of an arm of several
+sections, those of a section have its name in front, as in `section_2.mass` and `section_2.muscle.braid_friction`;
+gravity and payload are the arm's.
 dm_control.composer.variation.distributions work unchanged in every front end; so does
 
     lambda initial_value, current_value, random_state: random_state.uniform(0, 0.1)
