@@ -51,15 +51,15 @@ def test_hold_takes_a_bend_for_each_section(two):
 def test_another_number_of_bends_than_of_sections_is_one_line(two, command):
     for words, count in ((BENDS[:3], 1), (BENDS + BENDS[:3], 3)):
         code, _, err = two(command, *words)
-        allowed = "once for each of 2 sections, from the base to the tip"
-        assert (code, err) == (2, f"contarm: bend is given {count} times; allowed: {allowed}\n")
+        times, allowed = "time" if count == 1 else "times", "2 times, once for each section from the base to the tip"
+        assert (code, err) == (2, f"contarm: --bend is given {count} {times}; allowed: {allowed}\n")
 
 
 def test_bends_of_one_section(contarm):
-    assert contarm("hold", *BENDS)[::2] == (2, "contarm: bend is given 2 times; allowed: once\n")
+    assert contarm("hold", *BENDS)[::2] == (2, "contarm: --bend is given 2 times; allowed: once\n")
     code, _, err = contarm("possibility", "--bend", 1, 0)
     assert code == 2
-    assert err.startswith("contarm: bend is given for an arm of one section; allowed: none")
+    assert err.startswith("contarm: --bend is given for an arm of one section; allowed: none")
     code, _, err = contarm("hold", "--bend", "200deg", 0)
     assert (code, err.count("\n")) == (2, 1)
 

@@ -58,17 +58,21 @@ def possibility(arm: Arm, bend: tuple[tuple[float, float], ...], out: str | None
     target = output_for(out, "possibility")
     several = len(arm.sections) > 1
     if bend and not several:
-        raise InputError("bend", "given for an arm of one section", "none: only the other sections of several have one")
+        allowed = "none: only the other sections of several have one"
+        raise InputError("--bend", "given for an arm of one section", allowed)
     given = {"others": bends_from_words(bend, arm)} if bend else {}
     found = studies.possibility(arm, PLANES_OF_SECTIONS if several else PLANES, track, **given)
 
+    missing = no_map(arm)
+
     def draw(folder: Path) -> None:
-        if missing := no_map(arm):
-            say(f"no map is drawn: it needs {missing}")
-        else:
+        if not missing:
             draw_possibility(folder / "possibility.png", under_loads(arm))
 
-    deliver(target, signed(found), as_json, lambda: _show(found), draw)
+    left_out = {"left_out": {"possibility.png": f"needs {missing}"}} if missing else {}
+    deliver(target, signed(found) | left_out, as_json, lambda: _show(found), draw)
+    if missing:
+        say(f"no map is drawn: it needs {missing}")
 
 
 def _show(found: studies.Possibility) -> None:
