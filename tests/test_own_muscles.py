@@ -34,7 +34,7 @@ from contarm_sim.view.figures import figures_of, left_out, paper, reach
 from contarm_sim.view.live.panel import Panel
 from contarm_sim.view.report.figures import draw_muscle_law
 from contarm_sim.view.report.map import draw_possibility, no_map
-from contarm_sim.view.report.words import available
+from contarm_sim.view.report.words import available, remarks
 from contarm_sim.view.sections import backbone_lines, reachable_tips
 
 HANGING = (0.0, 0.0, 9.81)
@@ -298,3 +298,11 @@ def test_backbone_and_reachable_tips_by_section():
     np.testing.assert_allclose(reachable_tips(Arm(), 5, 7, 1.0)[-1, 0], arc.position([1.0, 0.0], Arm().length))
     tips = reachable_tips(PNEUMATIC, 9, 7)
     assert np.linalg.norm(tips, axis=-1).max() == pytest.approx(0.37, rel=1e-4)
+
+
+@pytest.mark.parametrize(("arm", "said"), [(MIXED, False), (PNEUMATIC, True)])
+def test_the_controller_of_pressures_is_named_where_all_muscles_have_them(arm, said):
+    use = {"pushes": 0, "beyond_max_pressure": 0, "below_min_pressure": 2, "max_pressure_needed_pa": 5e5}
+    summary = {"arm": arm_to_dict(arm), "motion": 0.0, "muscle": use, "pulls_only": True, "samples": 9}
+    (line,) = remarks(summary)
+    assert ("the controller `pressure`" in line) is said
