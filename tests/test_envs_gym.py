@@ -297,7 +297,7 @@ def test_variations_give_the_model_of_the_varied_arm():
         ({"actions": "forces"}, "actions is 'forces'; allowed: bend, lengths, tensions, pressures for reach"),
         ({"task": "hold", "actions": "bend"}, "actions is 'bend'; allowed: pressures for hold"),
         ({"reward": "dense"}, "reward is 'dense'; allowed: shaped, sparse"),
-        ({"variations": {"paylode": 1}}, "variation 'paylode' is unknown; allowed: target, mass, payload"),
+        ({"variations": {"paylode": 1}}, "variation 'paylode' is unknown; allowed: target, payload, gravity, mass"),
         ({"time_limit": 0.03}, "time_limit is 0.03; allowed: a multiple of 0.05 s"),
         ({"task": "track", "time_limit": 20}, "at most 10 s"),
         ({"render_mode": "ansi"}, "render_mode is 'ansi'; allowed: rgb_array, human, None"),

@@ -36,7 +36,7 @@ from contarm_sim.studies import pressure_map
 from contarm_sim.studies.at_rest import examine
 from contarm_sim.studies.controllers import Followed, _reachable, _row
 from contarm_sim.studies.largest_bends import every_bend, largest_bends, largest_bends_at_rest, posed
-from contarm_sim.studies.muscle_curves import of_section
+from contarm_sim.studies.muscle_curves import group_of
 from contarm_sim.studies.scenarios import EXTREMES, scenarios, spread_bends
 from contarm_sim.studies.tip_stiffness import _directions
 
@@ -364,7 +364,7 @@ def test_a_muscle_of_one_section_has_its_own_law_and_length():
     one = arm(3, start="base")
     found = studies.muscle_law(one, (2e5,), section=2)
     assert found.rest_length_m == pytest.approx(one.groups[1].rest_length)
-    assert of_section(one, 3).length == pytest.approx(one.groups[2].length)
+    assert group_of(one, 3).length == pytest.approx(one.groups[2].length)
     same = Arm(sections=(SECTIONS[0], replace(SECTIONS[0], mass=0.05)))
     assert studies.muscle_law(same).rest_length_m == pytest.approx(same.groups[0].rest_length)
     for section, said in ((None, "not given, and they differ"), (0, "is 0"), (4, "is 4")):

@@ -21,6 +21,7 @@ def compare_controllers(arm: Arm, duration: float, out: str | None, as_json: boo
     shorter path). `along` is the part along the surface that the
     tip can reach under that load; what lies across it no lengths can remove, for it is not the dome of the targets.
     The tip of several sections reaches a volume, so there `along` is the whole error; they bend as one arc.
+    The controller `pressure` is left out where not all muscles have pressures.
     Exit code 1 if a controller could not follow the spiral; a line says why.
     """
     from contarm_sim.cli.study import deliver, output_for, signed
@@ -34,20 +35,26 @@ def compare_controllers(arm: Arm, duration: float, out: str | None, as_json: boo
 
 def _show(found: studies.ControllerComparison) -> None:
     from contarm_sim.cli.terminal import table
+    from contarm_sim.studies.needs import any_pressure, by_pressure
 
     columns = ["load", "controller", "rms [%]", "max [%]", "along [%]", "lag [ms]", "tension [N]"]
     columns += ["needs [kPa]", "pushes [%]", "effort [N]"]
+    no_need = "more than any" if any_pressure(found.arm) else "-"
     rows = [
-        [row.load, row.controller, "failed", *[""] * 7] if isinstance(row, studies.NotFollowed) else _cells(row)
+        [row.load, row.controller, "failed", *[""] * 7]
+        if isinstance(row, studies.NotFollowed)
+        else _cells(row, no_need)
         for row in found.rows
     ]
     table(f"spiral, {found.duration:g} s; tip errors in % of backbone length", columns, rows)
     for row in found.rows:
         if isinstance(row, studies.NotFollowed):
             click.echo(f"{row.load}, {row.controller}: failed: {row.failed}")
+    if not by_pressure(found.arm):
+        click.echo("the controller pressure is left out: it takes an arm whose muscles all have pressures")
 
 
-def _cells(row: studies.Followed) -> list[str]:
+def _cells(row: studies.Followed, no_need: str) -> list[str]:
     pressure = row.peak_pressure_pa
     return [
         row.load,
@@ -57,7 +64,7 @@ def _cells(row: studies.Followed) -> list[str]:
         f"{row.along_rms_percent:.3f}",
         f"{1e3 * row.lag_s + 0.0:.1f}",
         f"{row.peak_tension_n:.1f}",
-        "more than any" if pressure is None else f"{pressure / 1e3:.0f}",
+        no_need if pressure is None else f"{pressure / 1e3:.0f}",
         f"{100 * row.push_fraction:.3g}",
         f"{row.effort_n:.1f}",
     ]

@@ -34,10 +34,10 @@ def figures(arm: Arm, names: tuple[str, ...], listing: bool, kind: tuple[str, ..
     contarm figures --arm two.toml slices elbow
     """
     from contarm_sim.cli.terminal import say, table, track
-    from contarm_sim.view.figures import figures_of
+    from contarm_sim.view.figures import FIGURES, figures_of, left_out
     from contarm_sim.view.report.output import OutputFolder, check_output, default_folder, to_json
 
-    known = figures_of(arm)
+    known, missing = figures_of(arm), left_out(arm)
     if listing:
         if as_json:
             click.echo(to_json({name: meaning for name, (meaning, _) in known.items()}))
@@ -45,6 +45,8 @@ def figures(arm: Arm, names: tuple[str, ...], listing: bool, kind: tuple[str, ..
             table("figures", ["name", "shows"], [[name, meaning] for name, (meaning, _) in known.items()])
         return
     for name in names:
+        if name in missing:
+            raise InputError("name", repr(name), f"for {missing[name]}; of this arm: {', '.join(known)}")
         if name not in known:
             raise InputError("name", repr(name), ", ".join(known))
     chosen = names or tuple(known)
@@ -56,3 +58,6 @@ def figures(arm: Arm, names: tuple[str, ...], listing: bool, kind: tuple[str, ..
     files = [str(opened.target / f"{name}.{ending}") for name in chosen for ending in kind or KINDS]
     click.echo(to_json({"files": files}) if as_json else "\n".join(files))
     say(f"written: {opened.target}")
+    if not names and len(arm.sections) == 1:
+        for name in missing.keys() & FIGURES.keys():
+            say(f"left out: {name}, which needs {missing[name]}")

@@ -30,11 +30,10 @@ def muscle(arm: Arm, pressure: tuple[float, ...], section: int | None, out: str 
     """
     from contarm_sim.errors import InputError
     from contarm_sim.results.document import document
-    from contarm_sim.studies.muscle_curves import of_section
+    from contarm_sim.studies.muscle_curves import group_of
     from contarm_sim.view.report.output import check_output, output_file, to_json
 
-    arm = of_section(arm, section)
-    found = studies.muscle_law(arm, pressure)
+    found, group = studies.muscle_law(arm, pressure, section=section), group_of(arm, section)
     if out is not None:
         if Path(out).suffix not in (".png", ".pdf", ".svg"):
             raise InputError("out", out, "a name that ends in .png, .pdf or .svg")
@@ -42,14 +41,14 @@ def muscle(arm: Arm, pressure: tuple[float, ...], section: int | None, out: str 
         from contarm_sim.view.report.figures import draw_muscle_law
 
         with output_file(Path(out)) as scratch:
-            draw_muscle_law(scratch, arm, found.pressure_pa, Path(out).suffix[1:])
+            draw_muscle_law(scratch, group, found.pressure_pa, Path(out).suffix[1:])
     if as_json:
         click.echo(to_json(document(found)))
     else:
-        _show(found, arm)
+        _show(found, group.length)
 
 
-def _show(found: studies.MuscleCurves, arm: Arm) -> None:
+def _show(found: studies.MuscleCurves, straight: float) -> None:
     from contarm_sim.cli.terminal import table
 
     columns = ["contraction [%]", *(f"{p / 1e3:g} kPa [N]" for p in found.pressure_pa)]
@@ -57,7 +56,7 @@ def _show(found: studies.MuscleCurves, arm: Arm) -> None:
         [f"{100 * c:.1f}", *(f"{f + 0.0:.1f}" for f in line)]
         for c, line in zip(found.contraction, found.force_n.T, strict=True)
     ]
-    at_rest = f"rest length {1e3 * found.rest_length_m:.1f} mm, {1e3 * arm.length:.0f} mm in the straight arm"
+    at_rest = f"rest length {1e3 * found.rest_length_m:.1f} mm, {1e3 * straight:.0f} mm in the straight arm"
     table(
         "Force of one muscle; a negative contraction is stretch, up to where the braid closes", columns, rows, at_rest
     )

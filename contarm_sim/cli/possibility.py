@@ -43,38 +43,46 @@ def possibility(arm: Arm, bend: tuple[tuple[float, float], ...], out: str | None
     be held there may be others that can.
 
     Of several sections one after the other bends while the others stay straight, or as --bend says; all muscles of the
-    arm must hold. There is no picture of these. Muscles without pressures pull with up to their highest tension.
+    arm must hold. There is no picture of these, nor of other muscles than three evenly spaced ones with
+    pressures; a line says so. Muscles without pressures pull with up to their highest tension.
 
     \b
     contarm possibility
     contarm possibility --arm two.toml --bend 30deg 0 --bend 30deg 180deg
     """
     from contarm_sim.cli.study import deliver, output_for, signed
-    from contarm_sim.cli.terminal import track
-    from contarm_sim.studies.needs import by_pressure
+    from contarm_sim.cli.terminal import say, track
     from contarm_sim.studies.scenarios import under_loads
-    from contarm_sim.view.report.map import draw_possibility
+    from contarm_sim.view.report.map import draw_possibility, no_map
 
     target = output_for(out, "possibility")
     several = len(arm.sections) > 1
     if bend and not several:
-        raise InputError("bend", "given for an arm of one section", "none: only the other sections of several have one")
+        allowed = "none: only the other sections of several have one"
+        raise InputError("--bend", "given for an arm of one section", allowed)
     given = {"others": bends_from_words(bend, arm)} if bend else {}
     found = studies.possibility(arm, PLANES_OF_SECTIONS if several else PLANES, track, **given)
 
+    missing = no_map(arm)
+
     def draw(folder: Path) -> None:
-        if not several and by_pressure(arm):
+        if not missing:
             draw_possibility(folder / "possibility.png", under_loads(arm))
 
-    deliver(target, signed(found), as_json, lambda: _show(found), draw)
+    left_out = {"left_out": {"possibility.png": f"needs {missing}"}} if missing else {}
+    deliver(target, signed(found) | left_out, as_json, lambda: _show(found), draw)
+    if missing:
+        say(f"no map is drawn: it needs {missing}")
 
 
 def _show(found: studies.Possibility) -> None:
     from contarm_sim.cli.terminal import table
-    from contarm_sim.studies.needs import by_pressure
+    from contarm_sim.studies.needs import any_pressure, by_pressure
 
     several = len(found.arm.sections) > 1
     full, empty = ("inflated", "vented") if by_pressure(found.arm) else ("taut", "slack")
+    if any_pressure(found.arm) and not by_pressure(found.arm):
+        full, empty = "inflated or taut", "vented or slack"
     columns = ["load", "towards [deg]", f"all {full} [deg]", f"one may be {empty} [deg]", "simulated, off by [deg]"]
     if several:
         columns.insert(1, "section")

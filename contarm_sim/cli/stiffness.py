@@ -23,9 +23,7 @@ DEFAULT, OF_SECTIONS = (1.0471975512, 0.0), (0.5235987756, 0.0)
 
 
 @click.command(cls=Command)
-@bend_option(
-    "Pose to hold [rad]; once for each section; default 60 deg towards muscle 1, of several sections 30 deg each."
-)
+@bend_option("Pose to hold [rad]; once for each section; default 60 deg towards +X, of several sections 30 deg each.")
 @click.option("--levels", type=click.IntRange(2, 50), default=6, show_default=True, help="Levels of co-contraction.")
 @out_option("runs/stiffness-<time>")
 @json_option

@@ -73,7 +73,7 @@ class _Steer:
         return self._asking(self._bends(seen[self._seen], seen))
 
     def _bends(self, targets: Array, seen: dict[str, Array]) -> Array:
-        """Return the bends [rad], shape (B, 2), whose tips rest nearest to targets; under load each is solved once."""
+        """Return the bends [rad], shape (B, 2 S), whose tips rest nearest to targets, under load each solved once."""
         resting = self._definition.task.resting
         if not resting.loaded:
             return resting.bends(targets)
@@ -85,7 +85,7 @@ class _Steer:
         return np.array([self._known[key] for key in keys])
 
     def _asking(self, bend: Array) -> Array:
-        """Return the actions that hold bends [rad], shape (B, 2)."""
+        """Return the actions that hold bends [rad], shape (B, 2 S)."""
         actions, mode = self._actions, self._actions.mode
         if mode == "bend":
             return actions.asking(bend)

@@ -119,7 +119,7 @@ def plain_spec(arm: Arm, actuation: Actuation, timestep: float) -> mujoco.MjSpec
     """Return the arm as the environments simulate it: `arm_spec` with the payload not drawn, and `add_end_sensors`.
 
     Whatever varies, models must be laid out alike. What tension in twisted muscles adds to `torsional_stiffness`, r^2
-    times the sum of tensions, is in the model as a constant, that of the least tension in all three; `simulate` and
+    times the sum of tensions, is in the model as a constant, that of the least tension in all muscles; `simulate` and
     `equilibrium` follow the tensions.
     """
     spec = arm_spec(arm, actuation, timestep)

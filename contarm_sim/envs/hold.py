@@ -22,12 +22,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from contarm_sim.envs.actions import Mode
-from contarm_sim.envs.state import State
+from contarm_sim.envs.state import State, bend_shown
 from contarm_sim.envs.task import LIMIT, Goals, Task, even_bend, even_direction, norm
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array, as_vectors
-from contarm_sim.kinematics.muscles import bend_of_lengths
 from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.moments import wrench_moment
 from contarm_sim.mechanics.pneumatics import force_slope, passive_slope
@@ -86,7 +85,7 @@ class Hold(Task):
         asked = stiffness_at(held, low + share * (high - low), lengths, jacobian, self.arm)
         return {
             "bend": bend,
-            "measured": bend_of_lengths(lengths, self.arm.muscle_radius),
+            "measured": bend_shown(lengths, self.arm),
             "wrench": wrench,
             "jacobian": jacobian,
             "asked": np.array([asked]),
@@ -138,7 +137,7 @@ class Hold(Task):
         return goals["wrench"]
 
     def _off(self, goals: Goals, state: State) -> Array:
-        return goals["measured"] - bend_of_lengths(state["muscle_lengths"], self.arm.muscle_radius)
+        return goals["measured"] - bend_shown(state["muscle_lengths"], self.arm)
 
 
 def _checked(values: dict[str, Any]) -> tuple[Array, Array, float]:

@@ -15,11 +15,11 @@ from contarm_sim.control.tip_plan import TipPlan
 from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.envs.actions import Actions, shortened
 from contarm_sim.envs.aiming import nearest_bends
+from contarm_sim.envs.state import bend_shown
 from contarm_sim.errors import EquilibriumError, InputError
 from contarm_sim.kinematics import arc, dome
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.kinematics.muscles import bend_of_lengths
-from contarm_sim.mechanics import routing, shape
+from contarm_sim.mechanics import shape
 from contarm_sim.statics.solver import Solver
 
 CORRECTIONS = 8
@@ -105,11 +105,5 @@ class Resting:
             return bend
         for _ in range(CORRECTIONS):  # the bend whose own set-points have the same differences
             off = setpoint - self._actions.setpoints(bend[None])[0]
-            bend = shortened(bend + self._bend_of(off))
+            bend = shortened(bend + bend_shown(off, self._arm))
         return np.asarray(bend)
-
-    def _bend_of(self, lengths: Array) -> Array:
-        """Return the bend [rad], shape (2 S,), that changes of length [m], shape (n,), stand for."""
-        if len(self._arm.sections) == 1:
-            return bend_of_lengths(lengths, self._arm.muscle_radius)
-        return routing.bend_from_arc_deltas(lengths, self._arm)[0]

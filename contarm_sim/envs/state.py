@@ -23,7 +23,8 @@ import numpy as np
 
 from contarm_sim.envs.ranges import half_turn
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics import muscles
+from contarm_sim.kinematics.muscles import bend_of_lengths, evenly_spaced
+from contarm_sim.mechanics import muscles, routing
 from contarm_sim.mjcf import names
 from contarm_sim.mjcf.routing import counted_from
 from contarm_sim.model.arm import Arm
@@ -96,3 +97,13 @@ def scales(arm: Arm) -> dict[str, tuple[Any, Any]]:
         "tip_orientation": (0.0, 1.0),
     }
     return found if len(arm.sections) == 1 else found | {"section_ends": (0.0, arm.length)}
+
+
+def bend_shown(lengths: Array, arm: Arm) -> Array:
+    """Return the bends [rad], shape (..., 2 S), that muscle lengths, or changes of them [m], shape (..., n), show.
+
+    As those of arcs, by their differences alone; of one section's evenly spaced muscles term by term.
+    """
+    if len(arm.sections) == 1 and evenly_spaced(arm.routing.angles):
+        return bend_of_lengths(lengths, arm.routing.radius, arm.routing.angles)
+    return routing.bend_from_arc_deltas(lengths, arm)[0]

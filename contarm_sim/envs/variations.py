@@ -1,8 +1,9 @@
 """What changes from episode to episode, in composer's own way: a value, or a callable of (initial, current, random).
 
-Names are parameters of `Arm` (`VARIED`), and what a task draws: `target` of reach, `max_bend` of track, `bend` and
-`force` of hold, and so on. Of an arm of several sections, those of a section have its name in front, as in
-`section_2.mass` and `section_2.muscle.braid_friction`; gravity and payload are the arm's.
+Names are parameters of `Arm`, such as `mass` and `gravity`, those of the muscles' law with `muscle.` in front, and what
+a task draws: `target` of reach, `max_bend` of track, `bend` and `force` of hold, and so on. Of an arm of several
+sections, those of a section have its name in front, as in `section_2.mass` and `section_2.muscle.braid_friction`;
+gravity and payload are the arm's.
 dm_control.composer.variation.distributions work unchanged in every front end; so does
 
     lambda initial_value, current_value, random_state: random_state.uniform(0, 0.1)
@@ -11,6 +12,7 @@ dm_control.composer.variation.distributions work unchanged in every front end; s
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import nullcontext
 from dataclasses import fields, replace
 from typing import Any
 
@@ -18,35 +20,32 @@ import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.model.arm import Arm
-from contarm_sim.model.arm_file import arm_from_dict
-
-VARIED = (
-    "mass",
-    "payload",
-    "bending_stiffness",
-    "damping_time",
-    "joint_friction",
-    "gravity",
-    "muscle.braid_friction",
-    "muscle.passive_stiffness",
-    "muscle.valve_time",
-)
-"""Parameters of the arm that may vary: those that leave the model's structure and the meaning of actions alone."""
+from contarm_sim.model.section_tables import said_of
 
 _WORLD = ("payload", "gravity")
+_SECTION = ("mass", "bending_stiffness", "damping_time", "joint_friction")
+_LAW = ("braid_friction", "passive_stiffness", "valve_time", "friction")
+"""Parameters that may vary: those that leave the model's structure and the meaning of actions alone. A law has some."""
+
+_Part = tuple[str, int]
+"""A field of `Arm`, and a number in it."""
+
+
+def _parts(arm: Arm) -> dict[str, tuple[_Part, str]]:
+    """Return, by the names of what may vary, the part of the arm that has it and its field."""
+    found: dict[str, tuple[_Part, str]] = {field: (("world", 0), field) for field in _WORLD}
+    for number, law in enumerate(arm.laws):
+        before = f"section_{number + 1}." if len(arm.laws) > 1 else ""
+        found |= {before + field: (("sections", number), field) for field in _SECTION}
+        for item in fields(law):
+            if item.name in _LAW:
+                found[f"{before}muscle.{item.name}"] = (("laws", number), item.name)
+    return found
 
 
 def varied(arm: Arm) -> tuple[str, ...]:
     """Return the names of the parameters of an arm that may vary."""
-    if len(arm.sections) == 1:
-        return VARIED
-    found = list(_WORLD)
-    for number, law in enumerate(arm.laws):
-        for name in (*VARIED, "muscle.friction"):
-            place, _, field = name.rpartition(".")
-            if name not in _WORLD and (not place or field in {item.name for item in fields(law)}):
-                found.append(f"section_{number + 1}.{name}")
-    return tuple(found)
+    return tuple(_parts(arm))
 
 
 def check(variations: Mapping[str, Any] | None, drawn: tuple[str, ...], arm: Arm) -> dict[str, Any]:
@@ -84,40 +83,22 @@ def varied_arm(variations: Mapping[str, Any], arm: Arm, current: Arm, random: np
     Raises:
         InputError: a value that an arm cannot have.
     """
-    if len(arm.sections) > 1:
-        return _varied_sections(variations, arm, current, random)
-    own: dict[str, Any] = {}
-    muscle: dict[str, Any] = {}
-    for name, variation in variations.items():
-        if name in VARIED:
-            place, _, field = name.rpartition(".")
-            owner, now = (arm.muscle, current.muscle) if place else (arm, current)
-            if not hasattr(owner, field):
-                raise InputError(
-                    f"variation {name!r}", f"of a {type(owner).__name__}, which has none", "a parameter of it"
-                )
-            value = evaluate(variation, getattr(owner, field), getattr(now, field), random)
-            (muscle if place else own)[field] = value
-    return arm_from_dict({**own, "muscle": muscle}, base=arm) if own or muscle else arm
-
-
-def _varied_sections(variations: Mapping[str, Any], arm: Arm, current: Arm, random: np.random.RandomState) -> Arm:
-    """Return the next arm of several sections; what does not vary is that of `arm`."""
-    changed: dict[tuple[str, int], dict[str, Any]] = {}
-    for name in [name for name in variations if name in varied(arm)]:
-        place, _, field = name.rpartition(".")
-        section, _, muscle = place.partition(".")
-        kind = "laws" if muscle else "sections" if section else "world"
-        number = int(section.removeprefix("section_")) - 1 if section else 0
-        owner, now = _part(arm, kind, number), _part(current, kind, number)
-        value = evaluate(variations[name], getattr(owner, field), getattr(now, field), random)
-        changed.setdefault((kind, number), {})[field] = value
+    parts = _parts(arm)
+    changed: dict[_Part, dict[str, Any]] = {}
+    for name in [name for name in variations if name in parts]:
+        part, field = parts[name]
+        initial, now = (getattr(_part(one, part), field) for one in (arm, current))
+        value = evaluate(variations[name], initial, now, random)
+        changed.setdefault(part, {})[field] = value
+    if not changed:
+        return arm
     made: dict[str, list[Any]] = {"sections": list(arm.sections), "laws": list(arm.laws), "world": [arm.world]}
     for (kind, number), values in changed.items():
-        made[kind][number] = replace(made[kind][number], **values)
+        with said_of(number) if len(arm.sections) > 1 and kind != "world" else nullcontext():
+            made[kind][number] = replace(made[kind][number], **values)
     return replace(arm, sections=tuple(made["sections"]), laws=tuple(made["laws"]), world=made["world"][0])
 
 
-def _part(arm: Arm, kind: str, number: int) -> Any:
-    part = getattr(arm, kind)
-    return part if kind == "world" else part[number]
+def _part(arm: Arm, part: _Part) -> Any:
+    kind, number = part
+    return arm.world if kind == "world" else getattr(arm, kind)[number]

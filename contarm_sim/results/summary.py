@@ -35,7 +35,8 @@ class MuscleUse:
         push_fraction: share of muscle samples that push.
         largest_push_n: [N], 0 where nothing pushes.
         slack_fraction: share of muscle samples that are slack.
-        max_pressure_needed_pa: [Pa]; None where no pressure does it. Length servos do not know of pressure.
+        max_pressure_needed_pa: of the muscles that have pressures [Pa]; None where no pressure does it, or none has
+            any. Length servos do not know of pressure.
         below_min_pressure, beyond_max_pressure: number of samples in which a muscle needs less, or more, than there is.
         max_sum_of_deltas_m: largest sum of the length changes of a section's muscles [m]; 0 for an arc.
         min_contraction, max_contraction: of rest length [-].
@@ -190,6 +191,7 @@ def muscle_use(trajectory: Trajectory, chosen: slice | None = None) -> MuscleUse
     lengths = trajectory.muscle_lengths
     contraction = (1 - lengths / muscles.each(arm, lambda group: group.rest_length))[:, chosen]
     low, high, least, most = (limit[chosen] for limit in _limits(arm))
+    needed = pressure[:, np.isfinite(high)]
     return MuscleUse(
         min_force_n=float(tensions.min()),
         max_force_n=float(tensions.max()),
@@ -197,7 +199,7 @@ def muscle_use(trajectory: Trajectory, chosen: slice | None = None) -> MuscleUse
         push_fraction=float(np.mean(tensions < PUSH_TENSION)),
         largest_push_n=max(0.0, -float(tensions.min())),
         slack_fraction=float(np.mean((tensions >= PUSH_TENSION) & (tensions < SLACK_TENSION))),
-        max_pressure_needed_pa=float(pressure.max()) if np.isfinite(pressure).all() else None,
+        max_pressure_needed_pa=float(needed.max()) if needed.size and np.isfinite(needed).all() else None,
         below_min_pressure=int(np.count_nonzero(((pressure > 0) & (pressure < (1 - 1e-6) * low)).any(axis=1))),
         beyond_max_pressure=int(np.count_nonzero((pressure > high).any(axis=1))),
         max_sum_of_deltas_m=max(

@@ -151,10 +151,7 @@ def _at_rest(arm: Arm, bends: Array, controller: ControllerName, ticks: Iterable
 def _setting(scenario: Scenario) -> Setting:
     arm = scenario.arm
     weight = (arm.mass + arm.payload) * math.hypot(*arm.gravity)
-    if len(arm.sections) == 1:
-        ratio = weight * arm.length**2 / arm.bending_stiffness
-    else:
-        ratio = weight * arm.length * sum(section.length / section.bending_stiffness for section in arm.sections)
+    ratio = sum(weight * (arm.length * section.length) / section.bending_stiffness for section in arm.sections)
     return Setting(scenario.meaning, scenario.controller, arm, ratio)
 
 

@@ -8,13 +8,12 @@ from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.errors import EquilibriumError, NotConvergedError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import muscles, pneumatics, routing
-from contarm_sim.mechanics.pressures import level_range
 from contarm_sim.mechanics.servos import servo_control
-from contarm_sim.mechanics.statics import Balance, balance, min_tensions
+from contarm_sim.mechanics.statics import Balance, balance
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Muscles
 from contarm_sim.statics.solver import Solver
-from contarm_sim.studies.needs import by_pressure, highest_pressure, lowest_tensions, needs
+from contarm_sim.studies.needs import by_pressure, highest_pressure, limits, lowest_tensions, needs
 
 _CORRECTIONS = 20
 """Most corrections of set-points; two or three do."""
@@ -72,14 +71,12 @@ class RestingBalance:
 
     def _level(self, held: Balance) -> Array:
         """Return how far below the lowest level of its section each muscle is [N], shape (n,)."""
-        lowest = level_range(held, self._arm)[0] if by_pressure(self._arm) else held.level(min_tensions(self._arm))
+        lowest = held.level(limits(held, self._arm)[0])
         return np.repeat(lowest, [own.stop - own.start for own in held.own])
 
     def _held(self, uniform: Balance) -> Balance:
         arm, lengths, tensions = self._arm, self._plant.muscle_lengths, self._plant.actuator_tensions.copy()
-        per_pascal = uniform.per_pascal
-        if by_pressure(arm):
-            per_pascal = np.where(lengths <= self._longest, pneumatics.force(1.0, lengths, arm), 0.0)
+        per_pascal = np.where(lengths <= self._longest, pneumatics.force_per_pascal(lengths, arm), 0.0)
         more = tensions - uniform.tensions
         highest = uniform.highest - np.array([more[own].mean() for own in uniform.own])
         return Balance(tensions, uniform.cocontraction, per_pascal, highest, uniform.own)

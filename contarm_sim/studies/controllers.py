@@ -18,6 +18,7 @@ from contarm_sim.model.parameters import as_number
 from contarm_sim.motion.simulate import simulate
 from contarm_sim.paths.reference import RATE, Reference
 from contarm_sim.results.summary import muscle_use
+from contarm_sim.studies.needs import by_pressure
 from contarm_sim.studies.progress import Track, quietly
 from contarm_sim.studies.scenarios import under_loads
 
@@ -45,7 +46,7 @@ class Followed:
         along_rms_percent: the part along the surface that the tip can reach under that load, likewise.
         lag_s: the delay at which the targets' path fits the tips best [s].
         peak_tension_n: largest tension [N].
-        peak_pressure_pa: highest pressure needed [Pa]; None where none does it.
+        peak_pressure_pa: highest pressure needed [Pa]; None where none does it, or no muscle has any.
         pushes, push_fraction: number and share of muscle samples that push.
         effort_n: mean over time of the sum of the tensions' sizes [N].
     """
@@ -77,7 +78,7 @@ class ControllerComparison:
     """The spiral under every controller and load.
 
     Attributes:
-        rows: load by load, every controller.
+        rows: load by load, every controller; `pressure` only where all muscles have pressures.
         duration: time for the spiral [s].
         arm: that follows it.
     """
@@ -101,7 +102,8 @@ def compare_controllers(arm: Arm, duration: float = 10.0, track: Track = quietly
     if not as_number(duration) >= SHORTEST:
         raise InputError("duration", duration, f"at least {SHORTEST:g} s")
     arms = under_loads(arm)
-    jobs = [(load, controller) for load in arms for controller in NAMES]
+    names = [name for name in NAMES if name != "pressure" or by_pressure(arm)]
+    jobs = [(load, controller) for load in arms for controller in names]
     rows: list[Followed | NotFollowed] = []
     reach: dict[str, Array] = {}
     for i in track(range(len(jobs)), "controllers"):

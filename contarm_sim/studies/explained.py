@@ -123,8 +123,7 @@ def _by_axis(arm: Arm, angles: Array) -> list[Array]:
         each = 2 if section.torsional_stiffness is None else 3
         found = np.zeros((len(angles), section.links, 3))
         for i in range(section.links):
-            order = {"xy": "xyz", "yx": "zyx"} if each == 3 else {"xy": "xy", "yx": "yx"}
-            for j, axis in enumerate(order[hinges.ORDER[i % 4]]):
+            for j, axis in enumerate(hinges.AXES[each][i % 4]):
                 found[:, i, "xyz".index(axis)] = angles[:, first + each * i + j]
         out.append(found)
         first += each * section.links

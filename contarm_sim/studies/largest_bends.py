@@ -112,12 +112,12 @@ def largest_bends_at_rest(
 
 
 def fallen_from(arm: Arm, largest: float, section: int = 0, others: Array | None = None) -> list[float]:
-    """Return which of some bend angles [rad] towards muscle 1 pressures do not hold, though they hold larger ones.
+    """Return which of some bend angles [rad] towards the section's muscle 1 are not held, though larger ones are.
 
     An arm that stands under too much weight falls over before it is bent far enough to be held again.
     """
     resting, limit = RestingBalance(arm), most(arm)
-    plane = arm.routings[section].angles[0] if len(arm.sections) > 1 else 0.0
+    plane = arm.routings[section].angles[0]
     angles = [angle for angle in np.radians([1, 15, 30, 45, 60, 90, 120, 150]).tolist() if angle < largest]
     return [x for x in angles if not resting.needed(posed(arm, x, plane, section, others))[1] <= limit]
 

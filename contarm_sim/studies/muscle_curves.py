@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from contarm_sim.errors import InputError, expect
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics.pneumatics import force
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.mckibben import McKibben
+from contarm_sim.model.muscle_group import MuscleGroup
 from contarm_sim.model.parameters import as_numbers, check_count
 
 PRESSURES = (100e3, 200e3, 300e3, 400e3, 500e3, 600e3, 700e3)
@@ -41,8 +41,8 @@ class MuscleCurves:
     max_stretch: float
 
 
-def of_section(arm: Arm, section: int | None = None) -> Arm:
-    """Return an arm of one section whose muscles have the law and the length of one section's.
+def group_of(arm: Arm, section: int | None = None) -> MuscleGroup:
+    """Return the muscles of a section.
 
     Args:
         section: its number, from 1; only one section has muscles, or all are alike, where it is left out.
@@ -50,8 +50,6 @@ def of_section(arm: Arm, section: int | None = None) -> Arm:
     Raises:
         InputError: no such section, none with muscles, or sections that differ.
     """
-    if len(arm.sections) == 1 and section in (None, 1):
-        return arm
     groups = {group.section + 1: group for group in arm.groups}
     alike = {(group.law, group.length) for group in arm.groups}
     if section is None and len(alike) == 1:
@@ -59,12 +57,7 @@ def of_section(arm: Arm, section: int | None = None) -> Arm:
     if section not in groups:
         given = "not given, and they differ" if section is None else section
         raise InputError("section", given, f"one with muscles: {', '.join(map(str, groups)) or 'there is none'}")
-    group = groups[section]
-    return Arm(
-        sections=(replace(arm.sections[group.section], length=group.length),),
-        routings=(replace(group.routing, start="section"),),
-        laws=(group.law,),
-    )
+    return groups[section]
 
 
 def muscle_law(
@@ -82,21 +75,22 @@ def muscle_law(
     """
     expect("arm", arm, Arm)
     check_count("points", points, 2)
-    arm = of_section(arm, section)
-    most, asked = arm.pneumatics.max_pressure, as_numbers(pressures)
+    group = group_of(arm, section)
+    law = group.pneumatics
+    most, asked = law.max_pressure, as_numbers(pressures)
     if asked is None:
         raise InputError("pressures", pressures, f"a sequence of numbers from 0 to {most:g} Pa")
     for pressure in asked:
         if not 0 <= pressure <= most:
             raise InputError("pressure", pressure, f"0 to {most:g} Pa")
     given = np.array(asked or [p for p in PRESSURES if p <= most] or [most], dtype=float)
-    contraction = np.linspace(-arm.muscle.max_stretch, arm.muscle.max_contraction, points)
+    contraction = np.linspace(-law.max_stretch, law.max_contraction, points)
     return MuscleCurves(
         pressure_pa=given,
         contraction=contraction,
-        force_n=force(given[:, None], arm.muscle_rest_length * (1 - contraction), arm),
-        braid_angle_rad=(arm.muscle.braid_angle if isinstance(arm.muscle, McKibben) else math.nan),
-        rest_length_m=arm.muscle_rest_length,
-        blocked_force_n=arm.muscle.blocked_force,
-        max_stretch=arm.muscle.max_stretch,
+        force_n=law.force(given[:, None], group.rest_length * (1 - contraction), group.rest_length),
+        braid_angle_rad=law.braid_angle if isinstance(law, McKibben) else math.nan,
+        rest_length_m=group.rest_length,
+        blocked_force_n=law.blocked_force,
+        max_stretch=law.max_stretch,
     )

@@ -72,7 +72,7 @@ def possibility(arm: Arm, planes: int = 12, track: Track = quietly, others: Arra
     highest.
 
     Args:
-        planes: number of bending planes, spread evenly from that towards muscle 1, of several sections from +X.
+        planes: number of bending planes, spread evenly from that towards muscle 1 of the section that bends.
         track: shows progress.
         others: the pose of the sections that do not bend [rad], shape (S, 2) or (2 S,); default straight.
 
@@ -99,7 +99,7 @@ def _of_section(
     arm: Arm, load: str, number: int, pose: Array, planes: int, track: Track
 ) -> tuple[list[LargestBend], float, list[float]]:
     """Return the rows of one section, the bend angle up to which all are held, and those that are not [deg]."""
-    towards = 2 * np.pi * np.arange(planes) / planes
+    towards = arm.routings[number].angles[0] + 2 * np.pi * np.arange(planes) / planes
     inflated, vented = (np.degrees(bends) for bends in largest_bends_at_rest(arm, towards, number, pose))
     least = float(np.degrees(every_bend(arm, number, pose)))
     fallen = np.degrees(fallen_from(arm, np.radians(least), number, pose)).tolist()
@@ -111,7 +111,7 @@ def _of_section(
         rows.append(
             LargestBend(
                 load=load,
-                plane_deg=float(np.degrees(towards[i])),
+                plane_deg=float(np.degrees(towards[i]) % 360),
                 inflated_deg=float(inflated[i]),
                 vented_deg=float(vented[i]),
                 simulated_off_deg=None if off is None else float(np.degrees(off)),

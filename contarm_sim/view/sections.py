@@ -12,13 +12,18 @@ import numpy as np
 
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics.shape import bends_of
+from contarm_sim.mechanics.shape import backbone, bends_of
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.colours import muscle_colour, muscle_hex
+from contarm_sim.view.workspace import around, hull
 
 _COLOURS = ((0.30, 0.32, 0.36), (0.07, 0.45, 0.47), (0.55, 0.33, 0.12), (0.36, 0.27, 0.55), (0.16, 0.42, 0.20),
             (0.55, 0.20, 0.33))  # fmt: skip
 """Dark enough for lines on white and for disks in the scene; none is a muscle's, the path's or the target's."""
+
+
+_BACKBONE = "#0072B2"
+"""Of an arm of one section."""
 
 
 def section_colour(number: int) -> tuple[float, float, float]:
@@ -78,3 +83,28 @@ def bend_words(bend: Any, arm: Arm) -> str:
         where = f"towards {plane + 0.0:.0f}°" if len(arm.sections) == 1 else f"({plane + 0.0:.0f}°)"
         words.append(f"{angle:.0f}° {where}")
     return ", ".join(words)
+
+
+def reachable_tips(arm: Arm, rows: int, columns: int, largest: float = np.pi - 1e-9) -> Array:
+    """Return the dome of reachable tips, or the hull of those of several sections [m], shape (T, columns, 3).
+
+    Args:
+        rows: bend angles of the dome; the hull has its own number of rows.
+        columns: planes, the first again as the last.
+        largest: bend angle that the dome ends at [rad].
+    """
+    planes = np.linspace(0, 2 * np.pi, columns)
+    if len(arm.sections) == 1:
+        return arc.position(arc.from_polar(np.linspace(0, largest, rows)[:, None], planes), arm.length)
+    return around(hull(backbone(arm), rows), planes)
+
+
+def backbone_lines(stations: Array, arm: Arm) -> list[tuple[str, str, Array]]:
+    """Return name, colour (#rrggbb) and stations of each section of a backbone with stations of shape (N + 1, 3)."""
+    if len(arm.sections) == 1:
+        return [("backbone", _BACKBONE, stations)]
+    ends = np.cumsum([0, *(section.links for section in arm.sections)])
+    return [
+        (f"section {number + 1}", section_hex(number), stations[start : end + 1])
+        for number, (start, end) in enumerate(pairwise(ends))
+    ]

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from importlib import import_module
 
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.pneumatic_law import PneumaticLaw
+from contarm_sim.view.report.map import no_map
 from contarm_sim.view.report.style import Files
 
 Draw = Callable[[Files, Arm], None]
@@ -57,8 +59,20 @@ OF_SEVERAL: dict[str, tuple[str, Draw]] = {
 """The same of several sections."""
 
 
+def left_out(arm: Arm) -> dict[str, str]:
+    """Return the figures that cannot be drawn of an arm, and what they need."""
+    if len(arm.sections) > 1:
+        found = dict.fromkeys(FIGURES, "an arm of one section")
+        return found if len(arm.sections) == 2 else found | {"elbow": "an arm of two sections"}
+    found = dict.fromkeys(OF_SEVERAL, "an arm of several sections")
+    if needed := no_map(arm):
+        found |= dict.fromkeys(("possibility", "lengths-on-map"), needed)
+    if not isinstance(arm.laws[0], PneumaticLaw):
+        found["stiffness"] = "muscles with pressures"
+    return found
+
+
 def figures_of(arm: Arm) -> dict[str, tuple[str, Draw]]:
     """Return the figures that can be drawn of an arm."""
-    if len(arm.sections) == 1:
-        return FIGURES
-    return {name: entry for name, entry in OF_SEVERAL.items() if name != "elbow" or len(arm.sections) == 2}
+    missing = left_out(arm)
+    return {name: entry for name, entry in (FIGURES | OF_SEVERAL).items() if name not in missing}

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.kinematics import arc, muscles
+from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.pressures import pressure_needed
@@ -17,6 +17,7 @@ from contarm_sim.studies.scenarios import under_loads
 from contarm_sim.view.figures.common import followed
 from contarm_sim.view.report.map import draw_possibility
 from contarm_sim.view.report.style import BLACK, BLUE, GREEN, ORANGE, RED, Files, figure
+from contarm_sim.view.sections import reachable_tips
 
 MM = 1e3
 
@@ -51,11 +52,9 @@ def possibility(path: Files, arm: Arm) -> None:
 def spiral(path: Files, arm: Arm) -> None:
     """Draw the paper's spiral on its spherical shell, the nearest reachable tips, and the simulated ones."""
     samples = followed(arm, "sphere-spiral", "nearest")
-    angles, planes = np.linspace(0, np.pi - 1e-9, 13), np.linspace(0, 2 * np.pi, 37)
     with figure(path, figsize=(5.6, 5.0)) as fig:
         ax = _space(fig)
-        dome = MM * arc.position(arc.from_polar(angles[:, None], planes), arm.length)
-        ax.plot_wireframe(*np.moveaxis(dome, -1, 0), color="#C8CED6", linewidth=0.4)
+        ax.plot_wireframe(*np.moveaxis(MM * reachable_tips(arm, 13, 37), -1, 0), color="#C8CED6", linewidth=0.4)
         ax.plot(*(MM * samples.target.T), color=BLACK, linestyle="--", label="the paper's, on its shell")
         reached = MM * arc.position(samples.bend, arm.length)
         ax.plot(*reached.T, color=BLUE, linewidth=2.4, label="nearest on the dome (analytic)")
@@ -86,7 +85,7 @@ def lengths(path: Files, arm: Arm) -> None:
     Beside it what the chain of links has otherwise than the arc: next to nothing, unless muscles run in spans.
     """
     samples = followed(arm)
-    analytic = muscles.deltas_from_bend(samples.bend, arm.muscle_radius)
+    analytic = routing.arc_deltas(samples.bend, arm)
     simulated, chained = samples.muscle_lengths - arm.length, _chain_deltas(samples.bend, arm)
     with figure(path, figsize=(5.6, 5.4)) as fig:
         *axes, off = fig.subplots(3, 1, sharex=True)
@@ -108,7 +107,7 @@ def lengths_on_map(path: Files, arm: Arm) -> None:
     """Draw the spiral's lengths over the ellipse, the bends that pressure holds shaded."""
     samples = followed(arm)
     bends = arc.from_polar(np.radians(np.linspace(0, 179.9, 120))[:, None], np.linspace(0, 2 * np.pi, 541))
-    deltas = MM * muscles.deltas_from_bend(bends, arm.muscle_radius)
+    deltas = MM * routing.arc_deltas(bends, arm)
     held = pressure_needed(bends, arm)[1] <= arm.pneumatics.max_pressure
     with figure(path, figsize=(4.4, 4.2)) as fig:
         ax = fig.subplots()

@@ -31,8 +31,9 @@ def slices(path: Files, arm: Arm) -> None:
     """
     backbone = shape.backbone(arm)
     found, outer = workspace(backbone, 2 * CELLS, POSES), hull(backbone)
-    tall = float(np.ptp(outer[:, 1]) / (2 * outer[:, 0].max()))
-    with figure(path, figsize=(5.4, 1.2 + 4.6 * tall)) as fig:
+    wide, low, high = MM * outer[:, 0].max(), *(MM * np.array([outer[:, 1].min(), outer[:, 1].max()]))
+    edge = 0.06 * wide
+    with figure(path, figsize=(5.4, 2.0 + 2.7 * (high - low) / wide)) as fig:
         ax = fig.subplots()
         reached = _filled(found, backbone)
         both = np.concatenate([reached[::-1], reached]).astype(float)
@@ -48,10 +49,13 @@ def slices(path: Files, arm: Arm) -> None:
             ax.plot([], [], color=PURPLE, linewidth=0.9, label="folds and limits")
         _draw_examples(ax, arm, backbone)
         ax.set_aspect("equal", anchor="N")
-        ax.set_xlim(*(MM * 1.06 * outer[:, 0].max() * np.array([-1, 1])))
+        ax.set_xlim(-wide - edge, wide + edge)
+        ax.set_ylim(low - edge, high + edge)
         ax.set_xlabel("distance from the axis, in the plane [mm]")
         ax.set_ylabel("height z [mm]")
         fig.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=3)
+        fig.draw_without_rendering()  # axes of equal scales leave room below: cut it off
+        fig.set_size_inches(5.4, fig.get_figheight() - fig.get_tightbbox().y0 + 0.05)
 
 
 def _filled(found: Workspace, backbone: Backbone) -> NDArray[np.bool_]:

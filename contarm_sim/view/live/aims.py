@@ -140,7 +140,7 @@ class _Bend:
     def __init__(self, gui: Any, largest: float, hint: str | None) -> None:
         most = round(float(np.degrees(largest)))
         self._angle = slider(gui, "bend angle [deg]", (0, most), 0.5, 0.0, hint=hint)
-        self._plane = slider(gui, "plane angle [deg]", (-180, 180), 1.0, 0.0, hint="0 is towards muscle 1 (red).")
+        self._plane = slider(gui, "plane angle [deg]", (-180, 180), 1.0, 0.0, hint="0 is towards +X of the base.")
         self.controls = (self._angle, self._plane)
 
     @property

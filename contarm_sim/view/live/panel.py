@@ -78,7 +78,8 @@ class Panel:
     def _connect(self) -> None:
         self.aims.connect(self._on)
         self._on(self._controller, lambda: self._session.change(controller=self._controller.value))
-        for control in (self._least, self._payload, self._gravity):
+        self._on(self._least, self._contract)
+        for control in (self._payload, self._gravity):
             self._on(control, self._load)
         self._on(self._mount, self._load)
         self._on(self._speed, lambda: setattr(self, "speed", value(self._speed)))
@@ -89,14 +90,19 @@ class Panel:
         """Queue an action for whatever a person does with a control; what `follow` sets is not echoed."""
         control.on_update(lambda event: self._post(action) if event.client is not None else None)
 
+    def _contract(self) -> None:
+        """Give the muscles of all sections the least tension that the slider says."""
+        arm = self._session.arm
+        laws = tuple(law.with_min_tension(value(self._least)) for law in arm.laws)
+        self._session.change(arm=replace(arm, laws=laws))
+
     def _load(self) -> None:
-        """Give the session the arm that the controls describe."""
+        """Give the session's arm the gravity and the payload that the controls say."""
         down = self._given if self._mount.value == _GIVEN else np.array(_DOWN[self._mount.value])
         arm = self._session.arm
         # A hair of gravity keeps the picture's way down while it is turned off.
         x, y, z = (float(part) for part in max(value(self._gravity), 1e-9) * down)
-        laws = tuple(law.with_min_tension(value(self._least)) for law in arm.laws)
-        changed = replace(arm, gravity=(x, y, z), payload=1e-3 * value(self._payload), laws=laws)
+        changed = replace(arm, gravity=(x, y, z), payload=1e-3 * value(self._payload))
         turned = not np.allclose(_direction(changed), _direction(arm))
         self._session.change(arm=changed)
         if turned:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from contarm_sim.kinematics import arc, dome
+from contarm_sim.kinematics import dome
 from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import shape
@@ -21,8 +21,7 @@ from contarm_sim.mjcf.scene import base_quaternion, base_rotation
 from contarm_sim.view.live.session import Session
 from contarm_sim.view.rendering.draw import GHOST, TARGET, trace_colours
 from contarm_sim.view.rendering.muscles import thickness, tint
-from contarm_sim.view.sections import muscle_colours, section_colour, section_places, tube_radii
-from contarm_sim.view.workspace import around, hull
+from contarm_sim.view.sections import muscle_colours, reachable_tips, section_colour, section_places, tube_radii
 
 if TYPE_CHECKING:
     import viser
@@ -75,11 +74,7 @@ class Scene:
 
     def _add_dome(self) -> None:
         """Draw the reachable tips, or the hull of those of several sections, faint, with meridians and parallels."""
-        arm, plane = self._session.arm, np.linspace(0, 2 * np.pi, 49)
-        if len(arm.sections) == 1:
-            points = arc.position(arc.from_polar(np.linspace(0, LARGEST_BEND, 35)[:, None], plane), arm.length)
-        else:
-            points = around(hull(shape.backbone(arm), 35), plane)
+        points = reachable_tips(self._session.arm, 35, 49, LARGEST_BEND)
         self._dome = points.reshape(-1, 3)
         faces = _faces(np.arange(len(self._dome)).reshape(points.shape[:2]))
         self._add.add_mesh_simple(

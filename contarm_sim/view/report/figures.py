@@ -10,12 +10,11 @@ import numpy as np
 
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics import shape
 from contarm_sim.mechanics.muscles import each, slices
-from contarm_sim.mechanics.pneumatics import force
 from contarm_sim.mechanics.routing import arc_deltas
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.colours import muscle_hex
+from contarm_sim.model.muscle_group import MuscleGroup
 from contarm_sim.model.pneumatic_law import PneumaticLaw
 from contarm_sim.results.compare import Comparison
 from contarm_sim.results.trajectory import Trajectory
@@ -23,10 +22,11 @@ from contarm_sim.studies.at_rest import Failure, Outcome
 from contarm_sim.studies.convergence import Convergence
 from contarm_sim.studies.tip_stiffness import Stiffness
 from contarm_sim.view.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, Files, figure
-from contarm_sim.view.sections import section_hex
-from contarm_sim.view.workspace import around, hull
+from contarm_sim.view.sections import backbone_lines, reachable_tips, section_hex
 
 _BUDGET = (("discretisation", BLUE, "--"), ("servo", GREEN, ":"), ("shape", ORANGE, "-."))
+
+_BACKBONE: dict[str, Any] = {"linewidth": 2.2, "marker": "o", "markersize": 2.4}
 
 ROUNDING = 1e-6
 """Distance that is put down to rounding [mm]."""
@@ -40,10 +40,11 @@ def draw_path(path: Path, samples: Trajectory, comparison: Comparison) -> None:
     mm, arm = 1e3, samples.arm
     with figure(path, figsize=(6.0, 5.2)) as fig:
         ax = fig.add_subplot(projection="3d", computed_zorder=False)
-        ax.plot_wireframe(*np.moveaxis(mm * _surface(arm), -1, 0), color="#C8CED6", linewidth=0.4)
+        ax.plot_wireframe(*np.moveaxis(mm * reachable_tips(arm, 13, 37), -1, 0), color="#C8CED6", linewidth=0.4)
         ax.plot(*(mm * samples.target.T), color=BLACK, linewidth=1.0, linestyle="--", label="target")
         ax.plot(*(mm * comparison.simulated_tip.T), color=RED, linewidth=1.4, label="simulated tip")
-        _draw_backbone(ax, mm * samples.stations[-1], arm)
+        for name, colour, stations in backbone_lines(mm * samples.stations[-1], arm):
+            ax.plot(*stations.T, color=colour, **_BACKBONE, label=f"{name}, last sample")
         ax.set_xlabel("x [mm]")
         ax.set_ylabel("y [mm]")
         ax.set_zlabel("z [mm]")
@@ -53,28 +54,6 @@ def draw_path(path: Path, samples: Trajectory, comparison: Comparison) -> None:
         ax.legend(loc="upper left")
         several = len(arm.sections) > 1
         ax.set_title(f"Tip path {'inside the hull' if several else 'on the dome'} of reachable tips")
-
-
-def _surface(arm: Arm) -> Array:
-    """Return the dome of reachable tips, or the hull of those of several sections [m], shape (T, 37, 3)."""
-    planes = np.linspace(0, 2 * np.pi, 37)
-    if len(arm.sections) == 1:
-        angles = np.linspace(0, np.pi - 1e-9, 13)
-        return arc.position(arc.from_polar(angles[:, None], planes), arm.length)
-    return around(hull(shape.backbone(arm), 13), planes)
-
-
-def _draw_backbone(ax: Any, stations: Array, arm: Arm) -> None:
-    """Draw the backbone of the last sample [mm], shape (N + 1, 3), each section in its colour."""
-    marks: dict[str, Any] = {"linewidth": 2.2, "marker": "o", "markersize": 2.4}
-    if len(arm.sections) == 1:
-        ax.plot(*stations.T, color=BLUE, **marks, label="backbone, last sample")
-        return
-    start = 0
-    for number, section in enumerate(arm.sections):
-        own = stations[start : start + section.links + 1]
-        ax.plot(*own.T, color=section_hex(number), **marks, label=f"section {number + 1}, last sample")
-        start += section.links
 
 
 def draw_budget(
@@ -238,20 +217,23 @@ def draw_convergence(path: Files, arm: Arm, study: Convergence) -> None:
         ax.legend()
 
 
-def draw_muscle_law(path: Path, arm: Arm, pressures: Iterable[float], kind: str) -> None:
-    """Draw a muscle's force against contraction at pressures [Pa], beside the lengths that the dome asks for."""
-    contraction = np.linspace(-arm.muscle.max_stretch, arm.muscle.max_contraction, 200)
-    lengths = arm.muscle_rest_length * (1 - contraction)
-    reach = arm.muscle_radius * arc.LARGEST_BEND
+def draw_muscle_law(path: Path, group: MuscleGroup, pressures: Iterable[float], kind: str) -> None:
+    """Draw a muscle's force against contraction at pressures [Pa], beside the lengths that bends to 170 deg ask for.
+
+    A muscle that runs through several sections has those of all of them.
+    """
+    law, rest = group.pneumatics, group.rest_length
+    contraction = np.linspace(-law.max_stretch, law.max_contraction, 200)
+    crossed = group.section - group.first + 1
+    reach = group.routing.radius * arc.LARGEST_BEND * crossed
+    asked = "lengths of the dome to 170°" if crossed == 1 else f"lengths of {crossed} sections bent to 170°"
     with figure(path, kind, figsize=(5.2, 3.6)) as fig:
         ax = fig.subplots()
-        used = 100 * (1 - (arm.length + np.array([reach, -reach])) / arm.muscle_rest_length)
-        ax.axvspan(*used, color="#D5DEEA", label="lengths of the dome to 170°")
-        ax.axvline(
-            100 * arm.muscle.mount_contraction, color="#888888", linewidth=0.8, linestyle="--", label="straight arm"
-        )
+        used = 100 * (1 - (group.length + np.array([reach, -reach])) / rest)
+        ax.axvspan(*used, color="#D5DEEA", label=asked)
+        ax.axvline(100 * law.mount_contraction, color="#888888", linewidth=0.8, linestyle="--", label="straight arm")
         for pressure in pressures:
-            curve = force(pressure, lengths, arm)
+            curve = law.force(pressure, rest * (1 - contraction), rest)
             ax.plot(100 * contraction, curve, color=BLUE, linewidth=1.2)
             ax.annotate(f"{pressure / 1e3:g} kPa", (100 * contraction[0], curve[0]), xytext=(-3, 0),
                         textcoords="offset points", ha="right", va="center", fontsize=7)  # fmt: skip

@@ -5,9 +5,21 @@ from __future__ import annotations
 import numpy as np
 
 from contarm_sim.kinematics import arc, muscles
+from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.pressures import pressure_needed
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.pneumatic_law import PneumaticLaw
 from contarm_sim.view.report.style import BLACK, RED, Files, figure
+
+
+def no_map(arm: Arm) -> str | None:
+    """Say what an arm would have to be for its map to be drawn, or None: it is of the paper's muscles."""
+    if len(arm.sections) > 1:
+        return "an arm of one section"
+    if not isinstance(arm.laws[0], PneumaticLaw):
+        return "muscles with pressures"
+    angles = arm.routing.angles
+    return None if len(angles) == 3 and muscles.evenly_spaced(angles) else "three evenly spaced muscles"
 
 
 def draw_possibility(path: Files, arms: dict[str, Arm]) -> None:
@@ -21,7 +33,7 @@ def draw_possibility(path: Files, arms: dict[str, Arm]) -> None:
         axes = fig.subplots(1, len(arms), sharey=True, squeeze=False)[0]
         filled = None
         for ax, (name, arm) in zip(axes, arms.items(), strict=True):
-            deltas = 1e3 * muscles.deltas_from_bend(bend, arm.muscle_radius)
+            deltas = 1e3 * routing.arc_deltas(bend, arm)
             need = np.minimum(pressure_needed(bend, arm)[1], 1e9) / 1e3
             highest = arm.pneumatics.max_pressure / 1e3
             levels = np.linspace(0, highest, 8)

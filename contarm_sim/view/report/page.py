@@ -10,16 +10,13 @@ from typing import Any
 import numpy as np
 
 from contarm_sim.files import write_whole
-from contarm_sim.kinematics import arc
-from contarm_sim.mechanics import shape
 from contarm_sim.model.arm_file import arm_to_toml
 from contarm_sim.model.pneumatic_law import PneumaticLaw
 from contarm_sim.results.compare import Comparison
 from contarm_sim.results.summary import spread
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.report.words import budget, explanation, muscle_words, remarks, verdict_lines
-from contarm_sim.view.sections import section_hex
-from contarm_sim.view.workspace import around, hull
+from contarm_sim.view.sections import backbone_lines, reachable_tips
 
 LARGEST_VIDEO = 1_000_000
 """A larger film [bytes] is embedded in a smaller size: the page stays fit for mail."""
@@ -33,7 +30,7 @@ POINTS = 600
 FIGURES = {
     "path.png": "Tip path on the dome of reachable tips: targets dashed, simulated tip solid, backbone at the end",
     "budget.png": "Tip error over time and its parts, on a logarithmic scale; orientation error below",
-    "muscles.png": "Length changes, tensions and pressures of the three muscles over time; the arc dotted",
+    "muscles.png": "Length changes, tensions and pressures of the muscles over time; the arc dotted",
 }
 _FIGURES_OF_SEVERAL = {
     "path.png": "Tip path in the hull of reachable tips: targets dashed, simulated tip solid, the sections at the end",
@@ -59,7 +56,9 @@ def write_page(folder: Path, samples: Trajectory, comparison: Comparison, summar
         remarks=[remark.replace("`", "") for remark in remarks(summary)],
         budget=budget(summary) + (_section_rows(comparison, samples.arm.length) if several else []),
         several=several,
-        muscles=muscle_words(summary["muscle"], any(isinstance(law, PneumaticLaw) for law in samples.arm.laws)),
+        muscles=muscle_words(
+            summary["muscle"], any(isinstance(group.law, PneumaticLaw) for group in samples.arm.groups)
+        ),
         figures=[
             {"alt": alt, "data": _encoded((folder / name).read_bytes())}
             for name, alt in (_FIGURES_OF_SEVERAL if several else FIGURES).items()
@@ -109,11 +108,7 @@ def _traces(samples: Trajectory, comparison: Comparison) -> dict[str, Any]:
     """Return data and layout of the interactive view; millimetres."""
     step = max(1, len(samples) // POINTS)
     arm, several = samples.arm, len(samples.arm.sections) > 1
-    angles, planes = np.linspace(0, np.pi - 1e-9, 25), np.linspace(0, 2 * np.pi, 49)
-    if several:
-        dome = 1e3 * around(hull(shape.backbone(arm), 25), planes)
-    else:
-        dome = 1e3 * arc.position(arc.from_polar(angles[:, None], planes), arm.length)
+    dome = 1e3 * reachable_tips(arm, 25, 49)
     error = 1e3 * comparison.tip_error[::step]
     hover = "%{x:.1f}, %{y:.1f}, %{z:.1f} mm"
     data = [
@@ -145,15 +140,10 @@ def _traces(samples: Trajectory, comparison: Comparison) -> dict[str, Any]:
 
 def _backbone(samples: Trajectory, hover: str) -> list[dict[str, Any]]:
     """Return the backbone of the last sample, a line a section."""
-    arm, stations = samples.arm, samples.stations[-1]
-    if len(arm.sections) == 1:
-        return [_line("backbone, last sample", stations, {"color": "#0072B2", "width": 8}, hover)]
-    lines, start = [], 0
-    for number, section in enumerate(arm.sections):
-        own, look = stations[start : start + section.links + 1], {"color": section_hex(number), "width": 8}
-        lines.append(_line(f"section {number + 1}, last sample", own, look, hover))
-        start += section.links
-    return lines
+    return [
+        _line(f"{name}, last sample", stations, {"color": colour, "width": 8}, hover)
+        for name, colour, stations in backbone_lines(samples.stations[-1], samples.arm)
+    ]
 
 
 def _line(name: str, points: Any, line: dict[str, Any], hover: str) -> dict[str, Any]:

@@ -161,12 +161,21 @@ def available(summary: dict[str, Any]) -> str:
     return " or ".join(f"{low / 1e3:.0f} to {high / 1e3:.0f} kPa" for low, high in _pressures(summary))
 
 
+def _laws(summary: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the parameters of the law of each section's muscles."""
+    arm = summary["arm"]
+    shared, owns = arm.get("muscle", {}), [section.get("muscle", {}) for section in arm.get("section", [{}])]
+    return [own if "law" in own else {**shared, **own} for own in owns]  # a law of its own takes nothing of the shared
+
+
 def _pressures(summary: dict[str, Any]) -> list[tuple[float, float]]:
     """Return the lowest and the highest pressures [Pa] of sections that differ; none where no muscle has any."""
-    arm = summary["arm"]
-    laws = [{**arm.get("muscle", {}), **section.get("muscle", {})} for section in arm.get("section", [{}])]
-    found = [(law["min_pressure"], law["max_pressure"]) for law in laws if {"min_pressure", "max_pressure"} <= set(law)]
+    found = [(law["min_pressure"], law["max_pressure"]) for law in _laws(summary) if _pneumatic(law)]
     return list(dict.fromkeys(found))
+
+
+def _pneumatic(law: dict[str, Any]) -> bool:
+    return {"min_pressure", "max_pressure"} <= set(law)
 
 
 def remarks(summary: dict[str, Any]) -> list[str]:
@@ -186,8 +195,11 @@ def remarks(summary: dict[str, Any]) -> list[str]:
     if muscle["below_min_pressure"] and pulling:
         least = max(low for low, _ in _pressures(summary)) / 1e3
         count = f"{muscle['below_min_pressure']} of {summary['samples']} samples"
-        found.append(
+        line = (
             f"the length servos of this controller need less than {least:.0f} kPa, the lowest pressure when inflated, "
-            f"in {count}; the controller `pressure` stays within {available(summary)}"
         )
+        line += f"in {count}"
+        if all(map(_pneumatic, _laws(summary))):  # else that controller is not for this arm
+            line += f"; the controller `pressure` stays within {available(summary)}"
+        found.append(line)
     return found
