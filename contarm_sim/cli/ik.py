@@ -71,7 +71,7 @@ def ik(
     contarm ik --preset two --tip 0.1 0.05 0.3 --choose all
     contarm ik --preset three --tip 0.1 0.05 0.3 --direction 1 0 0
     """
-    from contarm_sim.cli.solutions import show, write
+    from contarm_sim.cli.solutions import show, show_all, write
     from contarm_sim.cli.terminal import say
     from contarm_sim.view.report.output import check_output, to_json
 
@@ -101,7 +101,7 @@ def ik(
         off = f", {len(solutions) - reached} out of reach projected" if reached < len(solutions) else ""
         click.echo(f"{reached} targets solved{off}; the largest miss is {1e3 * worst:.4g} mm")
     else:
-        _table(arm, solutions)
+        show_all(arm, solutions)
 
 
 @dataclass(frozen=True)
@@ -240,43 +240,3 @@ def asking(error: UnreachableError, arm: Arm) -> UnreachableError:
         dome.bend_from_tip(near, arm.length, "nearest").miss <= 0.1 * arm.length
     )  # fmt: skip
     return error.asking("in millimetres?") if within and error.miss > arm.length else error
-
-
-def _table(arm: Arm, solutions: list[dict[str, Any]]) -> None:
-    """Print one row a solution; of several sections, one column a section: bend angle, and the plane it bends in."""
-    import numpy as np
-
-    from contarm_sim.cli.terminal import table
-
-    shown, listed = solutions[:200], "piece" in solutions[0]
-    columns: dict[str, list[str]] = {}
-    if listed:
-        columns["piece"] = [str(row["piece"]) for row in shown]
-    else:
-        columns["target x y z [mm]"] = [" ".join(f"{1e3 * x:.2f}" for x in row["target"]) for row in shown]
-    if len(arm.sections) == 1:
-        columns["bend [deg]"] = [f"{np.degrees(row['bend_angle']):.3f}" for row in shown]
-        columns["plane [deg]"] = [f"{np.degrees(row['plane_angle']):.2f}" for row in shown]
-        for i in range(len(shown[0]["muscle_deltas"])):
-            columns[f"l{i + 1} [mm]"] = [f"{1e3 * row['muscle_deltas'][i]:.3f}" for row in shown]
-    else:
-        for number in range(len(arm.sections)):
-            bends = ((row["bend_angle"][number], row["plane_angle"][number]) for row in shown)
-            columns[f"{number + 1}: bend, plane [deg]"] = [
-                f"{np.degrees(angle):.2f}, {np.degrees(plane):.1f}" for angle, plane in bends
-            ]
-    columns["miss [mm]"] = [f"{round(1e3 * row['miss'], 4):.4f}" for row in shown]
-    if any(row.get("asks_turn") for row in shown):
-        columns["angle off [deg]"] = [f"{round(np.degrees(row['angle_miss']), 4):.4f}" for row in shown]
-    more = f"the first 200 of {len(solutions)}; --out writes all" if len(solutions) > 200 else None
-    table(_title(solutions), list(columns), [list(row) for row in zip(*columns.values(), strict=True)], caption=more)
-
-
-def _title(solutions: list[dict[str, Any]]) -> str:
-    count = len(solutions)
-    if "piece" not in solutions[0]:
-        return f"{count} target{'s' * (count != 1)}"
-    if solutions[0]["solutions"] >= 0:
-        return f"all {count} solutions"
-    pieces = len({row["piece"] for row in solutions})
-    return f"a continuum of solutions in {pieces} piece{'s' * (pieces != 1)}, {count} samples of it"

@@ -138,6 +138,46 @@ def _counted(solution: dict[str, Any]) -> str:
     return "a continuum; --choose all samples it" if count < 0 else str(count)
 
 
+def show_all(arm: Arm, solutions: list[dict[str, Any]]) -> None:
+    """Print one row a solution; of several sections, one column a section: bend angle, and the plane it bends in."""
+    import numpy as np
+
+    from contarm_sim.cli.terminal import table
+
+    shown, listed = solutions[:200], "piece" in solutions[0]
+    columns: dict[str, list[str]] = {}
+    if listed:
+        columns["piece"] = [str(row["piece"]) for row in shown]
+    else:
+        columns["target x y z [mm]"] = [" ".join(f"{1e3 * x:.2f}" for x in row["target"]) for row in shown]
+    if len(arm.sections) == 1:
+        columns["bend [deg]"] = [f"{np.degrees(row['bend_angle']):.3f}" for row in shown]
+        columns["plane [deg]"] = [f"{np.degrees(row['plane_angle']):.2f}" for row in shown]
+        for i in range(len(shown[0]["muscle_deltas"])):
+            columns[f"l{i + 1} [mm]"] = [f"{1e3 * row['muscle_deltas'][i]:.3f}" for row in shown]
+    else:
+        for number in range(len(arm.sections)):
+            bends = ((row["bend_angle"][number], row["plane_angle"][number]) for row in shown)
+            columns[f"{number + 1}: bend, plane [deg]"] = [
+                f"{np.degrees(angle):.2f}, {np.degrees(plane):.1f}" for angle, plane in bends
+            ]
+    columns["miss [mm]"] = [f"{round(1e3 * row['miss'], 4):.4f}" for row in shown]
+    if any(row.get("asks_turn") for row in shown):
+        columns["angle off [deg]"] = [f"{round(np.degrees(row['angle_miss']), 4):.4f}" for row in shown]
+    more = f"the first 200 of {len(solutions)}; --out writes all" if len(solutions) > 200 else None
+    table(_title(solutions), list(columns), [list(row) for row in zip(*columns.values(), strict=True)], caption=more)
+
+
+def _title(solutions: list[dict[str, Any]]) -> str:
+    count = len(solutions)
+    if "piece" not in solutions[0]:
+        return f"{count} target{'s' * (count != 1)}"
+    if solutions[0]["solutions"] >= 0:
+        return f"all {count} solutions"
+    pieces = len({row["piece"] for row in solutions})
+    return f"a continuum of solutions in {pieces} piece{'s' * (pieces != 1)}, {count} samples of it"
+
+
 def write(out: Path, arm: Arm, solutions: list[dict[str, Any]]) -> None:
     """Write solutions to a CSV file; of several sections, bends have a column for each."""
     import csv

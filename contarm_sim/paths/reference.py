@@ -13,6 +13,7 @@ from contarm_sim.kinematics.arrays import Array, ReadOnly, as_vectors
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.parameters import as_number, check_count
+from contarm_sim.paths.bends import bends_to, directions_of
 from contarm_sim.paths.shapes import FASTEST, LONGEST, Path
 
 RATE = 100.0
@@ -59,7 +60,7 @@ class Reference(ReadOnly):
         for name, array in (("time", time), ("target", target), ("bend", bend)):
             self._keep(name, array)
         if self.direction is not None:
-            self._keep("direction", as_directions(self.direction, len(bend)))
+            self._keep("direction", directions_of(self.direction, len(bend)))
 
     def __len__(self) -> int:
         return len(self.bend)
@@ -147,7 +148,7 @@ class Reference(ReadOnly):
         if direction is not None:
             direction = np.broadcast_to(as_vectors(direction, 3, "direction"), target.shape)
         try:
-            bend = _bends(target, direction, arm, project, moving=True)
+            bend = bends_to(target, direction, arm, project, moving=True)
         except UnreachableError as error:
             share = 100 * error.index / len(target)
             raise error.located(f"path {path.name}, {share:.0f} % of the way") from None
@@ -169,7 +170,7 @@ class Reference(ReadOnly):
         """
         expect("arm", arm, Arm)
         target = as_vectors(target, 3, "target")
-        bend = _bends(target, direction, arm, project, moving=time is not None)
+        bend = bends_to(target, direction, arm, project, moving=time is not None)
         return cls(np.zeros(len(target)) if time is None else time, target, bend, section_lengths(arm), direction)
 
     @classmethod
@@ -194,49 +195,8 @@ def section_lengths(arm: Arm) -> float | tuple[float, ...]:
     return lengths[0] if len(lengths) == 1 else lengths
 
 
-def as_directions(value: Any, count: int) -> Array:
-    """Return directions as unit vectors, shape (count, 3).
-
-    Raises:
-        InputError: of another shape, or a direction of no length.
-    """
-    vectors = as_vectors(value, 3, "direction")
-    size = np.linalg.norm(vectors, axis=-1)
-    if vectors.shape != (count, 3) or not np.all(size > 0):
-        given = f"of shape {vectors.shape}" if vectors.shape != (count, 3) else "0 0 0"
-        raise InputError("direction", given, f"vectors that are not zero, shape ({count}, 3)")
-    return np.asarray(vectors / size[:, None])
-
-
 def _same(one: Array | None, other: Array | None) -> bool:
     return one is other if one is None or other is None else np.array_equal(one, other)
-
-
-def _bends(target: Array, direction: Any, arm: Arm, project: dome.Projection, moving: bool) -> Array:
-    """Return the bends [rad], shape (T, 2 S), that reach targets [m], shape (T, 3).
-
-    Raises:
-        UnreachableError, InputError: as `Reference.from_path` says.
-    """
-    if len(arm.sections) == 1:
-        if direction is not None:
-            raise InputError("direction", "given", "none for an arm of one section: its tip's position fixes it")
-        return dome.bend_from_tip(target, arm.length, project).bend
-    from contarm_sim.kinematics import inverse  # not needed for one section
-
-    if project not in ("refuse", "nearest"):
-        raise InputError("project", repr(project), "refuse or nearest, for an arm of several sections")
-    form = shape.backbone(arm)
-    directions = None if direction is None else as_directions(direction, len(target))
-    if directions is not None and len(form) < 3:
-        raise InputError("direction", f"given for {len(form)} sections", "one for three sections or more")
-    found = (inverse.track if moving else inverse.solve)(target, form, directions)
-    tolerance = dome.TOLERANCE * arm.length
-    if project == "refuse" and np.any(found.miss > tolerance):
-        index = int(np.argmax(found.miss > tolerance))
-        reached = shape.position(found.bends[index].reshape(-1), arm)
-        raise UnreachableError(target[index], float(found.miss[index]), reached, tolerance, index, dome=False)
-    return found.bends.reshape(len(target), -1)
 
 
 def _times(time: Any, count: int) -> Array:
