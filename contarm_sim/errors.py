@@ -93,6 +93,7 @@ class UnreachableError(InputError):
         index: its place among the targets, 0 for a single one.
         question: what may explain it, such as a unit; or nothing.
         angle: what is left of a direction or orientation asked for [rad].
+        limits: largest bend angles of several sections that were let [rad].
     """
 
     def __init__(
@@ -106,11 +107,13 @@ class UnreachableError(InputError):
         question: str = "",
         angle: float = 0.0,
         dome: bool = True,
+        limits: tuple[float, ...] = (),
     ) -> None:
         self.target, self.miss, self.nearest, self.index = target, miss, nearest, index
-        self.tolerance, self.question, self.angle, self._dome = tolerance, question, angle, dome
+        self.tolerance, self.question, self.angle, self._dome, self.limits = tolerance, question, angle, dome, limits
         asked = f" ({question})" if question else ""
-        place = "off the dome of reachable tips" if dome else "out of reach"
+        bends = f" with bends up to {', '.join(f'{math.degrees(x):.4g}' for x in limits)} deg" if limits else ""
+        place = "off the dome of reachable tips" if dome else f"out of reach{bends}"
         small = 1e-9 * max(abs(float(x)) for x in (*target, *nearest))
         found = ", ".join(f"{0.0 if abs(x) < small else x:.6g}" for x in nearest)
         said = f"{miss * 1e3:.4g} mm {place}"
@@ -119,8 +122,8 @@ class UnreachableError(InputError):
             said = turned if miss <= tolerance else f"{miss * 1e3:.4g} mm {place}, and {turned}"
         super().__init__(
             "target",
-            f"({', '.join(f'{x:.6g}' for x in target)}) m, which is {said}",
-            f"a miss of at most {tolerance * 1e3:.3g} mm{asked} (the nearest reachable point is ({found}) m), or a "
+            f"({', '.join(f'{x:.6g}' for x in target)}) m{asked}, which is {said}",
+            f"a miss of at most {tolerance * 1e3:.3g} mm (the nearest reachable point is ({found}) m), or a "
             f"projection: nearest{', ray, paper' if dome else ''}",
             where,
         )
@@ -135,8 +138,9 @@ class UnreachableError(InputError):
 
     def _again(self, where: str | None, question: str) -> UnreachableError:
         return UnreachableError(
-            self.target, self.miss, self.nearest, self.tolerance, self.index, where, question, self.angle, self._dome
-        )
+            self.target, self.miss, self.nearest, self.tolerance, self.index, where, question, self.angle, self._dome,
+            self.limits,
+        )  # fmt: skip
 
 
 class DivergenceError(ContarmError):

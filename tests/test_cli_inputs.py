@@ -190,7 +190,7 @@ def test_units_on_flags_and_in_files(contarm, tmp_path):
     (tmp_path / "mm.csv").write_text("x [mm],y [mm],z [mm],w\n235.5,0,235.5,1\n")
     code, out, err = contarm("ik", "--file", "mm.csv", "--out", "found.csv")
     assert code == 0, err
-    assert out.startswith("1 targets solved; the largest miss is")
+    assert out.startswith("1 target solved; the largest miss is")
     assert err.splitlines()[:2] == ["mm.csv: converted x from mm to m, y from mm to m, z from mm to m",
                                     "mm.csv: not read: column 'w'"]  # fmt: skip
 

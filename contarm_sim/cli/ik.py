@@ -69,7 +69,7 @@ def ik(
     contarm ik --tip 0.1 0.1 0.3 --project nearest --json
     contarm ik --file targets.csv --out solutions.csv
     contarm ik --preset two --tip 0.1 0.05 0.3 --choose all
-    contarm ik --preset three --tip 0.1 0.05 0.3 --direction 1 0 0
+    contarm ik --preset three --tip 0.2 0.1 0.4 --direction 1 0 0
     """
     from contarm_sim.cli.solutions import show, show_all, write
     from contarm_sim.cli.terminal import say
@@ -97,9 +97,12 @@ def ik(
     elif tip is not None and len(solutions) == 1:
         show(arm, solutions[0], [("tip", solutions[0]["transform"])])
     elif out is not None:
+        if choose == "all":
+            click.echo(f"{len(solutions)} solutions written")
+            return
         worst, reached = max(row["miss"] for row in solutions), sum(row["reachable"] for row in solutions)
         off = f", {len(solutions) - reached} out of reach projected" if reached < len(solutions) else ""
-        click.echo(f"{reached} targets solved{off}; the largest miss is {1e3 * worst:.4g} mm")
+        click.echo(f"{reached} target{'s' * (reached != 1)} solved{off}; the largest miss is {1e3 * worst:.4g} mm")
     else:
         show_all(arm, solutions)
 
@@ -142,6 +145,7 @@ def _solved(arm: Arm, targets: Targets, asked: _Asked) -> list[dict[str, Any]]:
     if asked.project not in ("refuse", "nearest"):
         allowed = "refuse or nearest; ray and paper are for positions of one section alone"
         raise InputError("--project", asked.project, allowed)
+    _check_limits(asked.limit, arm)
     form = shape.backbone(arm, limits=asked.limit or None)
     if asked.near and asked.choose not in (None, "nearest"):
         raise InputError("--from", f"given with --choose {asked.choose}", "--choose nearest, or no --choose")
@@ -152,7 +156,24 @@ def _solved(arm: Arm, targets: Targets, asked: _Asked) -> list[dict[str, Any]]:
     if choose == "nearest" and near is None:
         raise InputError("--choose nearest", "given without --from", "--from BEND_ANGLE PLANE_ANGLE for each section")
     found = inverse.solve(targets.position, form, targets.direction, targets.rotation, choose, near)
-    return _said(arm, targets, found.bends, found.solutions, asked)
+    return _said(arm, targets, found.bends, found.solutions, asked, form.limits)
+
+
+def _check_limits(limits: tuple[float, ...], arm: Arm) -> None:
+    """Refuse limits that are none, or not one for all sections or for each.
+
+    Raises:
+        InputError: says which.
+    """
+    import math
+
+    count = len(arm.sections)
+    if len(limits) not in (0, 1, count):
+        raise InputError("--limit", f"given {len(limits)} times", f"once, or {count} times, once for each section")
+    for limit in limits:
+        if not 0 < limit < math.pi:
+            given = f"{limit:.6g} rad ({math.degrees(limit):.6g} deg)"
+            raise InputError("--limit", given, "above 0, below pi rad (180 deg)")
 
 
 def _all(arm: Arm, targets: Targets, form: Backbone, asked: _Asked) -> list[dict[str, Any]]:
@@ -167,17 +188,19 @@ def _all(arm: Arm, targets: Targets, form: Backbone, asked: _Asked) -> list[dict
     pieces = inverse.solve_all(one.position[0], form, direction, rotation)
     if not pieces:
         found = inverse.solve(one.position, form, one.direction, one.rotation)
-        return _said(arm, targets, found.bends, found.solutions, asked)
+        return _said(arm, targets, found.bends, found.solutions, asked, form.limits)
     bends = np.concatenate(pieces)
     isolated = all(len(piece) == 1 for piece in pieces)
     count = np.full(len(bends), len(bends) if isolated else -1)
-    rows = _said(arm, targets.repeated(len(bends)), bends, count, asked)
+    rows = _said(arm, targets.repeated(len(bends)), bends, count, asked, form.limits)
     for row, piece in zip(rows, np.repeat(np.arange(1, len(pieces) + 1), [len(p) for p in pieces]), strict=True):
         row["piece"] = int(piece)
     return rows
 
 
-def _said(arm: Arm, targets: Targets, bends: Any, count: Any, asked: _Asked) -> list[dict[str, Any]]:
+def _said(
+    arm: Arm, targets: Targets, bends: Any, count: Any, asked: _Asked, limits: tuple[float, ...]
+) -> list[dict[str, Any]]:
     """Return what is said of solutions, shape (T, S, 2), if they reach their targets or may miss them.
 
     Raises:
@@ -199,7 +222,7 @@ def _said(arm: Arm, targets: Targets, bends: Any, count: Any, asked: _Asked) -> 
         index = int(np.argmin(reached))
         raise UnreachableError(
             targets.position[index], float(miss[index]), tips[index, :3, 3], tolerance, index,
-            angle=float(angle[index]), dome=False,
+            angle=float(angle[index]), dome=False, limits=limits,
         )  # fmt: skip
     rows = of_bends(arm, bend)
     return [

@@ -211,7 +211,7 @@ def muscles_from_words(text: str) -> Any:
     """
     from contarm_sim.model.load import Muscles
 
-    kind, *words = text.split() or [text]
+    kind, *words = text.replace("|", " ").split() or [text]  # bars between sections, as they are printed
     unit = {"deltas": "m", "tensions": "N", "pressures": "Pa", "bend": "rad"}.get(kind, "-")
     values = tuple(quantity(word, unit, f"muscles {kind}") for word in words)
     return Muscles(kind=kind, values=values)  # type: ignore[arg-type]

@@ -73,6 +73,8 @@ def show(arm: Arm, solution: dict[str, Any], frames: list[tuple[str, Any]]) -> N
     import math
 
     rows = _bends(solution) if len(arm.sections) == 1 else _bends_of_sections(arm, solution)
+    if len(arm.sections) > 1 and (needed := _needed(arm, solution)):
+        rows.append(("pressure needed", needed))
     rows.append(("tip", _mm(solution["tip"])))
     if "miss" in solution:
         beyond = "  (off the dome)" if len(arm.sections) == 1 else "  (out of reach)"
@@ -93,8 +95,34 @@ def show(arm: Arm, solution: dict[str, Any], frames: list[tuple[str, Any]]) -> N
         click.echo(f"{label:24} {text}".rstrip())
 
 
+def _needed(arm: Arm, solution: dict[str, Any]) -> str:
+    """Return the highest of the least pressures that hold the bends, with the arm's weight; nothing if unknown."""
+    import numpy as np
+
+    from contarm_sim.errors import InputError
+    from contarm_sim.kinematics import arc
+    from contarm_sim.mechanics.pressures import pressure_needed
+
+    try:
+        most = min(group.pneumatics.max_pressure for group in arm.groups)
+        bend = arc.from_polar(solution["bend_angle"], solution["plane_angle"]).reshape(-1)
+        needed = float(pressure_needed(bend, arm)[0])
+    except (InputError, ValueError):  # other laws, too few muscles, or none
+        return ""
+    said = f"{needed / 1e3:.0f} kPa" if np.isfinite(needed) else "more than any"
+    return f"{said}; there are {most / 1e3:.0f} kPa{'' if needed <= most else ', too few to hold this'}"
+
+
 def _mm(values: list[float]) -> str:
     return "  ".join(f"{round(1e3 * x, 4) + 0.0:.4f}" for x in values) + " mm"
+
+
+def _plane(angle: float, digits: int) -> float:
+    """Return a plane angle [deg], rounded, above -180 and up to 180."""
+    import math
+
+    degrees = round(math.degrees(angle), digits) + 0.0
+    return 180.0 if degrees == -180 else degrees
 
 
 def _left(size: float) -> str:
@@ -123,7 +151,7 @@ def _bends_of_sections(arm: Arm, solution: dict[str, Any]) -> list[tuple[str, st
     rows = []
     for number in range(len(arm.sections)):
         angle, plane = solution["bend_angle"][number], solution["plane_angle"][number]
-        said = f"bends by {math.degrees(angle):.4f} deg towards {round(math.degrees(plane), 4) + 0.0:.4f} deg"
+        said = f"bends by {math.degrees(angle):.4f} deg towards {_plane(plane, 4):.4f} deg"
         said += f", curvature {solution['curvature'][number]:.5g} 1/m"
         straight = math.degrees(angle) < 5e-5
         few = "" if arm.routings[number].count > 2 else "; its own muscles are too few to hold that"
@@ -159,7 +187,7 @@ def show_all(arm: Arm, solutions: list[dict[str, Any]]) -> None:
         for number in range(len(arm.sections)):
             bends = ((row["bend_angle"][number], row["plane_angle"][number]) for row in shown)
             columns[f"{number + 1}: bend, plane [deg]"] = [
-                f"{np.degrees(angle):.2f}, {np.degrees(plane):.1f}" for angle, plane in bends
+                f"{np.degrees(angle):.2f}, {_plane(plane, 1):.1f}" for angle, plane in bends
             ]
     columns["miss [mm]"] = [f"{round(1e3 * row['miss'], 4):.4f}" for row in shown]
     if any(row.get("asks_turn") for row in shown):
@@ -192,6 +220,7 @@ def write(out: Path, arm: Arm, solutions: list[dict[str, Any]]) -> None:
     muscles = range(1, len(solutions[0]["muscle_deltas"]) + 1)
     header += [f"l{i}_m" for i in muscles] + [f"tip_{a}_m" for a in "xyz"] + ["miss_m", "reachable"]
     header += ["angle_miss_rad", "solutions"] if count > 1 else []
+    header += ["piece"] if "piece" in solutions[0] else []
     with output_file(out) as scratch, scratch.open("w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(header)
@@ -201,4 +230,5 @@ def write(out: Path, arm: Arm, solutions: list[dict[str, Any]]) -> None:
             values = [*row["target"], *(value for section in each for value in section)]
             values += [*row["muscle_deltas"], *row["tip"], row["miss"]]
             more = [repr(row["angle_miss"]), row["solutions"]] if count > 1 else []
+            more += [row["piece"]] if "piece" in row else []
             writer.writerow([*map(repr, values), row["reachable"], *more])

@@ -50,5 +50,7 @@ def bends_to(target: Array, direction: Any, arm: Arm, project: dome.Projection, 
     if project == "refuse" and np.any(found.miss > tolerance):
         index = int(np.argmax(found.miss > tolerance))
         reached = shape.position(found.bends[index].reshape(-1), arm)
-        raise UnreachableError(target[index], float(found.miss[index]), reached, tolerance, index, dome=False)
+        raise UnreachableError(
+            target[index], float(found.miss[index]), reached, tolerance, index, dome=False, limits=form.limits
+        )
     return found.bends.reshape(len(target), -1)
