@@ -79,7 +79,7 @@ def bend_words(bend: Any, arm: Arm) -> str:
     """
     words = []
     for own in bends_of(bend, arm):
-        angle, plane = (np.round(np.degrees(x)) for x in arc.to_polar(own))
+        angle, plane = (float(np.round(np.degrees(x))) for x in arc.to_polar(own))
         plane = 180.0 if plane == -180 else plane
         where = f"towards {plane + 0.0:.0f}°" if len(arm.sections) == 1 else f"({plane + 0.0:.0f}°)"
         words.append(f"{angle:.0f}° {where}")

@@ -84,7 +84,7 @@ def track(
         return _apart(goals, backbone, first)
     hard = Goals(goals.position) if goals.conditions > 2 * len(backbone) else goals
     course, jumps = _course(hard, backbone, first, choose, goals)
-    course = _closest(hard, backbone, course)
+    course, jumps = _closest(hard, backbone, course, jumps)
     if hard is not goals:
         course = _turned(goals, backbone, course)
     one = goals.answered(course, backbone, -1 if 2 * len(backbone) > goals.conditions else 1)
@@ -136,18 +136,25 @@ def _polished(goals: Goals, backbone: Backbone, course: Array) -> Array:
     return np.where(better[:, None, None], closer, course)
 
 
-def _closest(goals: Goals, backbone: Backbone, course: Array) -> Array:
-    """Return a course with the nearest poses known next to it where it misses its goals."""
+def _closest(goals: Goals, backbone: Backbone, course: Array, jumps: Index) -> tuple[Array, Index]:
+    """Return a course with the nearest poses known next to it where it misses its goals, and its jumps.
+
+    A goal that is reached by none of these, but by others, is reached by a jump.
+    """
     rows = np.flatnonzero(~goals.solved(course, backbone))
     if not len(rows):
-        return course
+        return course, jumps
     these, course = goals.take(rows), course.copy()
     near = approached(these, backbone, course[rows])
     found = solve(these.position, backbone, these.direction, these.rotation, near=near).bends
     aside = np.sqrt(((found - near) ** 2).sum(axis=(-1, -2)))
     closer = (these.off(found, backbone) < these.off(near, backbone)) & (aside < roadmap.FARTHEST_STEP)
+    closer |= these.solved(found, backbone) & ~these.solved(near, backbone)
     course[rows] = np.where(closer[:, None, None], found, near)
-    return course
+    beside = np.unique(np.concatenate([rows, rows + 1]))
+    beside = beside[(beside > 0) & (beside < len(course))]
+    far = np.sqrt(((course[beside] - course[beside - 1]) ** 2).sum(axis=(-1, -2))) >= roadmap.FARTHEST_STEP
+    return course, np.unique(np.concatenate([jumps, beside[far]]))
 
 
 def _turned(goals: Goals, backbone: Backbone, course: Array) -> Array:
