@@ -9,7 +9,6 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from held_bends import E, balance
-from matplotlib.figure import Figure
 from rod import tension
 
 from contarm_sim.model.arm import Arm
@@ -26,19 +25,6 @@ def quick(monkeypatch):
     monkeypatch.setattr(studies, "GRID", 2)
     monkeypatch.setattr(studies, "DURATION", 3.0)
     monkeypatch.setattr(common, "DURATION", 3.0)
-
-
-@pytest.fixture
-def drawn(monkeypatch):
-    """List the figures that are saved."""
-    figures, save = [], Figure.savefig
-
-    def keep(figure, *given, **more):
-        figures.append(figure)
-        save(figure, *given, **more)
-
-    monkeypatch.setattr(Figure, "savefig", keep)
-    return figures
 
 
 def _lines(ax):

@@ -50,6 +50,12 @@ def check(track, backbone, bends, what):
     assert longest(track.bends) < max(8 * longest(bends), 0.3)
 
 
+KNOWN = {
+    ("arcs", 2, "direction", 109), ("limits", 2, "direction", 109), ("chains", 2, "direction", 109),
+    ("limits", 4, "rotation", 116), ("chains", 4, "rotation", 111), ("chains", 4, "rotation", 118),
+}  # fmt: skip
+"""Long paths that are not tracked as they could be: two sections leave directions, four jump and say so."""
+
 CASES = [(2, "position"), (2, "direction"), (3, "position"), (3, "direction"), (3, "rotation"), (4, "rotation")]
 
 
@@ -65,7 +71,6 @@ def test_a_path_with_a_continuous_course_is_tracked(count, what):
 @pytest.mark.parametrize(("count", "what"), CASES)
 @pytest.mark.parametrize("kind", ["arcs", "limits", "chains"])
 def test_paths_of_1000_targets_with_a_continuous_course_are_tracked(count, what, kind):
-    failed = 0
     for seed in range(20):
         rng = np.random.default_rng(100 + seed)
         options = {
@@ -76,13 +81,10 @@ def test_paths_of_1000_targets_with_a_continuous_course_are_tracked(count, what,
         backbone = Backbone(lengths=tuple(rng.uniform(0.08, 0.3, count)), **options)
         bends = wandering(rng, backbone, 1000)
         found = inverse.track(**asked(bends, backbone, what), backbone=backbone)
-        # Beyond what is promised, one or two of twenty fail: four sections jump once or twice, and say so; two are
-        # led by directions to a course that leaves them.
-        if (count == 4 and len(found.jumps)) or (count == 2 and found.angle_miss.mean() >= 0.01):
-            failed += 1
+        if (kind, count, what, 100 + seed) in KNOWN:
+            assert len(found.jumps) or found.angle_miss.mean() >= 0.01, "it is tracked now: take it off KNOWN"
         else:
             check(found, backbone, bends, what)
-    assert failed <= 2
 
 
 def test_a_course_starts_where_it_is_told():
@@ -152,8 +154,8 @@ def test_jumps_are_those_that_families_force():
 
 @pytest.mark.slow
 def test_jumps_are_those_that_families_force_on_many_paths():
-    compared, _ = compare_with_brute_force(range(60), 4, 60)
-    assert compared >= 5
+    compared, _ = compare_with_brute_force(range(120), 4, 60)
+    assert compared >= 10
 
 
 def test_a_path_that_leaps_is_followed_on_both_sides():

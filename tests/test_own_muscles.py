@@ -6,7 +6,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from contarm_sim import studies
 from contarm_sim.errors import InputError
@@ -52,19 +51,6 @@ UNEVEN = Arm(links=8, routings=(Routing(at=(0.3, 2.2, 4.6)),))
 
 def turned(arm, offset):
     return replace(arm, routings=(replace(arm.routings[0], offset=offset),))
-
-
-@pytest.fixture
-def drawn(monkeypatch):
-    """List the figures that are saved."""
-    figures, save = [], Figure.savefig
-
-    def keep(figure, *given, **more):
-        figures.append(figure)
-        save(figure, *given, **more)
-
-    monkeypatch.setattr(Figure, "savefig", keep)
-    return figures
 
 
 # Environments

@@ -7,14 +7,7 @@ from pathlib import Path
 import click
 
 from contarm_sim import studies
-from contarm_sim.cli.options import (
-    Command,
-    arm_options,
-    bend_option,
-    bends_from_words,
-    json_option,
-    out_option,
-)
+from contarm_sim.cli.options import Command, arm_options, bend_option, bends_from_words, json_option, out_option
 from contarm_sim.errors import InputError
 from contarm_sim.model.arm import Arm
 

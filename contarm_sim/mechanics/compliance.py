@@ -26,7 +26,7 @@ from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array, as_vectors
 from contarm_sim.kinematics.muscles import directions
 from contarm_sim.mechanics import muscles, shape
-from contarm_sim.mechanics.routing import arc_deltas
+from contarm_sim.mechanics.routing import arc_jacobian
 from contarm_sim.model.arm import Arm
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
@@ -88,7 +88,7 @@ def tip_compliance(bend: Any, tensions: Any, slopes: Any, arm: Arm) -> Array:
             twist = np.cross(axes[:, :, 2], to_tip)
             spread += np.einsum("s,si,sk->ik", weight, twist, twist) / _torsion(bends, tensions, arm, number)
     A = np.concatenate(lever, axis=-1)
-    J = arc_deltas(np.eye(2 * len(arm.sections)), arm).T
+    J = arc_jacobian(arm)
     springs = (J.T * slopes) @ J
     bending = np.repeat([softened_stiffness(tensions, arm, k) for k in range(len(arm.sections))], 2)
     lengths = np.repeat([section.length for section in arm.sections], 2)

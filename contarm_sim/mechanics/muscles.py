@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -29,6 +30,25 @@ def count(arm: Arm) -> int:
 def each(arm: Arm, of: Callable[[MuscleGroup], float]) -> Array:
     """Return a number of its group for each muscle, shape (n,)."""
     return np.array([of(group) for group in arm.groups for _ in range(group.routing.count)], dtype=float)
+
+
+def by_group(law: Callable[..., Array], arm: Arm, *given: Any) -> Array:
+    """Return what the law of each group says of its own muscles.
+
+    Raises:
+        InputError: an arm of several groups, and arrays that do not end in an axis of all their muscles.
+    """
+    groups: tuple[MuscleGroup, ...] = arm.groups
+    if len(groups) == 1:
+        return law(groups[0], *given)
+    arrays = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in given))
+    counts = [group.routing.count for group in groups]
+    if arrays[0].ndim == 0 or arrays[0].shape[-1] != sum(counts):
+        raise InputError("muscles", f"of shape {arrays[0].shape}", f"shape (..., {sum(counts)})")
+    if not groups:
+        return arrays[0].copy()
+    parts = [np.split(array, np.cumsum(counts)[:-1], axis=-1) for array in arrays]
+    return np.concatenate([law(group, *own) for group, *own in zip(groups, *parts, strict=True)], axis=-1)
 
 
 def said(arm: Arm, index: int) -> str:

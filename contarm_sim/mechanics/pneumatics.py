@@ -6,13 +6,12 @@ broadcasts, for all muscles are alike.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics.muscles import by_group
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.muscle_group import MuscleGroup
 from contarm_sim.model.pneumatic_law import PneumaticLaw
@@ -24,7 +23,7 @@ def force(pressure: Any, length: Any, arm: Arm) -> Array:
     Raises:
         InputError: a law that has no pressures.
     """
-    return _each(lambda group, p, x: group.pneumatics.force(p, x, group.rest_length), arm, pressure, length)
+    return by_group(lambda group, p, x: group.pneumatics.force(p, x, group.rest_length), arm, pressure, length)
 
 
 def force_per_pascal(length: Any, arm: Arm) -> Array:
@@ -35,7 +34,7 @@ def force_per_pascal(length: Any, arm: Arm) -> Array:
             return group.pneumatics.force(1.0, at, group.rest_length)
         return np.zeros(np.shape(at))
 
-    return _each(one, arm, length)
+    return by_group(one, arm, length)
 
 
 def force_slope(pressure: Any, length: Any, arm: Arm) -> Array:
@@ -44,17 +43,17 @@ def force_slope(pressure: Any, length: Any, arm: Arm) -> Array:
     Raises:
         InputError: a law that has no pressures.
     """
-    return _each(lambda group, p, x: group.pneumatics.slope(p, x, group.rest_length), arm, pressure, length)
+    return by_group(lambda group, p, x: group.pneumatics.slope(p, x, group.rest_length), arm, pressure, length)
 
 
 def passive_tension(length: Any, arm: Arm) -> Array:
     """Return tensions [N] of the silicone alone."""
-    return _each(lambda group, *given: group.law.passive_tension(*given, group.rest_length), arm, length)
+    return by_group(lambda group, *given: group.law.passive_tension(*given, group.rest_length), arm, length)
 
 
 def passive_slope(length: Any, arm: Arm) -> Array:
     """Return dF/dL [N/m] of `passive_tension`."""
-    return _each(lambda group, *given: group.law.passive_slope(*given, group.rest_length), arm, length)
+    return by_group(lambda group, *given: group.law.passive_slope(*given, group.rest_length), arm, length)
 
 
 def pressure_for(tension: Any, length: Any, arm: Arm) -> Array:
@@ -68,23 +67,4 @@ def pressure_for(tension: Any, length: Any, arm: Arm) -> Array:
             return group.law.pressure_for(pull, at, group.rest_length)
         return np.full(np.broadcast(pull, at).shape, np.inf)
 
-    return _each(one, arm, tension, length)
-
-
-def _each(law: Callable[..., Array], arm: Arm, *given: Any) -> Array:
-    """Return what the law of each group says of its own muscles.
-
-    Raises:
-        InputError: an arm of several groups, and arrays that do not end in an axis of all their muscles.
-    """
-    groups: tuple[MuscleGroup, ...] = arm.groups
-    if len(groups) == 1:
-        return law(groups[0], *given)
-    arrays = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in given))
-    counts = [group.routing.count for group in groups]
-    if arrays[0].ndim == 0 or arrays[0].shape[-1] != sum(counts):
-        raise InputError("muscles", f"of shape {arrays[0].shape}", f"shape (..., {sum(counts)})")
-    if not groups:
-        return arrays[0].copy()
-    parts = [np.split(array, np.cumsum(counts)[:-1], axis=-1) for array in arrays]
-    return np.concatenate([law(group, *own) for group, *own in zip(groups, *parts, strict=True)], axis=-1)
+    return by_group(one, arm, tension, length)

@@ -42,8 +42,7 @@ def pressure_needed(bend: Any, arm: Arm) -> tuple[Array, Array]:
     Each of shape (...); inf where no pressure does. Inflated muscles have at least the lowest pressure there is, so
     an antagonist that is vented, without any tension, leaves the others less to carry.
     """
-    inflated, least = section_pressures(balance(bend, arm), arm)
-    return inflated.max(axis=-1), least.max(axis=-1)
+    return balance_pressure(balance(bend, arm), arm)
 
 
 def balance_pressure(held: Balance, arm: Arm) -> tuple[Array, Array]:

@@ -93,6 +93,19 @@ def arc_deltas(bend: Any, arm: Arm) -> Array:
     return np.concatenate(parts, axis=-1)
 
 
+def arc_jacobian(arm: Arm) -> Array:
+    """Return d(arc_deltas)/dbend [m/rad], shape (n, 2 S): they are linear."""
+    return arc_deltas(np.eye(2 * len(arm.sections)), arm).T
+
+
+def arc_differences(arm: Arm) -> Array:
+    """Return the same less what the muscles of each section have in common, shape (n, 2 S)."""
+    J = arc_jacobian(arm).copy()
+    for own in slices(arm):
+        J[own] -= J[own].mean(axis=0)
+    return J
+
+
 def bend_from_arc_deltas(deltas: Any, arm: Arm) -> tuple[Array, Array]:
     """Return (bend [rad], shape (..., 2 S); residual [m], shape (..., n)) of muscle length changes [m], shape (..., n).
 
@@ -133,16 +146,10 @@ def _from_linear(deltas: Array, arm: Arm) -> Array:
 @lru_cache(maxsize=64)
 def _inverse(arm: Arm) -> Array:
     """Return what inverts `arc_deltas`, shape (2 S, n), blind to what the muscles of a group have in common."""
-    unit = np.eye(2 * len(arm.sections))
-    by_bend = arc_deltas(unit, arm).T
-    apart = np.zeros((len(by_bend), len(by_bend)))
-    for part in slices(arm):
-        size = part.stop - part.start
-        apart[part, part] = np.eye(size) - 1 / size
-    seen = apart @ by_bend
-    if np.linalg.matrix_rank(seen) < len(unit):
+    seen = arc_differences(arm)
+    if np.linalg.matrix_rank(seen) < seen.shape[1]:
         raise InputError("muscles", "too few", "three or more that end with each section, whose lengths fix its bend")
-    inverse = np.asarray(np.linalg.pinv(seen) @ apart, dtype=float)
+    inverse = np.asarray(np.linalg.pinv(seen), dtype=float)
     inverse.setflags(write=False)
     return inverse
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
@@ -26,16 +23,9 @@ def least_tensions(speeds: Array, min_tension: Array | float, arm: Arm) -> Array
 
 def servo_control(lengths: Array, tensions: Array, arm: Arm) -> Array:
     """Return controls of length servos, length changes [m], at which muscles of these lengths [m] have tensions [N]."""
-    return _of_groups(lambda group, *given: group.setpoint(*given), arm, lengths, tensions)
+    return np.asarray(muscles.by_group(lambda group, *given: group.setpoint(*given), arm, lengths, tensions))
 
 
 def servo_tensions(control: Array, lengths: Array, arm: Arm) -> Array:
     """Return the tensions [N] of muscles of these lengths [m] under controls of length servos, see `servo_control`."""
-    return _of_groups(lambda group, *given: group.servo_tension(*given), arm, control, lengths)
-
-
-def _of_groups(law: Callable[..., Any], arm: Arm, *given: Array) -> Array:
-    if len(arm.groups) == 1:
-        return np.asarray(law(arm.groups[0], *given))
-    parts = zip(arm.groups, muscles.slices(arm), strict=True)
-    return np.concatenate([law(group, *(array[..., own] for array in given)) for group, own in parts], axis=-1)
+    return np.asarray(muscles.by_group(lambda group, *given: group.servo_tension(*given), arm, control, lengths))

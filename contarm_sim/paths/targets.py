@@ -13,6 +13,7 @@ from contarm_sim.inputs import read_text
 from contarm_sim.kinematics.arrays import Array, as_vectors
 from contarm_sim.kinematics.inverse import rotation_from_quaternion
 from contarm_sim.kinematics.inverse.checks import as_directions
+from contarm_sim.kinematics.inverse.goals import Goals
 from contarm_sim.paths.table import read_table
 
 _POSITION, _DIRECTION, _QUATERNION = ("x", "y", "z"), ("dx", "dy", "dz"), ("qw", "qx", "qy", "qz")
@@ -53,14 +54,8 @@ class Targets:
 
     def misses(self, tips: Array) -> tuple[Array, Array]:
         """Return distances [m] and angles [rad], each of shape (T,), of tips' frames, (T, 4, 4), to the targets."""
-        miss = np.linalg.norm(tips[:, :3, 3] - self.position, axis=-1)
-        if self.rotation is not None:
-            apart = np.linalg.norm(tips[:, :3, :3] - self.rotation, axis=(-2, -1)) / np.sqrt(8)
-            return miss, 2 * np.arcsin(np.clip(apart, 0, 1))
-        if self.direction is not None:
-            apart = np.linalg.norm(tips[:, :3, 2] - self.direction, axis=-1)
-            return miss, 2 * np.arcsin(np.clip(0.5 * apart, 0, 1))
-        return miss, np.zeros(len(miss))
+        goals = Goals(self.position, self.direction, self.rotation)
+        return goals.apart(tips[:, :3, 3], tips[:, :3, :3])
 
 
 def of_numbers(position: Any, direction: Any = None, quaternion: Any = None) -> Targets:

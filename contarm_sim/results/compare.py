@@ -78,10 +78,9 @@ def compare(trajectory: Trajectory) -> Comparison:
     measured, _ = routing.bend_from_lengths(samples.muscle_lengths, arm, extrapolated)
     followed, simulated = shape.chain_tip(measured, arm, extrapolated), samples.tip
     arcs = shape.position(bend[:, None, :], arm, shape.stations(arm))
-    parts = [chained - analytic, followed - chained, simulated - followed]
-    by_section = [_norm(part)[:, None] for part in parts]
-    if len(arm.sections) > 1:
-        by_section = _by_section(trajectory, measured)
+    parts = [_norm(part) for part in (chained - analytic, followed - chained, simulated - followed)]
+    one = len(arm.sections) == 1
+    by_section = [part[:, None] for part in parts] if one else _by_section(trajectory, measured)
     return Comparison(
         analytic_tip=analytic,
         chain_tip=chained,
@@ -90,9 +89,9 @@ def compare(trajectory: Trajectory) -> Comparison:
         target_error=_norm(simulated - samples.target),
         miss=_norm(analytic - samples.target),
         tip_error=_norm(simulated - analytic),
-        discretisation=_norm(chained - analytic),
-        servo=_norm(followed - chained),
-        shape=_norm(simulated - followed),
+        discretisation=parts[0],
+        servo=parts[1],
+        shape=parts[2],
         orientation_error=rotation_angle(shape.rotation(bend, arm), samples.tip_rotation),
         backbone_error=_norm(samples.stations - arcs).max(axis=-1),
         measured_bend=measured,

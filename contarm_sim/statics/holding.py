@@ -24,7 +24,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.muscles import directions, evenly_spaced
 from contarm_sim.mechanics import muscles
 from contarm_sim.mechanics.pneumatics import force, passive_slope, passive_tension
-from contarm_sim.mechanics.routing import arc_deltas
+from contarm_sim.mechanics.routing import arc_differences
 from contarm_sim.mechanics.servos import servo_control
 from contarm_sim.mechanics.statics import min_tensions
 from contarm_sim.model.arm import Arm
@@ -259,7 +259,4 @@ def _differences(arm: Arm) -> Array:
     """
     if len(arm.sections) == 1 and evenly_spaced(arm.routing.angles):
         return np.asarray(np.sqrt(2 / len(arm.routing.angles)) * directions(arm.routing.angles).T)
-    J = arc_deltas(np.eye(2 * len(arm.sections)), arm).T
-    for own in muscles.slices(arm):
-        J[own] -= J[own].mean(axis=0)
-    return np.asarray(np.linalg.qr(J)[0].T)
+    return np.asarray(np.linalg.qr(arc_differences(arm))[0].T)
