@@ -154,7 +154,7 @@ def test_jumps_are_those_that_families_force():
 
 @pytest.mark.slow
 def test_jumps_are_those_that_families_force_on_many_paths():
-    compared, _ = compare_with_brute_force(range(120), 4, 60)
+    compared, _ = compare_with_brute_force(range(120), 4, 120)  # near enough for 0.3 to tell steps from jumps
     assert compared >= 10
 
 
