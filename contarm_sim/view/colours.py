@@ -1,0 +1,73 @@
+"""What a colour means, the same in every figure, film, report and page; muscles and sections have their own.
+
+All are told apart by the colour-blind and in grey (Okabe and Ito's set, and violet for what is analytic).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from contarm_sim.kinematics.arrays import Array
+
+BLUE, ORANGE, GREEN, RED, PURPLE, SKY, BLACK = (
+    "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#000000",
+)  # fmt: skip
+
+ANALYTIC = "#7529CC"
+"""Arcs of constant curvature: ghost, analytic tip, lengths of the arc."""
+
+SIMULATED = RED
+"""What the engine found: tip, lengths, poses."""
+
+TARGET = "#4D5466"
+"""What was asked for: the path, and the target of a moment."""
+
+ERROR = BLACK
+"""A line of tip error; where error is told by colour, `error_colours` does it."""
+
+DISCRETISATION, SERVO, SHAPE, MOTION, MISS = BLUE, GREEN, ORANGE, PURPLE, RED
+"""Parts of the tip error."""
+
+FREE, LOADED = BLUE, ORANGE
+"""An arm without and with what loads it."""
+
+LIMIT = "#777777"
+"""Highest and lowest values that are allowed."""
+
+FAINT = "#C8CED6"
+"""What is behind: the dome of reachable tips."""
+
+HELD = "#DCE6F2"
+"""An area that can be reached or held."""
+
+_ERROR_MAP, _ERROR_START = "YlOrRd", 0.3
+"""Yellow would not be seen on white: colours of lines begin at orange."""
+
+
+def rgb(colour: str) -> tuple[float, float, float]:
+    """Return red, green and blue, 0 to 1, of #rrggbb."""
+    red, green, blue = (int(colour[place : place + 2], 16) / 255 for place in (1, 3, 5))
+    return red, green, blue
+
+
+def error_map() -> Any:
+    """Return matplotlib's colour map of tip errors: from light orange for none to dark red for the largest."""
+    from matplotlib import colormaps
+    from matplotlib.colors import ListedColormap
+
+    return ListedColormap(colormaps[_ERROR_MAP](np.linspace(_ERROR_START, 1.0, 256)), name="tip error")
+
+
+def error_colours(error: Array, largest: float) -> Array:
+    """Return colours, shape (K, 3), of tip errors [m], shape (K,), between none and the largest [m]."""
+    share = np.clip(error / max(largest, 1e-12), 0, 1)
+    return np.asarray(error_map()(share))[:, :3]
+
+
+def error_scale(steps: int = 11) -> list[tuple[float, str]]:
+    """Return shares from 0 to 1 and their colours (#rrggbb), as plotting libraries of web pages take them."""
+    shares = np.linspace(0, 1, steps)
+    hexes = ("#" + "".join(f"{round(255 * part):02x}" for part in tint) for tint in error_colours(shares, 1.0))
+    return list(zip(shares.tolist(), hexes, strict=True))
