@@ -14,6 +14,7 @@ The public names are few and load late, so that `import contarm_sim` costs nothi
     simulate              follow a reference in MuJoCo: a Trajectory
     poses_at_rest         rest poses of a reference in MuJoCo: a Trajectory
     equilibrium           the static pose under a Load (of Wrench, Muscles)
+    load                  a Trajectory that `contarm run` left, or of a .npz
     compare               a trajectory beside the closed forms
     Controller            what drives an arm; subclass it, with Plan and Feedback
     studies               what the commands compute, as functions
@@ -57,6 +58,7 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
     from contarm_sim.motion.simulate import simulate as simulate
     from contarm_sim.paths.reference import Reference as Reference
     from contarm_sim.results.compare import compare as compare
+    from contarm_sim.results.run_folder import load as load
     from contarm_sim.results.trajectory import Trajectory as Trajectory
     from contarm_sim.statics.equilibrium import equilibrium as equilibrium
 
@@ -65,8 +67,8 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
 __all__ = [
     "Arm", "ContarmError", "Controller", "DivergenceError", "EquilibriumError", "Feedback", "Ideal", "InputError",
     "Interrupted", "Load", "McKibben", "Muscles", "Plan", "Reference", "Routing", "Section", "Seen", "Tendon",
-    "Trajectory", "World", "Wrench", "arm_spec", "compare", "envs", "equilibrium", "kinematics", "load_arm",
-    "mechanics", "mjcf", "paths", "poses_at_rest", "presets", "scene_spec", "simulate", "spec", "studies",
+    "Trajectory", "World", "Wrench", "arm_spec", "compare", "envs", "equilibrium", "kinematics", "load",
+    "load_arm", "mechanics", "mjcf", "paths", "poses_at_rest", "presets", "scene_spec", "simulate", "spec", "studies",
 ]  # fmt: skip
 
 _HOMES = {
@@ -93,6 +95,7 @@ _HOMES = {
     "Muscles": "model.load",
     "Wrench": "model.load",
     "compare": "results.compare",
+    "load": "results.run_folder",
     "Reference": "paths.reference",
     "Trajectory": "results.trajectory",
     "Controller": "control.base",

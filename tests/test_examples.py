@@ -1,6 +1,7 @@
 """Every program in examples/ runs as it is, and finds what it is there to show."""
 
 import importlib.util
+import json
 import re
 import subprocess
 import sys
@@ -8,7 +9,18 @@ from pathlib import Path
 
 import pytest
 
+from contarm_sim.errors import RenderingError
+from contarm_sim.view.rendering.gl import choose_backend
+
 EXAMPLES = Path(__file__).parents[1] / "examples"
+
+
+@pytest.fixture(scope="module")
+def gl():
+    try:
+        return choose_backend()
+    except RenderingError as error:
+        pytest.skip(str(error))
 
 
 def _run(name):
@@ -69,8 +81,74 @@ def test_the_baseline_reaches_and_chance_does_not():
     assert _numbers(_run("gymnasium_reach.py"), r"solved (\d) of 5") == [5, 0]
 
 
+EXECUTE = """
+import json, sys, nbclient, nbformat
+notebook = nbformat.read(sys.argv[1], 4)
+nbformat.validate(notebook)
+nbclient.NotebookClient(notebook, timeout=240, resources={"metadata": {"path": sys.argv[2]}}).execute()
+print(json.dumps(notebook))
+"""
+
+
+def _executed(name, folder):
+    """Run a notebook in a folder; return what its cells say in words, and how many bytes each kind of output has."""
+    if importlib.util.find_spec("nbclient") is None or importlib.util.find_spec("ipykernel") is None:
+        pytest.skip("nbclient and ipykernel are not installed")
+    command = [sys.executable, "-c", EXECUTE, EXAMPLES / name, folder]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-2000:]
+    words, sizes = "", {}
+    for cell in json.loads(done.stdout)["cells"]:
+        for output in cell.get("outputs", ()):
+            assert output.get("name") != "stderr", output["text"]
+            words += output.get("text", "")
+            for kind, data in output.get("data", {}).items():
+                sizes.setdefault(kind, []).append(len(data))
+    return words, sizes
+
+
+@pytest.mark.gl
+def test_the_notebook_of_an_own_arm(gl, tmp_path):
+    words, sizes = _executed("own_arm.ipynb", tmp_path)
+    errors = _numbers(words, r"deg: +([\d.]+) %")
+    assert len(errors) == 7
+    assert errors == sorted(errors)
+    assert "circle-run" in words
+    assert (len(sizes["image/png"]), len(sizes["text/html"])) == (2, 4)  # two figures; arm, motion, comparison, film
+    assert max(sizes["image/png"] + sizes["text/html"]) < 600_000
+    assert {file.name for file in tmp_path.iterdir()} == {"circle.mp4", "circle-run", "muscles.pdf"}
+
+
+@pytest.mark.skipif(importlib.util.find_spec("gymnasium") is None, reason="gymnasium is not installed")
+def test_the_notebook_of_controllers_and_environments(tmp_path):
+    words, sizes = _executed("controllers_and_environments.ipynb", tmp_path)
+    errors = dict(re.findall(r"(\S+) +off its target by at most +([\d.]+)", words))
+    assert float(errors["tip"]) < 0.5 * float(errors["servo"]) < 0.5 * float(errors["open-loop"])
+    assert _numbers(words, r"solved (\d) of 3") == [3, 0]
+    assert len(sizes["image/png"]) == 2
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["own_arm.ipynb", "controllers_and_environments.ipynb"])
+def test_notebooks_are_kept_without_outputs_and_are_formatted(name):
+    cells = json.loads((EXAMPLES / name).read_text())["cells"]
+    code = [cell for cell in cells if cell["cell_type"] == "code"]
+    assert not any(cell["outputs"] or cell["execution_count"] for cell in code)
+    assert not any(cell["metadata"] for cell in cells)
+    words = [cell for cell in cells if cell["cell_type"] == "markdown"]
+    assert len(words) >= len(code) / 2
+    assert "".join(cells[0]["source"]).startswith("# ")
+    for command in (["check"], ["format", "--check"]):
+        ruff = [sys.executable, "-m", "ruff", *command, str(EXAMPLES / name)]
+        if importlib.util.find_spec("ruff") is not None:
+            assert subprocess.run(ruff, capture_output=True).returncode == 0
+
+
 def test_all_are_tested_and_named():
     text, listed = Path(__file__).read_text(), (EXAMPLES / "README.md").read_text()
+    for file in EXAMPLES.glob("*.ipynb"):
+        assert f'"{file.name}"' in text, file.name
+        assert f"`{file.name}`" in listed, file.name
     for file in EXAMPLES.glob("*.py"):
         assert f'"{file.name}"' in text, file.name
         assert f"`{file.name}`" in listed, file.name

@@ -1,4 +1,3 @@
-import base64
 import ctypes
 import json
 import os
@@ -22,7 +21,6 @@ from contarm_sim.view.rendering.draw import ArmRenderer, Overlays, still, trace_
 from contarm_sim.view.rendering.encode import encoder, encoding
 from contarm_sim.view.rendering.film import Look, Scale, frame_indices
 from contarm_sim.view.rendering.gl import choose_backend
-from contarm_sim.view.rendering.notebook import show
 from contarm_sim.view.rendering.overlays import thin
 from contarm_sim.view.rendering.video import Shot, write_gif, write_still, write_video, write_webp
 
@@ -472,19 +470,6 @@ def test_a_film_is_the_same_bytes_on_one_processor_and_on_all(tmp_path):
         written.append((tmp_path / "v.mp4").read_bytes())
     assert written[0] == written[1]
     assert b"threads=1 " in written[0]  # as many wherever it is encoded
-
-
-def test_a_notebook_shows_a_trajectory(gl, arm, monkeypatch):
-    import IPython.display
-
-    shown = []
-    monkeypatch.setattr(IPython.display, "display", shown.append)
-    show(spiral(arm), Look(160, 120), fps=10)
-    (page,) = shown
-    (film,) = re.findall(r'base64,([A-Za-z0-9+/=]+)"', page.data)
-    assert b"ftyp" in base64.b64decode(film)[:16]
-    with pytest.raises(InputError, match="at most 2000 frames"):
-        show(spiral(arm), speed=1e-4)
 
 
 def test_an_interrupted_video_leaves_what_was_there(gl, arm, tmp_path):

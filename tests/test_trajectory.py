@@ -132,11 +132,3 @@ def test_without_the_libraries_it_says_what_to_install(run, monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(MissingError, match=r"contarm-sim\[tables\]"):
         run.to_dataframe()
-
-
-def test_it_draws_itself(run):
-    figure = run.plot()
-    top, middle, bottom = figure.axes
-    np.testing.assert_array_equal(top.lines[0].get_ydata(), 1e3 * run.tip_error)
-    assert [len(axes.lines) for axes in (middle, bottom)] == [3, 3]
-    assert bottom.get_xlabel() == "time [s]"

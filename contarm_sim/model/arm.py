@@ -13,6 +13,7 @@ from functools import cached_property
 from itertools import combinations, product
 from typing import TYPE_CHECKING, Any
 
+from contarm_sim.display import Shown
 from contarm_sim.errors import InputError
 from contarm_sim.model.flat import FlatArm
 from contarm_sim.model.law import MuscleLaw
@@ -20,6 +21,7 @@ from contarm_sim.model.mckibben import McKibben
 from contarm_sim.model.muscle_group import MuscleGroup
 from contarm_sim.model.parameters import Quaternion, Vector
 from contarm_sim.model.routing import Path, Routing, coinciding
+from contarm_sim.model.said import said
 from contarm_sim.model.section import MAX_LINKS, MAX_SECTIONS, Section
 from contarm_sim.model.world import World
 
@@ -40,8 +42,8 @@ class _Omitted:
 OMITTED: Any = _Omitted()
 
 
-@dataclass(frozen=True, init=False)
-class Arm(FlatArm):
+@dataclass(frozen=True, init=False, repr=False)
+class Arm(FlatArm, Shown):
     """A continuum arm of inextensible sections. SI units, vectors in the base frame, checked at construction.
 
         Arm(length=0.5, muscle=McKibben(wall=0.003), gravity=(0, 0, 9.81))     one section, all else as in the paper
@@ -129,6 +131,9 @@ class Arm(FlatArm):
         object.__setattr__(self, "laws", pulls)
         object.__setattr__(self, "world", replace(own, **of_world) if of_world else own)
         self._check()
+
+    def __repr__(self) -> str:
+        return said(self)
 
     def _check(self) -> None:
         if len(self.sections) > MAX_SECTIONS:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from contarm_sim.display import Shown
 from contarm_sim.errors import InputError, UnreachableError, expect
 from contarm_sim.kinematics import arc, dome
 from contarm_sim.kinematics.arrays import Array, ReadOnly, as_vectors
@@ -23,8 +24,8 @@ _EVEN = 1e-6
 """Share of a period that times may be off even ones."""
 
 
-@dataclass(frozen=True, eq=False)
-class Reference(ReadOnly):
+@dataclass(frozen=True, eq=False, repr=False)
+class Reference(ReadOnly, Shown):
     """What an arm of one length, or of sections of some lengths, is asked to do. Arrays are copied and read-only.
 
     Attributes:

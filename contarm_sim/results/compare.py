@@ -16,6 +16,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from contarm_sim.display import Shown
 from contarm_sim.errors import expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing, shape
@@ -29,7 +30,7 @@ PUSH_TENSION = -1e-6
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Comparison:
+class Comparison(Shown):
     """T samples beside the closed forms; positions [m] in the base frame, distances [m].
 
     Attributes:

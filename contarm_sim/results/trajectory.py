@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -14,9 +14,7 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.model.parameters import check_count
 from contarm_sim.paths.reference import Reference, section_lengths
 from contarm_sim.results.arrays import require_links_of
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from contarm_sim.results.showing import Showing
 
 Status = Literal["finished", "interrupted", "at rest"]
 STATUSES: tuple[Status, ...] = get_args(Status)
@@ -32,7 +30,7 @@ OPTIONAL = ("direction", "step_error")
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Trajectory(ReadOnly):
+class Trajectory(ReadOnly, Showing):
     """T sampled states of an arm with N links and n muscles, in the base frame. Arrays are read-only.
 
     Attributes:
@@ -200,12 +198,6 @@ class Trajectory(ReadOnly):
         from contarm_sim.results.export import dataset
 
         return dataset(self)
-
-    def plot(self) -> Figure:
-        """Return a matplotlib figure of tip error, muscle lengths and tensions over time."""
-        from contarm_sim.results.plot import plot
-
-        return plot(self)
 
     def check_arm(self, arm: Arm) -> None:
         """Refuse another arm than the one that this is a result of.

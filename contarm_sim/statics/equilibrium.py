@@ -36,7 +36,7 @@ COMMON_MODE = 0.01
 """Common length change that is put down to rounding [lengths]."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Equilibrium(Solution):
     """A static pose and how it was found; positions [m] and frames in the base frame. Equal only to itself.
 

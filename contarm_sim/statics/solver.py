@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from contarm_sim.display import Shown
 from contarm_sim.engine.plant import Plant
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
@@ -40,8 +41,8 @@ def tolerance(arm: Arm) -> float:
     return RESIDUAL * max(1.0, arm.bending_resistance)
 
 
-@dataclass(frozen=True, eq=False)
-class Solution:
+@dataclass(frozen=True, eq=False, repr=False)
+class Solution(Shown):
     """How a solution ended.
 
     Attributes:

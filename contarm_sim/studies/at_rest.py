@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from contarm_sim.control.registry import ControllerName
+from contarm_sim.display import Shown
 from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.errors import DivergenceError, EquilibriumError
 from contarm_sim.kinematics.arrays import Array
@@ -58,8 +59,8 @@ class LinkError:
     bend: Array
 
 
-@dataclass(frozen=True)
-class Outcome:
+@dataclass(frozen=True, repr=False)
+class Outcome(Shown):
     """A scenario at rest.
 
     Attributes:
@@ -93,8 +94,8 @@ class Outcome:
         return self.judged.verdict
 
 
-@dataclass(frozen=True, kw_only=True)
-class Failure:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Failure(Shown):
     """A scenario in which some pose has no rest; `reason` says which, and why."""
 
     scenario: Scenario = field(metadata=HIDDEN)

@@ -9,6 +9,7 @@ import numpy as np
 from contarm_sim import paths
 from contarm_sim.control.registry import NAMES, ControllerName
 from contarm_sim.control.tip_motion import plan_rest
+from contarm_sim.display import Shown
 from contarm_sim.errors import DivergenceError, EquilibriumError, InputError, expect
 from contarm_sim.kinematics import dome
 from contarm_sim.kinematics.arrays import Array
@@ -73,8 +74,8 @@ class NotFollowed:
     failed: str
 
 
-@dataclass(frozen=True)
-class ControllerComparison:
+@dataclass(frozen=True, repr=False)
+class ControllerComparison(Shown):
     """The spiral under every controller and load.
 
     Attributes:

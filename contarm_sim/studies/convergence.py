@@ -6,6 +6,7 @@ import itertools
 import math
 from dataclasses import dataclass, field, replace
 
+from contarm_sim.display import Shown
 from contarm_sim.errors import DivergenceError, EquilibriumError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
@@ -17,8 +18,8 @@ from contarm_sim.studies.scenarios import Scenario
 from contarm_sim.studies.verdict import ORDER_TOLERANCE, Check, Verdict, at_most, verdict
 
 
-@dataclass(frozen=True)
-class Convergence:
+@dataclass(frozen=True, repr=False)
+class Convergence(Shown):
     """The largest tip errors of arms of three link counts, without gravity.
 
     Attributes:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from contarm_sim.display import Shown
 from contarm_sim.errors import EquilibriumError, InputError, expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing, shape
@@ -25,8 +26,8 @@ NEAR = math.radians(10)
 """How far from a bend, which is balanced as a whole under load, the simulated arm still counts as held there [rad]."""
 
 
-@dataclass(frozen=True, eq=False)  # arrays have no single answer to ==
-class Hold:
+@dataclass(frozen=True, eq=False, repr=False)  # arrays have no single answer to ==
+class Hold(Shown):
     """What holds a bend, in closed form, and what the simulated arm does under it.
 
     Of several sections, lists: an entry for each section, or for the muscles that end with it.

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from contarm_sim.control.base import Controller
+from contarm_sim.display import Shown
 from contarm_sim.errors import EquilibriumError, expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
@@ -22,8 +23,8 @@ from contarm_sim.studies.timestep import TimeStep, step_summary
 from contarm_sim.studies.verdict import ConstantCurvature, Verdict, constant_curvature, verdict
 
 
-@dataclass(frozen=True, eq=False)  # arrays have no single answer to ==
-class JudgedRun:
+@dataclass(frozen=True, eq=False, repr=False)  # arrays have no single answer to ==
+class JudgedRun(Shown):
     """A motion in numbers.
 
     Attributes:

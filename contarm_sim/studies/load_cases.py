@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from contarm_sim.display import Shown
 from contarm_sim.errors import EquilibriumError, InputError, expect, one_line
 from contarm_sim.inputs import read_text
 from contarm_sim.kinematics.arrays import Array
@@ -56,8 +57,8 @@ class PosesAt:
     poses: Array
 
 
-@dataclass(frozen=True, eq=False)
-class CaseAtRest:
+@dataclass(frozen=True, eq=False, repr=False)
+class CaseAtRest(Shown):
     """A static pose in numbers, as in `Equilibrium`; base frame.
 
     Attributes:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from contarm_sim.display import Shown
 from contarm_sim.errors import InputError, expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
@@ -18,8 +19,8 @@ from contarm_sim.model.parameters import as_numbers, check_count
 PRESSURES = (100e3, 200e3, 300e3, 400e3, 500e3, 600e3, 700e3)
 
 
-@dataclass(frozen=True, eq=False)  # arrays have no single answer to ==
-class MuscleCurves:
+@dataclass(frozen=True, eq=False, repr=False)  # arrays have no single answer to ==
+class MuscleCurves(Shown):
     """The forces of one muscle of an arm.
 
     Attributes:

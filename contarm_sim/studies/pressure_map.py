@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from contarm_sim.display import Shown
 from contarm_sim.errors import InputError, expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
@@ -43,8 +44,8 @@ class LargestBend:
     section: int | None = field(default=None, metadata=shown_if(lambda row: row.section is not None))
 
 
-@dataclass(frozen=True, eq=False)  # arrays have no single answer to ==
-class Possibility:
+@dataclass(frozen=True, eq=False, repr=False)  # arrays have no single answer to ==
+class Possibility(Shown):
     """Which bends pressures hold.
 
     Attributes:

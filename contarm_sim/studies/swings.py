@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from contarm_sim.display import Shown
 from contarm_sim.errors import InputError, UnstableError, expect
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Wrench
@@ -29,8 +30,8 @@ SIDEWAYS = Load(wrenches=(Wrench(xi=1.0, force=(0.3, 0.0, 0.0)),))
 MOST_SAMPLES = 100_000
 
 
-@dataclass(frozen=True)
-class Release:
+@dataclass(frozen=True, repr=False)
+class Release(Shown):
     """A swing, how far it is from the ideal arm's, and whether that is little enough.
 
     Attributes:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from contarm_sim.display import Shown
 from contarm_sim.errors import expect
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
@@ -37,8 +38,8 @@ RIGID = 1e-7
 """Compliance that is put down to rounding [m/N]."""
 
 
-@dataclass(frozen=True, eq=False)  # arrays have no single answer to ==
-class StiffnessLevel:
+@dataclass(frozen=True, eq=False, repr=False)  # arrays have no single answer to ==
+class StiffnessLevel(Shown):
     """The tip at one level of co-contraction.
 
     Attributes:
@@ -61,8 +62,8 @@ class StiffnessLevel:
     drift_percent: float = 0.0
 
 
-@dataclass(frozen=True, eq=False)  # arrays have no single answer to ==
-class Stiffness:
+@dataclass(frozen=True, eq=False, repr=False)  # arrays have no single answer to ==
+class Stiffness(Shown):
     """The tip's stiffness at one bend.
 
     Attributes:

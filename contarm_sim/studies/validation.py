@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from contarm_sim.display import Shown
 from contarm_sim.errors import InputError, expect
 from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.kinematics.arrays import Array
@@ -19,8 +20,8 @@ from contarm_sim.studies.progress import Track, quietly
 from contarm_sim.studies.scenarios import dome_grid, scenarios, spread_bends
 
 
-@dataclass(frozen=True, eq=False)  # arrays have no single answer to ==
-class Validation:
+@dataclass(frozen=True, eq=False, repr=False)  # arrays have no single answer to ==
+class Validation(Shown):
     """An arm held against the closed forms.
 
     Attributes:

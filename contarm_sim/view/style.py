@@ -5,6 +5,7 @@ A figure is a function that draws on a `Sheet`; `drawn` gives it one, `save` wri
 
 from __future__ import annotations
 
+import io
 import textwrap
 from collections.abc import Callable
 from pathlib import Path
@@ -18,6 +19,9 @@ from contarm_sim.files import appearing
 from contarm_sim.view.prints import PLAIN, WIDTHS, Prints, Width
 
 INCH = 25.4
+SCREEN = 96
+"""Pixels of a page in a browser to the inch."""
+
 LETTERS = 8.0
 """Size of all letters [pt]."""
 
@@ -90,6 +94,17 @@ class Sheet(Figure):
         if self.titled:
             self.suptitle(textwrap.fill(words, int(_LETTERS_A_MM * INCH * self.get_figwidth())), fontweight="bold")
 
+    def savefig(self, *given: Any, **named: Any) -> None:
+        """Write to a file as every matplotlib figure does, in this style."""
+        with rc_context(_STYLE):
+            super().savefig(*given, **named)
+
+    def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
+        """Return the picture that notebooks show, twice as fine as screens are, and its size [pixels of a page]."""
+        picture, (width, height) = io.BytesIO(), self.get_size_inches() * SCREEN
+        self.savefig(picture, format="png", dpi=2 * SCREEN)
+        return picture.getvalue(), {"width": round(width), "height": round(height)}
+
 
 Draw = Callable[[Sheet], object]
 
@@ -122,6 +137,5 @@ def save(folder: Path, stem: str, draw: Draw, prints: Prints = PLAIN) -> list[Pa
 def write(sheet: Sheet, path: Path) -> None:
     """Write a sheet into one file, of the kind that its name ends in; the same figure gives the same bytes."""
     kind = path.suffix[1:]
-    with rc_context(_STYLE):
-        sheet.savefig(path, format=kind, metadata=_UNDATED.get(kind))
+    sheet.savefig(path, format=kind, metadata=_UNDATED.get(kind))
     sheet.set_layout_engine("none")  # laid out once: all files show the same

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from contarm_sim.display import Shown
 from contarm_sim.kinematics.arrays import Array
 
 Index = NDArray[np.intp]
@@ -20,8 +21,8 @@ ANGLE_LENGTH = 0.3
 """What an angle of 1 rad counts as, beside a distance, as a fraction of the backbone's length."""
 
 
-@dataclass(frozen=True)
-class Inverse:
+@dataclass(frozen=True, repr=False)
+class Inverse(Shown):
     """One answer for each target; arrays share leading axes.
 
     Attributes:

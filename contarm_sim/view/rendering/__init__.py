@@ -1,4 +1,4 @@
 """Pictures and videos of the arm. Nothing is imported here: mujoco is loaded by what draws, not by its name.
 
-`gl` finds a GL library, `draw` makes pictures, `video` makes films of a simulation, `notebook` shows them.
+`gl` finds a GL library, `draw` makes pictures, `video` makes films of a simulation.
 """

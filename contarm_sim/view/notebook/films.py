@@ -1,0 +1,150 @@
+"""A film of a trajectory that notebooks play, and that can be written to a file."""
+
+from __future__ import annotations
+
+import base64
+import math
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from contarm_sim.errors import InputError
+from contarm_sim.files import appearing
+from contarm_sim.model.parameters import as_number
+from contarm_sim.results.trajectory import Trajectory
+from contarm_sim.view.rendering.encode import shrunk
+from contarm_sim.view.rendering.film import Look, Progress
+from contarm_sim.view.rendering.video import WRITERS, Shot
+
+LARGEST = 2_500_000
+"""Most bytes of a film that a notebook is given: it keeps them, in text half as long again."""
+
+IN_NOTEBOOKS, IN_FILES = (640, 360), (1280, 720)
+"""Sizes [pixels], unless given."""
+
+MOST_FRAMES = 10_000
+"""Most frames of a film: six minutes at 30 a second take an hour to draw."""
+
+_SMALL = 360
+"""Height of a film that was made smaller to fit [pixels]."""
+
+_KINDS = {".mp4": "video/mp4", ".gif": "image/gif", ".webp": "image/webp"}
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Film:
+    """A film; notebooks play it.
+
+    Attributes:
+        content: the bytes of the file.
+        suffix: what the name of its file ends in: .mp4, .gif or .webp.
+        size: width and height [pixels].
+        seconds: its duration [s].
+        path: the file that it was written to, or None.
+        shown: the bytes that notebooks are given: the same, of a large film a smaller one, or none.
+    """
+
+    content: bytes
+    suffix: str
+    size: tuple[int, int]
+    seconds: float
+    path: Path | None
+    shown: bytes
+
+    def save(self, path: str | Path) -> None:
+        """Write the film to a file, in place of what is there.
+
+        Raises:
+            InputError: a name with another ending, or a place that cannot be written to.
+        """
+        target = _target(path, (self.suffix,))
+        try:
+            with appearing(target) as scratch:
+                scratch.write_bytes(self.content)
+        except OSError as error:
+            raise InputError("path", f"{target} ({error.strerror})", "a file that can be written") from error
+
+    def __repr__(self) -> str:
+        where = "" if self.path is None else f", {self.path}"
+        width, height = self.size
+        return f"Film({width} x {height}, {self.seconds:.3g} s, {len(self.content) / 1e3:.0f} kB{where})"
+
+    def _repr_html_(self) -> str:
+        if not self.shown:
+            said = f"{self!r} is too large to be shown here."
+            return f"<p>{escape(said)}</p>"
+        data = f"data:{_KINDS[self.suffix]};base64,{base64.b64encode(self.shown).decode()}"
+        words = "Film of the simulated arm"
+        style = f"max-width:100%;width:{min(self.size[0], 960)}px;height:auto;border-radius:4px"
+        if self.suffix == ".mp4":
+            playing = f'controls muted loop autoplay playsinline aria-label="{words}"'
+            return f'<video {playing} style="{style}" src="{data}"></video>'
+        return f'<img alt="{words}" style="{style}" src="{data}">'
+
+
+def film(
+    samples: Trajectory, path: str | Path | None = None, *, camera: str = "front", size: Any = None,
+    quality: Any = None, fps: float | None = None, speed: float = 1.0, plots: bool = True,
+    on_frame: Progress | None = None,
+) -> Film:  # fmt: skip
+    """Film a trajectory, see `Trajectory.film`."""
+    target = None if path is None else _target(path, tuple(WRITERS))
+    suffix = ".mp4" if target is None else target.suffix
+    width, height = _size(size, IN_NOTEBOOKS if target is None else IN_FILES)
+    chosen = {} if quality is None else {"quality": quality}
+    rate = fps if fps is not None else {".mp4": 20.0 if target is None else 30.0}.get(suffix, 15.0)
+    _refuse_too_long(samples, rate, speed)
+    shot = Shot(samples, Look(width=width, height=height, camera=camera, plots=plots, **chosen), rate, speed).checked()
+    with TemporaryDirectory() as folder:
+        made = Path(folder) / f"film{suffix}"
+        WRITERS[suffix](shot, made, on_frame)
+        content, seconds = made.read_bytes(), shot.count / rate
+        shown = content
+        if len(content) > LARGEST:
+            shown = shrunk(made, min(_SMALL, height), LARGEST / seconds) if suffix == ".mp4" else b""
+        if len(shown) > LARGEST:
+            shown = b""
+        if target is not None:
+            with appearing(target) as scratch:
+                shutil.copyfile(made, scratch)
+    return Film(content, suffix, (width, height), seconds, target, shown)
+
+
+def _refuse_too_long(samples: Trajectory, fps: Any, speed: Any) -> None:
+    """Refuse a film of more frames than anybody waits for.
+
+    Raises:
+        InputError: says how many; also for a rate or speed that is no positive number.
+    """
+    for name, value in (("fps", fps), ("speed", speed)):
+        if not 0 < as_number(value) < math.inf:
+            raise InputError(name, value, "a positive number")
+    frames = (samples.time[-1] - samples.time[0]) * fps / speed if len(samples) else 0.0
+    if frames > MOST_FRAMES:
+        raise InputError("speed", f"{speed:g}, which makes {frames:.0f} frames", f"at most {MOST_FRAMES:,} frames")
+
+
+def _size(given: Any, usual: tuple[int, int]) -> tuple[int, int]:
+    if given is None:
+        return usual
+    if isinstance(given, str) or not isinstance(given, Sequence) or len(given) != 2:
+        raise InputError("size", given, "width and height [pixels], such as (1280, 720)")
+    return given[0], given[1]
+
+
+def _target(path: str | Path, suffixes: tuple[str, ...]) -> Path:
+    """Return a file that can be written to.
+
+    Raises:
+        InputError: a name with another ending, or a folder that is not there.
+    """
+    target = Path(path)
+    if target.suffix not in suffixes:
+        raise InputError("path", str(path), f"a name that ends in {' or '.join(suffixes)}")
+    if not target.parent.is_dir() or target.is_dir():
+        raise InputError("path", str(path), "a file in an existing folder")
+    return target

@@ -1,0 +1,185 @@
+"""What values say of themselves, in text and in notebooks: short, true, and well-formed."""
+
+import re
+import struct
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from references import along, resting
+from text_boxes import faults
+
+import contarm_sim
+from contarm_sim import studies
+from contarm_sim.display import LONGEST, Shown
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics import inverse
+from contarm_sim.mechanics.shape import backbone
+from contarm_sim.model import presets
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.load import Load
+from contarm_sim.model.mckibben import McKibben
+from contarm_sim.model.routing import Routing
+from contarm_sim.motion.rest import poses_at_rest
+from contarm_sim.motion.simulate import simulate
+from contarm_sim.results.compare import compare
+from contarm_sim.statics.equilibrium import equilibrium
+from contarm_sim.view.notebook.sketch import Line, side_view
+
+ARM = Arm(links=8)
+HANGING = Arm(links=8, gravity=(0.0, 0.0, 9.81), payload=0.05)
+
+
+@pytest.fixture(scope="module")
+def run():
+    return simulate(HANGING, along(HANGING, "circle", 1.0, max_bend=0.8), "chain")
+
+
+@pytest.fixture(scope="module")
+def rest():
+    return poses_at_rest(ARM, resting(ARM, np.array([[0.5, 0.2], [1.0, 0.0]])))
+
+
+@pytest.fixture(scope="module")
+def shown(run, rest):
+    two = presets.two()
+    bend = np.array([1.0, 0.0])
+    return [
+        *(make() for make in presets.PRESETS.values()), run, rest, compare(run), run.reference, rest.reference,
+        simulate(two, along(two, "circle", 0.3, max_bend=0.4), "chain"),
+        inverse.solve(np.full((9, 3), (0.05, 0.0, 0.3)), backbone(two)),
+        equilibrium(HANGING), studies.hold(ARM, bend), studies.stiffness(ARM, bend, levels=2),
+        studies.muscle_law(ARM), studies.judge_run(run, 5), studies.possibility(ARM, planes=1),
+        studies.compare_controllers(replace(ARM, links=4), duration=1), studies.validate(ARM, grid=1),
+        *studies.equilibria([studies.LoadCase(ARM, Load())]),
+    ]  # fmt: skip
+
+
+class Seen(HTMLParser):
+    """The words of a page; refuses tags that do not match."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.open, self.words = [], []
+        self.feed(page)
+        assert not self.open
+
+    def handle_starttag(self, tag, attrs):
+        if tag != "br":
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        pass
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+
+def test_all_are_short_in_text_and_in_notebooks(shown):
+    for one in shown:
+        assert isinstance(one, Shown)
+        page = one._repr_html_()
+        assert 200 < len(page) < 30_000, type(one).__name__
+        assert len(repr(one)) <= max(LONGEST, 500)
+        assert "array([" not in repr(one) + page
+        assert "nan" not in Seen(page).words
+        assert not re.search(r"(color|background):\s*(#[0-9a-f]|black|white)", page.replace("#D55E00", ""), re.I)
+        for picture in re.findall("<svg.*?</svg>", page):
+            assert ET.fromstring(picture).get("aria-label")
+
+
+def test_an_arm_says_the_call_that_makes_it():
+    assert repr(Arm()) == "Arm()"
+    own = Arm(length=0.25, muscle_radius=0.015, muscle=McKibben(max_pressure=5e5), path="spans", payload=0.1)
+    five = Arm(routings=(Routing(count=5, offset=0.1),))
+    names = {name: getattr(contarm_sim, name) for name in contarm_sim.__all__}
+    assert repr(own).startswith("Arm(length=0.25, muscle_radius=0.015, path='spans', muscle=McKibben(max_pressure")
+    for arm in (own, five, *(make() for make in presets.PRESETS.values())):
+        assert eval(repr(arm), names) == arm
+
+
+def test_a_trajectory_shows_its_numbers(run):
+    words = " ".join(Seen(run._repr_html_()).words)
+    error = compare(run).tip_error.max()
+    assert f"{1e3 * error:.3g} mm at most ({100 * error / HANGING.length:.3g} % of length)" in words
+    assert f"{run.muscle_tensions.min():.3g} to {run.muscle_tensions.max():.3g} N" in words
+    assert "payload 0.05 kg" in words
+    assert "without samples" in run.first(0)._repr_html_()
+
+
+def test_words_of_ones_own_are_escaped(run):
+    assert "<script>" not in replace(run, controller="<script>x</script>")._repr_html_()
+
+
+def _heights(picture):
+    """Return the first and the last height of the first path that is no base: of the line that is drawn first."""
+    lines = [path.get("d") for path in ET.fromstring(picture).iter("{http://www.w3.org/2000/svg}path")]
+    line = next(d for d in lines if d.count("L") > 1)
+    return [float(point.split()[1]) for point in re.split("[ML]", line)[1:]]
+
+
+@pytest.mark.parametrize(("gravity", "down"), [((0, 0, 0), False), ((0, 0, -9.81), False), ((0, 0, 9.81), True)])
+def test_a_hanging_arm_hangs_in_its_picture(gravity, down):
+    straight = Line(np.linspace((0, 0, 0), (0, 0, 0.4), 5))
+    heights = _heights(side_view([straight], gravity, "x"))
+    assert (heights[-1] > heights[0]) is down  # heights count from above
+    assert ("font-style" in side_view([straight], gravity, "x")) is any(gravity)
+
+
+def test_pictures_of_points_and_lines_along_gravity_are_finite():
+    for points in (np.zeros((1, 3)), np.zeros((4, 3)), np.linspace((0, 0, 0), (0.3, 0, 0), 4)):
+        for gravity in ((0, 0, 0), (9.81, 0, 0), (1.0, 2.0, 3.0)):
+            assert "nan" not in side_view([Line(points)], gravity, "x")
+
+
+def test_figures_are_shown_as_pictures_of_their_size(run, rest):
+    for samples, figure in ((run, "overview"), (run, "path"), (run, "budget"), (rest, "overview"), (rest, "path")):
+        picture, size = samples.plot(figure)._repr_png_()
+        assert struct.unpack(">II", picture[16:24]) == pytest.approx((2 * size["width"], 2 * size["height"]), abs=1)
+        assert size["width"] == round(170 / 25.4 * 96)
+        assert len(picture) < 400_000
+
+
+def test_the_overview_shows_what_was_recorded_and_its_text_fits(run, rest, shown):
+    of_two = next(one for one in shown if getattr(one, "arm", None) == presets.two())
+    for samples in (run, rest, of_two):
+        for width in ("page", "column"):
+            sheet = samples.plot(width=width)
+            assert faults(sheet) == []
+            top, middle, bottom = sheet.axes
+            np.testing.assert_array_equal(top.lines[0].get_ydata(), 1e3 * samples.tip_error)
+            muscles = samples.muscle_lengths.shape[1]
+            assert [len(axes.lines) for axes in (middle, bottom)] == [muscles, muscles]
+            assert bottom.get_xlabel() == ("time [s]" if samples.moving else "pose")
+    assert run.plot(titles=False).get_suptitle() == ""
+
+
+def test_figures_that_cannot_be_are_refused(run, rest):
+    for samples, given in (
+        (run, {"figure": "pth"}),
+        (run, {"figure": 3}),
+        (run, {"width": "wide"}),
+        (run.first(0), {}),
+        (rest, {"figure": "budget"}),
+        (rest, {"figure": "muscles"}),
+    ):
+        with pytest.raises(InputError):
+            samples.plot(**given)
+
+
+def test_what_is_shown_loads_no_engine(run, tmp_path):
+    run.save(tmp_path / "t.npz")
+    program = (
+        f"import sys, contarm_sim; t = contarm_sim.load({str(tmp_path / 't.npz')!r}); t._repr_html_(); "
+        "t.arm._repr_html_(); contarm_sim.compare(t)._repr_html_(); "
+        "print([name for name in sys.modules if name.startswith(('mujoco', 'matplotlib', 'scipy'))])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
