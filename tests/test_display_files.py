@@ -88,7 +88,8 @@ def test_what_is_embedded_is_bounded(gl, run, tmp_path, monkeypatch):
 @pytest.mark.gl
 def test_films_that_cannot_be_are_refused_and_leave_nothing(gl, run, tmp_path):
     for given in (
-        {"path": tmp_path / "a.avi"}, {"path": tmp_path / "none" / "a.mp4"}, {"size": 3}, {"size": (160, "a")},
+        {"path": tmp_path / "a.avi"}, {"path": tmp_path / "none" / "a.mp4"}, {"path": 3}, {"path": "a\0b.mp4"},
+        {"size": 3}, {"size": (160, "a")},
         {"size": "big"}, {"fps": -1}, {"fps": "x"}, {"speed": 0}, {"speed": 1e-6, "fps": 1000}, {"camera": "x"},
         {"quality": "x"}, {"size": (161, 120)},
     ):  # fmt: skip
@@ -132,7 +133,7 @@ def test_a_folder_is_filled_anew_and_never_one_that_holds_something_else(run, fo
     taken = tmp_path / "taken"
     taken.mkdir()
     (taken / "thesis.tex").write_text("x")
-    for bad in (taken, taken / "thesis.tex", taken / "thesis.tex" / "x", "a\0b", "x" * 5000, ""):
+    for bad in (taken, taken / "thesis.tex", taken / "thesis.tex" / "x", "a\0b", "x" * 5000, "", 3):
         with pytest.raises(InputError, match="folder"):
             run.report(bad)
     assert sorted(file.name for file in tmp_path.iterdir()) == ["again", "taken"]

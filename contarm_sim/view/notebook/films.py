@@ -16,6 +16,7 @@ from contarm_sim.errors import InputError
 from contarm_sim.files import appearing
 from contarm_sim.model.parameters import as_number
 from contarm_sim.results.trajectory import Trajectory
+from contarm_sim.view.notebook.places import as_path
 from contarm_sim.view.rendering.encode import shrunk
 from contarm_sim.view.rendering.film import Look, Progress
 from contarm_sim.view.rendering.video import WRITERS, Shot
@@ -142,9 +143,10 @@ def _target(path: str | Path, suffixes: tuple[str, ...]) -> Path:
     Raises:
         InputError: a name with another ending, or a folder that is not there.
     """
-    target = Path(path)
+    allowed = f"a name that ends in {' or '.join(suffixes)}"
+    target = as_path("path", path, allowed)
     if target.suffix not in suffixes:
-        raise InputError("path", str(path), f"a name that ends in {' or '.join(suffixes)}")
+        raise InputError("path", str(path), allowed)
     if not target.parent.is_dir() or target.is_dir():
         raise InputError("path", str(path), "a file in an existing folder")
     return target

@@ -14,6 +14,7 @@ from contarm_sim.errors import InputError, expect
 from contarm_sim.files import appearing
 from contarm_sim.motion.simulate import CONTROL_RATE
 from contarm_sim.results.trajectory import Trajectory
+from contarm_sim.view.notebook.places import as_path
 from contarm_sim.view.rendering.film import Progress
 from contarm_sim.view.report.output import OutputFolder, check_output, to_json
 from contarm_sim.view.report.run import RunReport
@@ -21,6 +22,8 @@ from contarm_sim.view.report.words import in_short, verdict_lines
 
 HEIGHT = 640
 """Height of the report in a notebook [pixels]."""
+
+_ALLOWED = "a folder that is new, empty, or left by a run"
 
 _FILMS = ("video.mp4", "video.gif")
 
@@ -45,9 +48,10 @@ class Report:
         Raises:
             InputError: a name that does not end in .html, or a place that cannot be written to.
         """
-        target = Path(path)
+        allowed = "a name that ends in .html, in an existing folder"
+        target = as_path("path", path, allowed)
         if target.suffix != ".html" or not target.parent.is_dir():
-            raise InputError("path", str(path), "a name that ends in .html, in an existing folder")
+            raise InputError("path", str(path), allowed)
         try:
             with appearing(target) as scratch:
                 scratch.write_text(self.page, encoding="utf-8")
@@ -72,7 +76,7 @@ def report(
     if not samples.moving or len(samples) < 2:
         what = "poses at rest" if not samples.moving else f"{len(samples)} samples"
         raise InputError("trajectory", what, "a motion of two samples or more")
-    target = None if folder is None else _target(Path(folder))
+    target = None if folder is None else _target(as_path("folder", folder, _ALLOWED))
     job = RunReport(samples, controller=controller)
     summary = job.summary | {
         "path": name, "duration": float(samples.time[-1]), "path_parameters": {}, "project": "refuse",
@@ -104,7 +108,7 @@ def _target(folder: Path) -> Path:
             return folder
         check_output(folder)
     except InputError as error:
-        raise InputError("folder", error.given, "a folder that is new, empty, or left by a run") from None
+        raise InputError("folder", error.given, _ALLOWED) from None
     except OSError as error:
         raise InputError("folder", f"{folder} ({error.strerror})", "a folder that can be read and written") from error
     return folder

@@ -39,7 +39,7 @@ _TURNS = 15  # most steps nearer to directions
 _TURN = 300.0  # cost of missing a direction by 1 rad along the whole path, beside the square of its motion [rad^2]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Track(Inverse):
     """One answer for each target of a path.
 
