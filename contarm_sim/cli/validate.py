@@ -34,10 +34,10 @@ def validate(
 ) -> int:
     """Compare the simulated arm with the constant-curvature model, at rest, over the whole dome.
 
-    Leaves report.html, summary.json, samples.csv and figures. Scenarios: no gravity (ideal), the paper's lengths in plain servos (naive), hanging (gravity), hanging with a
+    Scenarios: no gravity (ideal), the paper's lengths in plain servos (naive), hanging (gravity), hanging with a
     payload, standing up (upright). An arm with its own gravity or payload is judged under those. Says of each whether
     constant curvature holds (it need not), and whether the simulation is explained: exit code 1 if it is not, or
-    if a scenario has no rest pose.
+    if a scenario has no rest pose. Leaves report.html, summary.json, samples.csv and figures.
 
     Of several sections, poses are spread evenly (Sobol's points) over the bends of all of them; a second table has the
     parts of the error of each section alone.

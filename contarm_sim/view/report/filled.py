@@ -53,7 +53,7 @@ def ticked(text: str) -> Any:
     from markupsafe import Markup, escape
 
     code = re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text)).replace("^2", "²"))
-    return Markup(re.sub(r"(?<=\d) (?=(%|[a-zA-Zµ]{1,3}\b))", "\u00a0", code))
+    return Markup(re.sub(r"(?<=\d) (?=(?:%|mm|ms|m|s|g|kg|N|kPa|deg)(?!\w))", "\u00a0", code))
 
 
 def safe_json(value: Any) -> str:

@@ -78,9 +78,8 @@ def still(film: Path, moment: float) -> bytes:
     from contarm_sim.view.rendering.encode import encoder
 
     options = ["-vf", f"scale=-2:{HEIGHT}", "-q:v", "4", "-c:v", "mjpeg", "-f", "image2pipe", "-"]
-    one = ["-frames:v", "1"]
-    places = (["-ss", f"{max(moment - 0.001, 0.0):.3f}"], one), (["-sseof", "-0.5"], [])  # or the last half second
-    for place, count in places:
+    at, at_the_end = ["-ss", f"{max(moment - 0.001, 0.0):.3f}"], ["-sseof", "-0.5"]
+    for place, count in ((at, ["-frames:v", "1"]), (at_the_end, list[str]())):
         command = [encoder(), "-v", "error", *place, "-i", str(film), *count, *options]
         done = subprocess.run(command, capture_output=True)
         if done.returncode == 0 and done.stdout:
