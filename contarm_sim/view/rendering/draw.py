@@ -13,6 +13,7 @@ from contarm_sim.errors import InputError, RenderingError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
+from contarm_sim.view.rendering.alpha import clear_away, cut_out
 from contarm_sim.view.rendering.cameras import check_camera, eye
 from contarm_sim.view.rendering.gl import choose_backend
 from contarm_sim.view.rendering.muscles import Muscles
@@ -77,6 +78,7 @@ class ArmRenderer:
         width, height: size of the picture [pixels].
         camera: front, side, top, orbit (one turn a film) or tip (follows it).
         quality: `draft` for speed, `final` for smooth edges and sharp shadows.
+        transparent: neither floor nor sky nor shadow; pictures have red, green, blue and opacity, shape (h, w, 4).
 
     Raises:
         InputError: an unknown camera or quality, or a size that is no positive whole number.
@@ -84,8 +86,9 @@ class ArmRenderer:
     """
 
     def __init__(
-        self, arm: Arm, width: int = 1280, height: int = 720, camera: str = "front", quality: Quality = "draft"
-    ) -> None:
+        self, arm: Arm, width: int = 1280, height: int = 720, camera: str = "front", quality: Quality = "draft",
+        transparent: bool = False,
+    ) -> None:  # fmt: skip
         check_size(width, height)
         if quality not in QUALITIES:
             raise InputError("quality", repr(quality), ", ".join(QUALITIES))
@@ -100,6 +103,9 @@ class ArmRenderer:
         self._camera = check_camera(camera)
         _set_quality(self._model, quality)
         _fit(self._model, width, height)
+        self._transparent = transparent
+        if transparent:
+            clear_away(self._model)
         self._muscles, self._index = Muscles(self._model, arm), ArmIndex.of(self._model, arm)
         self._data = mujoco.MjData(self._model)
         try:
@@ -137,7 +143,7 @@ class ArmRenderer:
             self._add_ghost(samples.bend[index])
         if overlays.frames:
             self._add_frames(1.6 * pixel)
-        return self._renderer.render()
+        return self._shot()
 
     def pose(self, qpos: Array, target: Array | None = None) -> Pixels:
         """Draw the arm with joint angles [rad], shape (dofs,), and a ball at a target [m], if there is one."""
@@ -146,7 +152,7 @@ class ArmRenderer:
         self._look(0.0)
         if target is not None:
             add_ball(self._renderer.scene, self.to_world(target), 0.02 * self.arm.length, TARGET)
-        return self._renderer.render()
+        return self._shot()
 
     def bent(self, bend: Array) -> Array:
         """Return the joint angles [rad], shape (dofs,), of the arm with every joint of a section bent alike.
@@ -169,6 +175,10 @@ class ArmRenderer:
     def _pixels(self, width: float) -> float:
         """Return the width of a line [pixels] that is so wide in a picture of 720 rows."""
         return width * self._renderer.height / 720
+
+    def _shot(self) -> Pixels:
+        """Draw what is gathered."""
+        return cut_out(self._renderer) if self._transparent else self._renderer.render()
 
     @property
     def _base_rotation(self) -> Array:
