@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from contarm_sim.errors import InputError
+from contarm_sim.view.colours import ANALYTIC, error_colours, rgb
+from contarm_sim.view.rendering.cameras import extent
 from contarm_sim.view.rendering.caption import Caption
-from contarm_sim.view.rendering.draw import PATH, TARGET, ArmRenderer, Pixels, Quality, trace_colours
+from contarm_sim.view.rendering.draw import PATH, ArmRenderer, Pixels
 from contarm_sim.view.rendering.panel import Curve, Panel
 from contarm_sim.view.sections import bend_words, muscle_hexes, pressure_limits, section_hex
 
@@ -24,7 +26,7 @@ Progress = Callable[[int, int], object]
 
 @dataclass(frozen=True)
 class Look:
-    """How the frames of a film are drawn: size [pixels], camera, draft or final, plots in the lower corners or not.
+    """How the frames of a film are drawn: size [pixels], camera, plots in the lower corners or not.
 
     And what is said of the whole run, a line below the numbers of the moment.
     """
@@ -32,7 +34,6 @@ class Look:
     width: int = 1280
     height: int = 720
     camera: str = "front"
-    quality: Quality = "draft"
     plots: bool = True
     note: str = ""
 
@@ -104,10 +105,19 @@ def film(
         + f"   {'bend' if len(arm.sections) == 1 else 'bends'} {bend_words(samples.bend[i], arm)}"
         for i in indices
     ]
+    from contarm_sim.mjcf.framing import Frame
+
     panels = _panels(samples, look, scale) if moving and look.plots else {}
-    with ArmRenderer(arm, look.width, look.height, look.camera, look.quality) as renderer:
-        colours = trace_colours(np.linspace(0, 1, 24), 1.0)
-        legend = {"path": [PATH], f"tip, by error to {1e3 * scale.error:.2g} mm": colours, "analytic": [TARGET]}
+    with ArmRenderer(
+        arm,
+        look.width,
+        look.height,
+        look.camera,
+        extent(samples),
+        Frame(top=0.085, cards=(0.29, 0.285) if panels else (0.0, 0.0)),
+    ) as renderer:
+        colours = error_colours(np.linspace(0, 1, 24), 1.0)
+        legend = {"path": [PATH], f"tip, by error to {1e3 * scale.error:.2g} mm": colours, "analytic": [rgb(ANALYTIC)]}
         caption = Caption(look.width, look.height, max(texts, key=len), legend, look.note)
         for done, (i, text) in enumerate(zip(indices, texts, strict=True), 1):
             image = renderer.frame(samples, i, largest=scale.error)
