@@ -64,10 +64,6 @@ class Size(click.ParamType):
 )
 @click.option("--speed", type=PLAIN, default=1.0, show_default=True, help="Simulated over shown time.")
 @click.option("--time", "at", type=TIME, metavar="S", help="For a .png: the time to show [s]; default the end.")
-@click.option(
-    "--quality", default="draft", show_default=True, type=click.Choice(["draft", "final"]),
-    help="final: smooth edges and sharp shadows, slower.",
-)  # fmt: skip
 @click.option("--plain", is_flag=True, help="The arm alone: nothing written, plotted or drawn over it.")
 @click.option("--no-captions", is_flag=True, help="Leave the words along the top out.")
 @click.option("--no-plots", is_flag=True, help="Leave the plots of error and pressure out.")
@@ -78,12 +74,12 @@ class Size(click.ParamType):
 )  # fmt: skip
 @json_option
 def render(run_dir: str, out: str | None, beside: str | None, camera: str, size: tuple[int, int], fps: float | None,
-           speed: float, at: float | None, quality: Any, plain: bool, no_captions: bool, no_plots: bool,
+           speed: float, at: float | None, plain: bool, no_captions: bool, no_plots: bool,
            no_ghost: bool, transparent: bool, as_json: bool) -> None:  # fmt: skip
     """Draw what `contarm run` left in RUN_DIR, from its trajectory.npz and arm.toml.
 
     \b
-    contarm render runs/run-... --camera orbit --quality final --size 1080p --fps 60 --out orbit.mp4
+    contarm render runs/run-... --camera orbit --size 1080p --fps 60 --out orbit.mp4
     contarm render runs/run-... --out spiral.gif --size 480p --speed 2
     contarm render runs/run-a --beside runs/run-b --out both.mp4
     contarm render runs/run-... --plain --transparent --out arm.mov
@@ -111,7 +107,7 @@ def render(run_dir: str, out: str | None, beside: str | None, camera: str, size:
     other = _recorded(beside) if beside is not None else None
     overlays = replace(ALL, ghost=False, target=False) if no_ghost else ALL
     look = Look(
-        *size, camera, quality, not no_plots, noted(Path(run_dir)), not no_captions, overlays, transparent
+        *size, camera, not no_plots, noted(Path(run_dir)), not no_captions, overlays, transparent
     )  # fmt: skip
     shot = Shot(samples, look.plain() if plain else look, fps, speed)
     if other is not None and beside is not None:

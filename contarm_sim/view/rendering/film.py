@@ -12,13 +12,16 @@ import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.view.colours import ANALYTIC, TARGET, error_colours, rgb
+from contarm_sim.view.rendering.cameras import extent
 from contarm_sim.view.rendering.caption import PAPER, Caption, Legend
-from contarm_sim.view.rendering.draw import ALL, ArmRenderer, Overlays, Pixels, Quality
+from contarm_sim.view.rendering.draw import ALL, ArmRenderer, Overlays, Pixels
 from contarm_sim.view.rendering.insets import inset_cards
 from contarm_sim.view.rendering.panel import EDGE, Panel
 from contarm_sim.view.sections import bend_words
 
 if TYPE_CHECKING:
+    from contarm_sim.kinematics.arrays import Array
+    from contarm_sim.mjcf.framing import Frame
     from contarm_sim.results.trajectory import Trajectory
 
 Progress = Callable[[int, int], object]
@@ -38,7 +41,6 @@ class Look:
     Attributes:
         width, height: size [pixels].
         camera: where it is seen from.
-        quality: how much time a frame may take.
         plots: whether error and pressure are plotted in the lower corners.
         note: what is said of the whole run, a line below the numbers of the moment.
         captions: whether numbers and note are written along the top, and what colours mean.
@@ -49,7 +51,6 @@ class Look:
     width: int = 1280
     height: int = 720
     camera: str = "front"
-    quality: Quality = "draft"
     plots: bool = True
     note: str = ""
     captions: bool = True
@@ -117,7 +118,7 @@ def film(
         speed: simulated over shown time, which is said where it is not 1.
 
     Raises:
-        InputError: an unknown camera or quality, or a size that is no positive whole number.
+        InputError: an unknown camera, or a size that is no positive whole number.
         RenderingError: no GL library draws here.
     """
     run = _Run(samples, indices, look.note)
@@ -177,7 +178,8 @@ def _framed(
         top = 0 if caption is None else caption.height
         foot = max((card.height for each in cards for card in each.values()), default=0)
     part = replace(part, height=look.height - top - foot)
-    frames = zip(_together(runs, part, scale), zip(*texts, strict=True), strict=True)
+    frame = _frame(part, None, {}) if top + foot else _frame(part, caption, cards[0])
+    frames = zip(_together(runs, part, scale, frame), zip(*texts, strict=True), strict=True)
     for done, (pictures, words) in enumerate(frames, 1):
         image = np.full((look.height, width * len(runs), pictures[0].shape[2]), PAPER[0], np.uint8)
         for number, (run, picture) in enumerate(zip(runs, pictures, strict=True)):
@@ -194,18 +196,31 @@ def _framed(
             on_frame(done, count)
 
 
-def _together(runs: list[_Run], look: Look, scale: Scale) -> Generator[tuple[Pixels, ...], None, None]:
+def _frame(look: Look, caption: Caption | None, cards: dict[str, Panel]) -> Frame:
+    """Return what words and plots cover of the picture of a run alone."""
+    from contarm_sim.mjcf.framing import Frame
+
+    card = next(iter(cards.values()), None)
+    covered = (0.0, 0.0) if card is None else (card.width / look.width, card.height / look.height)
+    return Frame(top=0.0 if caption is None else caption.height / look.height, cards=covered)
+
+
+def _together(runs: list[_Run], look: Look, scale: Scale, frame: Frame) -> Generator[tuple[Pixels, ...], None, None]:
     """Draw the pictures of some runs that are shown together; whoever draws is ended with this."""
     with ExitStack() as stack:
-        films = [stack.enter_context(closing(_pictures(run.samples, run.indices, look, scale))) for run in runs]
+        seen = extent(*(run.samples for run in runs))  # all in one scale
+        films = [
+            stack.enter_context(closing(_pictures(run.samples, run.indices, look, scale, seen, frame))) for run in runs
+        ]
         yield from zip(*films, strict=True)
 
 
-def _pictures(samples: Trajectory, indices: list[int], look: Look, scale: Scale) -> Generator[Pixels, None, None]:
+def _pictures(
+    samples: Trajectory, indices: list[int], look: Look, scale: Scale, seen: Array, frame: Frame
+) -> Generator[Pixels, None, None]:
     """Draw samples one after the other, without words and plots."""
-    with ArmRenderer(
-        samples.arm, look.width, look.height, look.camera, look.quality, look.transparent
-    ) as renderer:  # fmt: skip
+    size = (look.width, look.height)
+    with ArmRenderer(samples.arm, *size, look.camera, seen, frame, look.transparent) as renderer:
         for i in indices:
             yield renderer.frame(samples, i, look.overlays, scale.error)
 

@@ -80,6 +80,11 @@ class Panel:
         """Number of rows that the card takes, with a gap above and below."""
         return self._full.shape[0] + 2 * self.gap
 
+    @property
+    def width(self) -> int:
+        """Number of columns that the card takes, with a gap at its sides."""
+        return self._full.shape[1] + 2 * self.gap
+
     def write(self, image: Pixels, place: float, corner: str) -> None:
         """Draw the card, filled up to a place of the course, into the `left` or `right` lower corner of a picture."""
         height, width = self._full.shape[:2]
