@@ -15,6 +15,7 @@ from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.colours import TARGET as ASKED
 from contarm_sim.view.colours import error_colours, rgb
+from contarm_sim.view.rendering.alpha import clear_away, cut_out
 from contarm_sim.view.rendering.cameras import Camera, check_camera
 from contarm_sim.view.rendering.gl import choose_backend
 from contarm_sim.view.rendering.muscles import Muscles
@@ -77,6 +78,7 @@ class ArmRenderer:
         seen: points of the base frame that the camera shows [m], shape (T, 3), such as `cameras.extent` of what is
             filmed; default all that the arm can touch.
         frame: what covers the picture, whose aspect does not count.
+        transparent: neither floor nor sky nor shadow; pictures have red, green, blue and opacity, shape (h, w, 4).
 
     Raises:
         InputError: an unknown camera, or a size that is no positive whole number.
@@ -85,7 +87,7 @@ class ArmRenderer:
 
     def __init__(
         self, arm: Arm, width: int = 1280, height: int = 720, camera: str = "front", seen: Array | None = None,
-        frame: Frame | None = None,
+        frame: Frame | None = None, transparent: bool = False,
     ) -> None:  # fmt: skip
         check_size(width, height)
         check_camera(camera)
@@ -112,6 +114,9 @@ class ArmRenderer:
         _set_quality(spec)
         spec.visual.global_.offwidth, spec.visual.global_.offheight, spec.visual.global_.fovy = width, height, FOVY
         self._model = spec.compile()
+        self._transparent = transparent
+        if transparent:
+            clear_away(self._model)
         self._index, self._data = ArmIndex.of(self._model, arm), mujoco.MjData(self._model)
         self._floor.compiled(self._model)
         self._ghost.compiled(self._model)
@@ -154,7 +159,7 @@ class ArmRenderer:
             self._ghost.hide(scene)
         if overlays.frames:
             self._add_frames(self._pixels(1.6))
-        return self._renderer.render()
+        return self._shot()
 
     def pose(self, qpos: Array, target: Array | None = None, share: float = 0.0) -> Pixels:
         """Draw the arm with joint angles [rad], shape (dofs,), and a ball at a target [m], if there is one.
@@ -166,7 +171,7 @@ class ArmRenderer:
         self._ghost.hide(self._renderer.scene)
         if target is not None:
             add_ball(self._renderer.scene, self.to_world(target), 0.02 * self.arm.length, TARGET)
-        return self._renderer.render()
+        return self._shot()
 
     def stations(self, qpos: Array) -> Array:
         """Return the stations of the arm with joint angles [rad], shape (dofs,), in the base frame [m], (T, 3)."""
@@ -196,6 +201,10 @@ class ArmRenderer:
         """Return the width of a line [pixels] that is so wide in a picture of 720 rows."""
         return width * self._renderer.height / 720
 
+    def _shot(self) -> Pixels:
+        """Draw what is gathered."""
+        return cut_out(self._renderer) if self._transparent else self._renderer.render()
+
     def _pose(self, qpos: Array) -> None:
         """Place every body, light and muscle; no step is simulated."""
         import mujoco
@@ -218,8 +227,9 @@ class ArmRenderer:
         self._renderer.update_scene(self._data, self._camera.at(self._data.body("tip").xpos, share))
         self._backbone.place(self._renderer.scene, self._data)
         self._muscles.place(self._renderer.scene, self._data)
-        self._floor.shade(self._renderer, self._data.xpos[self._index.stations], payload_radius(self.arm))
-        self._floor.add_lines(self._renderer.scene, self._pixels(1.0))
+        if not self._transparent:
+            self._floor.shade(self._renderer, self._data.xpos[self._index.stations], payload_radius(self.arm))
+            self._floor.add_lines(self._renderer.scene, self._pixels(1.0))
 
     def _add_frames(self, width: float) -> None:
         """Draw the axes of base and tip."""
