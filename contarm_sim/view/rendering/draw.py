@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from contarm_sim.errors import InputError, RenderingError
+from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.rendering.cameras import check_camera, eye
+from contarm_sim.view.rendering.context import open_renderer
 from contarm_sim.view.rendering.gl import choose_backend
 from contarm_sim.view.rendering.muscles import Muscles
 from contarm_sim.view.rendering.overlays import (
@@ -102,10 +103,7 @@ class ArmRenderer:
         _fit(self._model, width, height)
         self._muscles, self._index = Muscles(self._model, arm), ArmIndex.of(self._model, arm)
         self._data = mujoco.MjData(self._model)
-        try:
-            self._renderer = mujoco.Renderer(self._model, height, width)
-        except mujoco.FatalError as error:
-            raise RenderingError(f"no picture of {width} x {height} pixels: {str(error).splitlines()[0]}") from error
+        self._renderer = open_renderer(self._model, width, height)
 
     def __enter__(self) -> ArmRenderer:
         return self
@@ -139,11 +137,15 @@ class ArmRenderer:
             self._add_frames(1.6 * pixel)
         return self._renderer.render()
 
-    def pose(self, qpos: Array, target: Array | None = None) -> Pixels:
-        """Draw the arm with joint angles [rad], shape (dofs,), and a ball at a target [m], if there is one."""
+    def pose(self, qpos: Array, target: Array | None = None, share: float = 0.0) -> Pixels:
+        """Draw the arm with joint angles [rad], shape (dofs,), and a ball at a target [m], if there is one.
+
+        Args:
+            share: of its turn that the camera `orbit` has made.
+        """
         self._pose(qpos)
         self._muscles.show(np.ones(self._index.zero.size))
-        self._look(0.0)
+        self._look(share)
         if target is not None:
             add_ball(self._renderer.scene, self.to_world(target), 0.02 * self.arm.length, TARGET)
         return self._renderer.render()
