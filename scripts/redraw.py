@@ -62,7 +62,7 @@ def redraw_figures() -> None:
     say("figures")
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        contarm("figures", *FIGURES, "--kind", "png", "--out", "drawn", folder=folder)
+        contarm("figures", *FIGURES, "--figures", "png", "--out", "drawn", folder=folder)
         for name, file in FIGURES.items():
             (folder / "drawn" / f"{name}.png").replace(IMAGES / f"{file}.png")
         contarm("run", "--no-video", "--out", "spiral", folder=folder)

@@ -28,7 +28,7 @@ CHEAPER = {
     "compare-controllers": (["--duration", "1", "--links", "8"], "tension [N]"),
     "envs": (["--seeds", "2"], "2 of 2"),
     "possibility": (["--links", "8"], "towards [deg]"),
-    "figures fan sag": (["--kind", "svg", "--links", "8"], "fan.svg"),
+    "figures fan sag": (["--figures", "svg", "--links", "8"], "fan.svg"),
     "run --path sphere-spiral --project nearest --duration 20 --no-video": (
         [],
         "targets off the dome cannot be reached",
