@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contarm_sim.errors import InputError, RenderingError
+from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
@@ -17,6 +17,7 @@ from contarm_sim.view.colours import TARGET as ASKED
 from contarm_sim.view.colours import error_colours, rgb
 from contarm_sim.view.rendering.alpha import clear_away, cut_out
 from contarm_sim.view.rendering.cameras import Camera, check_camera
+from contarm_sim.view.rendering.context import open_renderer
 from contarm_sim.view.rendering.gl import choose_backend
 from contarm_sim.view.rendering.muscles import Muscles
 from contarm_sim.view.rendering.overlays import (
@@ -122,10 +123,7 @@ class ArmRenderer:
         self._ghost.compiled(self._model)
         self._backbone.compiled(self._model, self._index)
         self._muscles.compiled(self._model, self._index)
-        try:
-            self._renderer = mujoco.Renderer(self._model, height, width)
-        except mujoco.FatalError as error:
-            raise RenderingError(f"no picture of {width} x {height} pixels: {str(error).splitlines()[0]}") from error
+        self._renderer = open_renderer(self._model, width, height)
 
     def __enter__(self) -> ArmRenderer:
         return self
