@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -43,6 +44,10 @@ TARGET: Colour = PATH
 """The planned path of the tip, and the target of a moment."""
 
 _PALER = 0.6
+
+_NEAREST = 0.05
+"""Distance before which nothing is drawn, in extents of the model: what lies on the floor needs exact depths."""
+
 _SAMPLES, _SLICES, _STACKS = 4, 28, 12
 """Samples a pixel, and roundness of what the engine draws."""
 
@@ -98,7 +103,7 @@ class ArmRenderer:
         from contarm_sim.engine.index import ArmIndex
         from contarm_sim.mjcf import scene_spec
         from contarm_sim.mjcf.framing import FOVY, Frame
-        from contarm_sim.mjcf.scene import base_position, base_rotation
+        from contarm_sim.mjcf.scene import CLEAR, base_position, base_rotation
         from contarm_sim.view.rendering.backbone import Backbone
         from contarm_sim.view.rendering.floor import Floor
         from contarm_sim.view.rendering.ghost import Ghost
@@ -114,6 +119,9 @@ class ArmRenderer:
                 hidden(spec.geom(part))
         _set_quality(spec)
         spec.visual.global_.offwidth, spec.visual.global_.offheight, spec.visual.global_.fovy = width, height, FOVY
+        spec.visual.map.znear = _NEAREST
+        far = self._camera.reach / (CLEAR * spec.stat.extent)
+        spec.visual.map.zfar = max(spec.visual.map.zfar, math.ceil(far))
         self._model = spec.compile()
         self._transparent = transparent
         if transparent:
