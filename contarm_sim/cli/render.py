@@ -105,7 +105,7 @@ def render(run_dir: str, out: str | None, beside: str | None, camera: str, size:
         raise InputError("fps", fps, "1 to 60")
     check_output(target)
     other = _recorded(beside) if beside is not None else None
-    overlays = replace(ALL, ghost=False, target=False) if no_ghost else ALL
+    overlays = replace(ALL, ghost=False) if no_ghost else ALL
     look = Look(
         *size, camera, not no_plots, noted(Path(run_dir)), not no_captions, overlays, transparent
     )  # fmt: skip

@@ -27,6 +27,9 @@ LINES = (0.66, 0.69, 0.73)
 _HAZE = 0.5
 """Colours of sky and floor and of the lines on it, and the share of the distance drawn that haze takes."""
 
+CLEAR = 1 - _HAZE
+"""Share of the distance drawn up to which haze leaves a thing clear."""
+
 _LIGHTER = {"disk": (0.64, 0.67, 0.71), "plate": (0.33, 0.35, 0.39), "spine": (0.86, 0.87, 0.89)}
 """Materials of the arm as they are lit here: dark disks would hide each other."""
 
@@ -99,8 +102,7 @@ def add_scene(spec: mujoco.MjSpec, arm: Arm) -> np.ndarray:
     _add_lights(spec, spec.stat.center, length)
     _add_mount(spec, arm, base, along)
     depth = max(_add_camera(spec, name, seen, *angles) for name, angles in CAMERAS.items())
-    clear = (1 - _HAZE) * spec.stat.extent  # up to so many of these the haze leaves a thing clear
-    spec.visual.map.zfar = max(8.0, math.ceil(depth / clear))
+    spec.visual.map.zfar = max(8.0, math.ceil(depth / (CLEAR * spec.stat.extent)))
     return base
 
 

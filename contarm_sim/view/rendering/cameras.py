@@ -117,3 +117,8 @@ class Camera:
         elif self.name == "tip":
             self._eye.lookat[:], self._eye.azimuth = tip, _AZIMUTH
         return self._eye
+
+    @property
+    def reach(self) -> float:
+        """How far away what it shows can be, floor and shadow among it [m]."""
+        return float(self._eye.distance) + 2.6 * self._length

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contarm_sim.errors import InputError, RenderingError
+from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
@@ -17,6 +18,7 @@ from contarm_sim.view.colours import TARGET as ASKED
 from contarm_sim.view.colours import error_colours, rgb
 from contarm_sim.view.rendering.alpha import clear_away, cut_out
 from contarm_sim.view.rendering.cameras import Camera, check_camera
+from contarm_sim.view.rendering.context import open_renderer
 from contarm_sim.view.rendering.gl import choose_backend
 from contarm_sim.view.rendering.muscles import Muscles
 from contarm_sim.view.rendering.overlays import (
@@ -42,6 +44,10 @@ TARGET: Colour = PATH
 """The planned path of the tip, and the target of a moment."""
 
 _PALER = 0.6
+
+_NEAREST = 0.05
+"""Distance before which nothing is drawn, in extents of the model: what lies on the floor needs exact depths."""
+
 _SAMPLES, _SLICES, _STACKS = 4, 28, 12
 """Samples a pixel, and roundness of what the engine draws."""
 
@@ -97,7 +103,7 @@ class ArmRenderer:
         from contarm_sim.engine.index import ArmIndex
         from contarm_sim.mjcf import scene_spec
         from contarm_sim.mjcf.framing import FOVY, Frame
-        from contarm_sim.mjcf.scene import base_position, base_rotation
+        from contarm_sim.mjcf.scene import CLEAR, base_position, base_rotation
         from contarm_sim.view.rendering.backbone import Backbone
         from contarm_sim.view.rendering.floor import Floor
         from contarm_sim.view.rendering.ghost import Ghost
@@ -113,19 +119,19 @@ class ArmRenderer:
                 hidden(spec.geom(part))
         _set_quality(spec)
         spec.visual.global_.offwidth, spec.visual.global_.offheight, spec.visual.global_.fovy = width, height, FOVY
+        spec.visual.map.znear = _NEAREST
+        far = self._camera.reach / (CLEAR * spec.stat.extent)
+        spec.visual.map.zfar = max(spec.visual.map.zfar, math.ceil(far))
         self._model = spec.compile()
+        self._transparent = transparent
+        if transparent:
+            clear_away(self._model)
         self._index, self._data = ArmIndex.of(self._model, arm), mujoco.MjData(self._model)
         self._floor.compiled(self._model)
         self._ghost.compiled(self._model)
         self._backbone.compiled(self._model, self._index)
         self._muscles.compiled(self._model, self._index)
-        self._transparent = transparent
-        if transparent:
-            clear_away(self._model)
-        try:
-            self._renderer = mujoco.Renderer(self._model, height, width)
-        except mujoco.FatalError as error:
-            raise RenderingError(f"no picture of {width} x {height} pixels: {str(error).splitlines()[0]}") from error
+        self._renderer = open_renderer(self._model, width, height)
 
     def __enter__(self) -> ArmRenderer:
         return self
@@ -227,10 +233,9 @@ class ArmRenderer:
         self._renderer.update_scene(self._data, self._camera.at(self._data.body("tip").xpos, share))
         self._backbone.place(self._renderer.scene, self._data)
         self._muscles.place(self._renderer.scene, self._data)
-        if self._transparent:
-            return
-        self._floor.shade(self._renderer, self._data.xpos[self._index.stations], payload_radius(self.arm))
-        self._floor.add_lines(self._renderer.scene, self._pixels(1.0))
+        if not self._transparent:
+            self._floor.shade(self._renderer, self._data.xpos[self._index.stations], payload_radius(self.arm))
+            self._floor.add_lines(self._renderer.scene, self._pixels(1.0))
 
     def _add_frames(self, width: float) -> None:
         """Draw the axes of base and tip."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from contarm_sim.errors import InputError
+from contarm_sim.kinematics.arrays import Array
 from contarm_sim.view.colours import ANALYTIC, TARGET, error_colours, rgb
 from contarm_sim.view.rendering.cameras import extent
 from contarm_sim.view.rendering.caption import PAPER, Caption, Legend
@@ -20,7 +21,6 @@ from contarm_sim.view.rendering.panel import EDGE, Panel
 from contarm_sim.view.sections import bend_words
 
 if TYPE_CHECKING:
-    from contarm_sim.kinematics.arrays import Array
     from contarm_sim.mjcf.framing import Frame
     from contarm_sim.results.trajectory import Trajectory
 
@@ -178,8 +178,8 @@ def _framed(
         top = 0 if caption is None else caption.height
         foot = max((card.height for each in cards for card in each.values()), default=0)
     part = replace(part, height=look.height - top - foot)
-    frame = _frame(part, None, {}) if top + foot else _frame(part, caption, cards[0])
-    frames = zip(_together(runs, part, scale, frame), zip(*texts, strict=True), strict=True)
+    covered = (0.0 if top or caption is None else caption.height / look.height, {} if foot else cards[0])
+    frames = zip(_together(runs, part, scale, covered), zip(*texts, strict=True), strict=True)
     for done, (pictures, words) in enumerate(frames, 1):
         image = np.full((look.height, width * len(runs), pictures[0].shape[2]), PAPER[0], np.uint8)
         for number, (run, picture) in enumerate(zip(runs, pictures, strict=True)):
@@ -196,19 +196,22 @@ def _framed(
             on_frame(done, count)
 
 
-def _frame(look: Look, caption: Caption | None, cards: dict[str, Panel]) -> Frame:
-    """Return what words and plots cover of the picture of a run alone."""
+def _together(
+    runs: list[_Run], look: Look, scale: Scale, covered: tuple[float, dict[str, Panel]]
+) -> Generator[tuple[Pixels, ...], None, None]:
+    """Draw the pictures of some runs that are shown together; whoever draws is ended with this.
+
+    Args:
+        covered: share of the height that words take, and the plots in the lower corners: the camera leaves them free.
+    """
     from contarm_sim.mjcf.framing import Frame
 
-    card = next(iter(cards.values()), None)
-    covered = (0.0, 0.0) if card is None else (card.width / look.width, card.height / look.height)
-    return Frame(top=0.0 if caption is None else caption.height / look.height, cards=covered)
-
-
-def _together(runs: list[_Run], look: Look, scale: Scale, frame: Frame) -> Generator[tuple[Pixels, ...], None, None]:
-    """Draw the pictures of some runs that are shown together; whoever draws is ended with this."""
+    top, cards = covered
+    wide = max((card.width for card in cards.values()), default=0)
+    high = max((card.height for card in cards.values()), default=0)
+    frame = Frame(top=top, cards=(wide / look.width, high / look.height))
+    seen = extent(*(run.samples for run in runs))
     with ExitStack() as stack:
-        seen = extent(*(run.samples for run in runs))  # all in one scale
         films = [
             stack.enter_context(closing(_pictures(run.samples, run.indices, look, scale, seen, frame))) for run in runs
         ]
@@ -219,8 +222,9 @@ def _pictures(
     samples: Trajectory, indices: list[int], look: Look, scale: Scale, seen: Array, frame: Frame
 ) -> Generator[Pixels, None, None]:
     """Draw samples one after the other, without words and plots."""
-    size = (look.width, look.height)
-    with ArmRenderer(samples.arm, *size, look.camera, seen, frame, look.transparent) as renderer:
+    with ArmRenderer(
+        samples.arm, look.width, look.height, look.camera, seen, frame, look.transparent
+    ) as renderer:  # fmt: skip
         for i in indices:
             yield renderer.frame(samples, i, look.overlays, scale.error)
 
@@ -269,7 +273,7 @@ def _legend(overlays: Overlays, scale: Scale) -> Legend:
         legend["path"] = [rgb(TARGET)]
     if overlays.trace:
         legend[f"tip, error 0 to {1e3 * scale.error:.2g} mm"] = error_colours(np.linspace(0, 1, 24), 1.0)
-    if overlays.target or overlays.ghost:
+    if overlays.ghost:
         legend["analytic"] = [rgb(ANALYTIC)]
     if overlays.frames:
         legend["x, y, z"] = AXES

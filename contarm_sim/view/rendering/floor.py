@@ -18,7 +18,7 @@ from contarm_sim.view.rendering.overlays import add_line
 from contarm_sim.view.rendering.tubes import Canvas, add_picture
 
 _NAME = "shadow"
-_PIXELS = 160
+_PIXELS = 128
 _DARK = (38, 42, 56)
 _DEEPEST = 0.62
 """Colour of the shadow, and its opacity where all light of the lamp is kept away."""
@@ -26,8 +26,11 @@ _DEEPEST = 0.62
 _SPREAD = 0.11
 """How far the lamp's light spreads: half-width of the edge of a shadow over the height of what casts it."""
 
-_LINES = 7
-"""Lines on either side of the base."""
+_EDGE = 0.2
+"""Share of half the shadow's square over which it fades towards the edge."""
+
+_LINES, _PARTS = 8, 6
+"""Where lines end, in their distances, and the parts of each: they fade away from the base."""
 
 
 class Floor:
@@ -38,7 +41,7 @@ class Floor:
 
         self._arm, self._base = arm, base_position(arm)
         slant = np.array(KEY[:2]) / -KEY[2]
-        self._slant, self._size = slant, 1.25 * arm.length
+        self._slant, self._size = slant, 1.6 * arm.length
         middle = base_position(arm)[2] + 0.5 * arm.length * base_rotation(arm)[2, 2]
         self._centre = slant * max(middle, 0.0) * 0.6
         for lamp in spec.lights:
@@ -51,12 +54,15 @@ class Floor:
         add_picture(spec, _NAME, clear, rgba=[1, 1, 1, 0.99], specular=0.0, emission=1.0)
         spec.worldbody.add_geom(
             name=_NAME, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[self._size, self._size, 0.1], material=_NAME,
-            pos=[*self._centre, 4e-4 * arm.length], contype=0, conaffinity=0,
+            pos=[*self._centre, 2e-3 * arm.length], contype=0, conaffinity=0,
         )  # fmt: skip
 
     def compiled(self, model: Any) -> None:
         """Find the texture in the compiled model."""
         self._canvas = Canvas(model, _NAME)
+        across = np.linspace(-1, 1, _PIXELS)
+        edge = np.clip((1 - np.abs(across)) / _EDGE, 0, 1)
+        self._fade = np.outer(edge, edge)
 
     def shade(self, renderer: Any, stations: Array, payload: float) -> None:
         """Paint the shadow of an arm with stations of the world [m], shape (T, 3), and of its payload's ball [m]."""
@@ -76,16 +82,20 @@ class Floor:
             np.vstack(points), np.concatenate(widths), np.concatenate(spans), self._slant,
             self._centre, self._size, _PIXELS,
         )  # fmt: skip
-        self._canvas.pixels[..., 3] = (255 * _DEEPEST * alpha + 0.5).astype(np.uint8)
+        self._canvas.pixels[..., 3] = (255 * _DEEPEST * self._fade * alpha + 0.5).astype(np.uint8)
         self._canvas.upload(renderer)
 
     def add_lines(self, scene: Any, width: float) -> None:
         """Draw the lines of the floor, so many pixels wide."""
-        step, height = line_spacing(self._arm), 8e-4 * self._arm.length
-        reach = _LINES * step
-        for place in step * np.arange(-_LINES, _LINES + 1):
-            for ends in (([place, -reach], [place, reach]), ([-reach, place], [reach, place])):
-                add_line(scene, np.array([[*end, height] for end in ends]), width, (*LINES, 1.0))
+        step, height = line_spacing(self._arm), 3e-3 * self._arm.length
+        ends = step * _LINES * np.linspace(-1, 1, _PARTS + 1)
+        for place in step * np.arange(1 - _LINES, _LINES):
+            for start, end in pairwise(ends):
+                far = np.hypot(place, 0.5 * (start + end)) / (step * _LINES)
+                tint = (*LINES, 1 - min(far, 1.0) ** 2)
+                if far < 1:
+                    add_line(scene, np.array([[place, start, height], [place, end, height]]), width, tint)
+                    add_line(scene, np.array([[start, place, height], [end, place, height]]), width, tint)
 
 
 def shadow(points: Array, radii: Array, spans: Array, slant: Array, centre: Array, size: float, pixels: int) -> Array:
@@ -110,7 +120,7 @@ def shadow(points: Array, radii: Array, spans: Array, slant: Array, centre: Arra
         np.exp(-0.5 * ((grid + centre[axis] - where[:, axis, None]) / width[:, None]) ** 2) / width[:, None]
         for axis in (0, 1)
     )
-    return np.asarray(1 - np.exp(-np.einsum("k,ki,kj->ij", area / (2 * np.pi), y, x, optimize=True)))
+    return np.asarray(1 - np.exp(-(y * (area / (2 * np.pi))[:, None]).T.astype(np.float32) @ x.astype(np.float32)))
 
 
 def _spans(points: Array) -> Array:

@@ -19,7 +19,7 @@ GHOST: Colour = (*rgb(ANALYTIC), 0.55)
 """Colour of the tube, and its opacity at its outline."""
 
 _LINE: Colour = (*rgb(ANALYTIC), 1.0)
-_CASING: Colour = (1.0, 1.0, 1.0, 0.75)
+_CASING: Colour = (1.0, 1.0, 1.0, 0.65)
 
 _CLEAR = 0.10
 """Opacity of the tube where it faces the camera, over that at its outline."""
@@ -88,8 +88,8 @@ class Ghost:
             everywhere.append(points[::2])
         line = np.concatenate(everywhere)
         towards = _CLOSER * max(self._radii) * _unit(eye - line)
-        add_line(scene, line + towards, 4.4 * pixel, _CASING, behind=2e-3)
-        add_line(scene, line + 1.25 * towards, 2.2 * pixel, _LINE, behind=1e-3)
+        add_line(scene, line + towards, 4.2 * pixel, _CASING, rank=1)
+        add_line(scene, line + 1.02 * towards, 2.2 * pixel, _LINE, rank=2)
 
     def _paint(self, number: int, base: Any, bend: Array, stations: Array, eye: Array) -> Array:
         """Paint a tube: clear where it faces the camera and where arc and arm agree; return its shares of colour."""

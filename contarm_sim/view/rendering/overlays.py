@@ -16,6 +16,9 @@ MAX_SEGMENTS = 200
 
 _RING_SIDES = 36
 
+_FIRST = 1e4
+"""What lines say is their second size, which they have not: the engine draws glass by distance less largest size."""
+
 _ORIGIN, _UPRIGHT, _UNIT = np.zeros(3), np.eye(3).ravel(), np.ones(3)
 
 
@@ -34,12 +37,12 @@ def placed(body: Any, points: Array) -> Array:
 
 
 def add_line(
-    scene: Any, points: Array, width: float, colour: Colour, colours: Array | None = None, behind: float = 0.0
+    scene: Any, points: Array, width: float, colour: Colour, colours: Array | None = None, rank: int = 0
 ) -> None:
     """Draw a line through points of the world [m], shape (T, 3), `width` pixels wide: a fifth of a capsule's time.
 
-    Given `colours`, shape (T - 1, 3), each segment has its own. What is the more `behind` is drawn the earlier, where
-    lines cover each other. None is opaque: it would come before all that is not.
+    Given `colours`, shape (T - 1, 3), each segment has its own. Lines of a higher rank cover those of a lower one, and
+    all other glass. None is opaque: it would come before all that is not.
     """
     import mujoco
 
@@ -48,7 +51,7 @@ def add_line(
         tint = colour[:3] if colours is None else colours[i]
         geom = _add(scene, kind, _UNIT, _ORIGIN, _UPRIGHT, (*tint, min(colour[3], 0.98)))
         mujoco.mjv_connector(geom, kind, width, start, end)
-        geom.camdist = behind
+        geom.size[1] = _FIRST + rank
 
 
 def add_triad(scene: Any, origin: Array, frame: Array, size: float, width: float) -> None:

@@ -82,7 +82,7 @@ class Panel:
 
     @property
     def width(self) -> int:
-        """Number of columns that the card takes, with a gap at its sides."""
+        """Number of columns that the card takes, with a gap on either side."""
         return self._full.shape[1] + 2 * self.gap
 
     def write(self, image: Pixels, place: float, corner: str) -> None:

@@ -5,7 +5,6 @@ A skin is one mesh with a texture: smooth along the whole tube, where capsules s
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -96,21 +95,13 @@ def smooth(points: Array, frames: Array, pieces: int) -> tuple[Array, Array]:
         points, shape (K, 3), and frames, shape (K, 3, 3), of K = pieces (T - 1) + 1.
     """
     t = np.linspace(0, 1, pieces, endpoint=False)[:, None]
-    curve, turned = [], []
-    for (start, end), (one, other) in zip(pairwise(points), pairwise(frames), strict=True):
-        size = 1.5 * np.linalg.norm(end - start)
-        a, b = size * one[:, 2], size * other[:, 2]
-        curve.append(
-            (2 * t**3 - 3 * t**2 + 1) * start
-            + (t**3 - 2 * t**2 + t) * a
-            + (3 * t**2 - 2 * t**3) * end
-            + (t**3 - t**2) * b
-        )
-        turned.append(one + t[:, :, None] * (other - one))
-    curve.append(points[-1:])
-    turned.append(frames[-1:])
-    mixed = np.concatenate(turned)
-    return np.concatenate(curve), mixed / np.linalg.norm(mixed, axis=1, keepdims=True)
+    start, end, one, other = points[:-1, None], points[1:, None], frames[:-1, None], frames[1:, None]
+    size = 1.5 * np.linalg.norm(end - start, axis=2, keepdims=True)
+    curve = (2 * t**3 - 3 * t**2 + 1) * start + (3 * t**2 - 2 * t**3) * end
+    curve = curve + size * ((t**3 - 2 * t**2 + t) * one[..., 2] + (t**3 - t**2) * other[..., 2])
+    turned = one + t[:, :, None] * (other - one)
+    mixed = np.concatenate([turned.reshape(-1, 3, 3), frames[-1:]])
+    return np.concatenate([curve.reshape(-1, 3), points[-1:]]), mixed / np.linalg.norm(mixed, axis=1, keepdims=True)
 
 
 def add_picture(spec: Any, name: str, pixels: NDArray[np.uint8], **look: Any) -> None:

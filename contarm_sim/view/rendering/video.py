@@ -37,7 +37,7 @@ class Shot:
         notes: what is said of each whole run where there are two; of one, `look.note`.
         fps: frames per second; each shows the sample nearest to its time.
         speed: simulated over shown time.
-        look: size [pixels], camera, quality, plots.
+        look: size [pixels], camera, plots.
     """
 
     samples: Trajectory
