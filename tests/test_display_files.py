@@ -81,8 +81,16 @@ def test_what_is_embedded_is_bounded(gl, run, tmp_path, monkeypatch):
     assert "too large" in moving._repr_html_()
     large = run.film(size=(1280, 720), fps=5)
     assert len(large.content) > 6000
-    assert len(large.shown) < len(large.content)
+    assert len(large.shown[1]) < len(large.content)
     assert len(large._repr_html_()) < 12_000
+
+
+@pytest.mark.gl
+def test_a_film_for_editors_is_shown_as_one_for_browsers(gl, run, tmp_path):
+    film = run.film(tmp_path / "a.mov", plain=True, transparent=True, **SMALL)
+    kind, shown = _embedded(film._repr_html_())
+    assert (kind, len(shown) < len(film.content)) == ("video/mp4", True)
+    assert poses_at_rest(ARM, resting(ARM, np.array([[0.5, 0.2]] * 3))).film(size=(160, 120)).seconds == 1.5
 
 
 @pytest.mark.gl
@@ -91,7 +99,7 @@ def test_films_that_cannot_be_are_refused_and_leave_nothing(gl, run, tmp_path):
         {"path": tmp_path / "a.avi"}, {"path": tmp_path / "none" / "a.mp4"}, {"path": 3}, {"path": "a\0b.mp4"},
         {"size": 3}, {"size": (160, "a")},
         {"size": "big"}, {"fps": -1}, {"fps": "x"}, {"speed": 0}, {"speed": 1e-6, "fps": 1000}, {"camera": "x"},
-        {"quality": "x"}, {"size": (161, 120)},
+        {"size": (161, 120)}, {"transparent": True},
     ):  # fmt: skip
         with pytest.raises(InputError):
             run.film(**given)

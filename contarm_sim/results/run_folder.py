@@ -31,9 +31,23 @@ def load(path: str | Path) -> Trajectory:
         return Trajectory.load(place)
     if not is_folder:
         raise InputError("path", repr(str(path)), allowed)
-    if not all((place / name).is_file() for name in NUMBERS):
-        raise InputError("path", f"the folder {str(path)!r}", allowed)
-    samples = Trajectory.load(place / "trajectory.npz")
-    if samples.arm != load_arm(place / "arm.toml"):
-        raise InputError("arm.toml", "another arm than that of trajectory.npz", "the arm that was recorded", str(path))
+    try:
+        return load_folder(place)
+    except InputError as error:
+        raise InputError("path", error.given, allowed) if error.name == "run_dir" else error
+
+
+def load_folder(folder: Path) -> Trajectory:
+    """Return the trajectory of a folder that `contarm run` left.
+
+    Raises:
+        InputError: as `load`.
+    """
+    if not all(os.path.isfile(folder / name) for name in NUMBERS):
+        allowed = f"a folder that contarm run left, with {' and '.join(NUMBERS)}"
+        raise InputError("run_dir", str(folder), allowed)
+    arm, samples = load_arm(folder / "arm.toml"), Trajectory.load(folder / "trajectory.npz")
+    if samples.arm != arm:
+        allowed = "the arm that was recorded"
+        raise InputError("arm.toml", "another arm than that of trajectory.npz", allowed, str(folder))
     return samples

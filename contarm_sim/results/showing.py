@@ -36,27 +36,32 @@ class Showing(Shown):
 
     def film(
         self, path: str | Path | None = None, *, camera: str = "front", size: tuple[int, int] | None = None,
-        quality: str | None = None, fps: float | None = None, speed: float = 1.0, plots: bool = True,
-        on_frame: Callable[[int, int], object] | None = None,
+        fps: float | None = None, speed: float = 1.0, plots: bool = True, captions: bool = True, plain: bool = False,
+        transparent: bool = False, on_frame: Callable[[int, int], object] | None = None,
     ) -> Film:  # fmt: skip
         """Film the motion and return the film, which notebooks play.
 
         Args:
-            path: a .mp4, .gif or .webp to write it to, in place of what is there; default nowhere.
+            path: a .mp4, .mov, .webm, .gif or .webp to write it to, in place of what is there; default nowhere.
             camera: front, side, top, orbit or tip.
             size: width and height [pixels]; default 640 x 360, in a file 1280 x 720.
-            quality: as `contarm render` has them.
-            fps: frames per second; default 20, in a file 30, of .gif and .webp 15.
+            fps: frames per second; default 20, in a file 30, of .gif and .webp 15, of poses at rest 2.
             speed: simulated over shown time.
             plots: of error and pressure, in the lower corners of larger films.
+            captions: the words along the top.
+            plain: the arm alone, without words, plots and anything drawn over it.
+            transparent: neither floor nor sky nor shadow, words and plots; for .mov, .webm and .webp.
             on_frame: called with the number of frames drawn and their total.
 
         Raises:
             InputError: a value that cannot be used, or a place that cannot be written to.
             RenderingError: no GL library draws here, or there is no encoder; a .gif needs none.
         """
-        given = {"camera": camera, "size": size, "quality": quality, "fps": fps, "speed": speed, "plots": plots}
-        film: Film = drawing().film(self, path, **given, on_frame=on_frame)
+        given = {
+            "camera": camera, "size": size, "fps": fps, "speed": speed, "plots": plots, "captions": captions,
+            "plain": plain, "transparent": transparent, "on_frame": on_frame,
+        }  # fmt: skip
+        film: Film = drawing().film(self, path, **given)
         return film
 
     def report(

@@ -17,7 +17,7 @@ from contarm_sim.files import appearing
 from contarm_sim.model.parameters import as_number
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.notebook.places import as_path
-from contarm_sim.view.rendering.encode import shrunk
+from contarm_sim.view.rendering.encode import CODECS, shrunk
 from contarm_sim.view.rendering.film import Look, Progress
 from contarm_sim.view.rendering.video import WRITERS, Shot
 
@@ -30,10 +30,14 @@ IN_NOTEBOOKS, IN_FILES = (640, 360), (1280, 720)
 MOST_FRAMES = 10_000
 """Most frames of a film: six minutes at 30 a second take an hour to draw."""
 
+_SLOW, _POSES = {".gif": 15.0, ".webp": 15.0}, 2.0
+"""Frames per second unless given: of animated pictures, and of poses at rest, each of which is one frame."""
+
 _SMALL = 360
 """Height of a film that was made smaller to fit [pixels]."""
 
-_KINDS = {".mp4": "video/mp4", ".gif": "image/gif", ".webp": "image/webp"}
+_KINDS = {".mp4": "video/mp4", ".webm": "video/webm", ".gif": "image/gif", ".webp": "image/webp"}
+"""What browsers show, by the endings of names; a .mov is for editors."""
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -42,11 +46,12 @@ class Film:
 
     Attributes:
         content: the bytes of the file.
-        suffix: what the name of its file ends in: .mp4, .gif or .webp.
+        suffix: what the name of its file ends in: .mp4, .mov, .webm, .gif or .webp.
         size: width and height [pixels].
         seconds: its duration [s].
         path: the file that it was written to, or None.
-        shown: the bytes that notebooks are given: the same, of a large film a smaller one, or none.
+        shown: what notebooks are given, a kind of file and its bytes: the film, of a large one or a .mov a smaller .mp4, or
+            None.
     """
 
     content: bytes
@@ -54,7 +59,7 @@ class Film:
     size: tuple[int, int]
     seconds: float
     path: Path | None
-    shown: bytes
+    shown: tuple[str, bytes] | None
 
     def save(self, path: str | Path) -> None:
         """Write the film to a file, in place of what is there.
@@ -75,44 +80,51 @@ class Film:
         return f"Film({width} x {height}, {self.seconds:.3g} s, {len(self.content) / 1e3:.0f} kB{where})"
 
     def _repr_html_(self) -> str:
-        if not self.shown:
-            said = f"{self!r} is too large to be shown here."
-            return f"<p>{escape(said)}</p>"
-        data = f"data:{_KINDS[self.suffix]};base64,{base64.b64encode(self.shown).decode()}"
+        if self.shown is None:
+            return f"<p>{escape(repr(self))} is too large to be shown here.</p>"
+        kind, content = self.shown
+        data = f"data:{kind};base64,{base64.b64encode(content).decode()}"
         words = "Film of the simulated arm"
         style = f"max-width:100%;width:{min(self.size[0], 960)}px;height:auto;border-radius:4px"
-        if self.suffix == ".mp4":
-            playing = f'controls muted loop autoplay playsinline aria-label="{words}"'
-            return f'<video {playing} style="{style}" src="{data}"></video>'
-        return f'<img alt="{words}" style="{style}" src="{data}">'
+        if kind.startswith("image"):
+            return f'<img alt="{words}" style="{style}" src="{data}">'
+        playing = f'controls muted loop autoplay playsinline aria-label="{words}"'
+        return f'<video {playing} style="{style}" src="{data}"></video>'
 
 
 def film(
     samples: Trajectory, path: str | Path | None = None, *, camera: str = "front", size: Any = None,
-    quality: Any = None, fps: float | None = None, speed: float = 1.0, plots: bool = True,
-    on_frame: Progress | None = None,
+    fps: float | None = None, speed: float = 1.0, plots: bool = True, captions: bool = True, plain: bool = False,
+    transparent: bool = False, on_frame: Progress | None = None,
 ) -> Film:  # fmt: skip
     """Film a trajectory, see `Trajectory.film`."""
     target = None if path is None else _target(path, tuple(WRITERS))
     suffix = ".mp4" if target is None else target.suffix
     width, height = _size(size, IN_NOTEBOOKS if target is None else IN_FILES)
-    chosen = {} if quality is None else {"quality": quality}
-    rate = fps if fps is not None else {".mp4": 20.0 if target is None else 30.0}.get(suffix, 15.0)
+    usual = 20.0 if target is None else _SLOW.get(suffix, 30.0)
+    rate = fps if fps is not None else usual if samples.moving else _POSES
     _refuse_too_long(samples, rate, speed)
-    shot = Shot(samples, Look(width=width, height=height, camera=camera, plots=plots, **chosen), rate, speed).checked()
+    look = Look(width, height, camera, plots=plots, captions=captions, transparent=transparent)
+    shot = Shot(samples, look.plain() if plain else look, rate, speed).checked()
     with TemporaryDirectory() as folder:
         made = Path(folder) / f"film{suffix}"
         WRITERS[suffix](shot, made, on_frame)
-        content, seconds = made.read_bytes(), shot.count / rate
-        shown = content
-        if len(content) > LARGEST:
-            shown = shrunk(made, min(_SMALL, height), LARGEST / seconds) if suffix == ".mp4" else b""
-        if len(shown) > LARGEST:
-            shown = b""
+        seconds = shot.count / rate
         if target is not None:
             with appearing(target) as scratch:
                 shutil.copyfile(made, scratch)
-    return Film(content, suffix, (width, height), seconds, target, shown)
+        return Film(made.read_bytes(), suffix, (width, height), seconds, target, _shown(made, height, seconds))
+
+
+def _shown(film: Path, height: int, seconds: float) -> tuple[str, bytes] | None:
+    """Return the kind and the bytes of what a notebook is given of a film."""
+    kind = _KINDS.get(film.suffix)
+    if kind is not None and film.stat().st_size <= LARGEST:
+        return kind, film.read_bytes()
+    if film.suffix not in CODECS:
+        return None
+    small = shrunk(film, min(_SMALL, height), LARGEST / seconds)
+    return (_KINDS[".mp4"], small) if len(small) <= LARGEST else None
 
 
 def _refuse_too_long(samples: Trajectory, fps: Any, speed: Any) -> None:
