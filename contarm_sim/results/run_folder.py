@@ -34,7 +34,9 @@ def load(path: str | Path) -> Trajectory:
     try:
         return load_folder(place)
     except InputError as error:
-        raise InputError("path", error.given, allowed) if error.name == "run_dir" else error
+        if error.name != "run_dir":
+            raise
+        raise InputError("path", error.given, allowed) from None
 
 
 def load_folder(folder: Path) -> Trajectory:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from contarm_sim.display import Shown
 from contarm_sim.errors import InputError, expect
 from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.kinematics.arrays import Array
@@ -50,8 +51,8 @@ class TrustUnderLoad:
     takes: WhatItTakes | None
 
 
-@dataclass(frozen=True, eq=False)
-class Trust:
+@dataclass(frozen=True, eq=False, repr=False)
+class Trust(Shown):
     """How far an arm may bend before constant curvature is off.
 
     Attributes:

@@ -50,8 +50,8 @@ class Film:
         size: width and height [pixels].
         seconds: its duration [s].
         path: the file that it was written to, or None.
-        shown: what notebooks are given, a kind of file and its bytes: the film, of a large one or a .mov a smaller .mp4, or
-            None.
+        shown: what notebooks are given, a kind of file and its bytes: the film, or a smaller .mp4 of a large one or of
+            a .mov; None where that is too large.
     """
 
     content: bytes
@@ -123,7 +123,7 @@ def _shown(film: Path, height: int, seconds: float) -> tuple[str, bytes] | None:
         return kind, film.read_bytes()
     if film.suffix not in CODECS:
         return None
-    small = shrunk(film, min(_SMALL, height), LARGEST / seconds)
+    small = shrunk(film, min(_SMALL, height), 0.8 * LARGEST / seconds)  # a start takes more than its share
     return (_KINDS[".mp4"], small) if len(small) <= LARGEST else None
 
 

@@ -62,7 +62,18 @@ def _stiffness(found: Any) -> str:
     return card("Tip stiffness by co-contraction", grid(columns, rows))
 
 
+def _trust(found: Any) -> str:
+    bounds = [bend.within_percent for bend in found.loads[0].trusted.bends]
+    rows = []
+    for each in found.loads:
+        bends = (f"all, to {b.least_deg:.0f}" if b.everywhere else f"{b.least_deg:.1f}" for b in each.trusted.bends)
+        rows.append([each.trusted.under.meaning, *bends])
+    each_of = "" if len(found.arm.sections) == 1 else " of each section"
+    title = f"Bends{each_of} [°] up to which constant curvature holds, by the tip error that is let"
+    return card(title, grid(["load", *(f"{within:g} % of length" for within in bounds)], rows))
+
+
 CARDS: dict[str, Callable[[Any], str]] = {
     "Validation": _validation, "JudgedRun": _judged, "ControllerComparison": _controllers, "Possibility": _possibility,
-    "Stiffness": _stiffness,
+    "Stiffness": _stiffness, "Trust": _trust,
 }  # fmt: skip
