@@ -49,5 +49,5 @@ def view(arm: Arm, controller: Any, port: int | None, opened: bool, native: bool
         if opened:
             click.launch(url)
 
-    serve(arm, controller, port, ready)
+    serve(arm, controller, port, ready, say)
     say("ended")
