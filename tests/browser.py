@@ -53,7 +53,10 @@ FAINT = """
 () => {
   const linear = (c) => { c /= 255; return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4; };
   const light = (c) => 0.2126 * linear(c[0]) + 0.7152 * linear(c[1]) + 0.0722 * linear(c[2]);
-  const parts = (s) => { const found = s.match(/[\\d.]+/g).map(Number); return found.length < 4 ? [...found, 1] : found; };
+  const parts = (s) => {
+    const found = s.match(/[\\d.]+/g).map(Number);
+    return found.length < 4 ? [...found, 1] : found;
+  };
   const over = (top, below) => below.map((x, i) => x * (1 - top[3]) + top[i] * top[3]);
   const behind = (element) => {
     const layers = [];

@@ -22,7 +22,7 @@ class Clock:
         self.now += seconds
 
 
-class Over(Exception):
+class OverError(Exception):
     """The time that a test looks at is over."""
 
 
@@ -44,19 +44,14 @@ def run(monkeypatch, tick, picture, seconds):
         shown.append(since)
         clock.now += picture(since) if callable(picture) else picture
         if since > seconds:
-            raise Over
+            raise OverError
 
     session.tick = step
-    panel = SimpleNamespace(
-        paused=False, speed=1.0, note=lambda: None, show=lambda pace, thin: said.append((pace, thin))
-    )
-    page = SimpleNamespace(
-        panel=panel,
-        wishes=Wishes(),
-        scene=SimpleNamespace(show=show),
-        server=SimpleNamespace(get_clients=lambda: {1: 0}),
-    )
-    with pytest.raises(Over):
+    panel = SimpleNamespace(paused=False, speed=1.0, note=lambda: None)
+    panel.show = lambda pace, thinning: said.append((pace, thinning))
+    viewers = SimpleNamespace(get_clients=lambda: {1: 0})
+    page = SimpleNamespace(panel=panel, wishes=Wishes(), scene=SimpleNamespace(show=show), server=viewers)
+    with pytest.raises(OverError):
         server._loop(session, page)
     return session.time, shown, said
 
@@ -74,8 +69,8 @@ def test_where_pictures_take_long_there_are_fewer_and_time_is_kept(monkeypatch, 
     simulated, shown, said = run(monkeypatch, 0.006, picture, 60)
     late = [when for when in shown if when > 10]
     assert 0.6 * LEAST < len(late) / 50 < 0.5 * MOST
-    assert simulated > 0.97 * 60
-    assert sum("pictures/s" in words for words, _ in said) > 0.8 * len(said)
+    assert simulated > 0.96 * 60
+    assert all("real time, at" in words for words, _ in said[len(said) // 2 :])
     assert said[-1][1] > 1  # curves have fewer points
 
 
