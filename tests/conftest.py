@@ -50,18 +50,3 @@ def contarm(monkeypatch, capsys, tmp_path):
         return ended.value.code, printed.out, printed.err
 
     return call
-
-
-@pytest.fixture
-def drawn(monkeypatch):
-    """List the figures that are saved."""
-    from matplotlib.figure import Figure
-
-    figures, save = [], Figure.savefig
-
-    def keep(figure, *given, **more):
-        figures.append(figure)
-        save(figure, *given, **more)
-
-    monkeypatch.setattr(Figure, "savefig", keep)
-    return figures

@@ -255,7 +255,7 @@ def test_a_straight_pose_is_rigid_along_itself(contarm):
 def test_figures_are_named_drawn_and_refused(contarm, tmp_path):
     assert "possibility" in contarm("figures", "--list")[1]
     assert len(json.loads(contarm("figures", "--list", "--json")[1])) >= 10
-    code, out, err = contarm("figures", "fan", "--kind", "pdf", "--kind", "png", "--links", 6, "--out", "f", "--json")
+    code, out, err = contarm("figures", "fan", "--figures", "pdf,png", "--links", 6, "--out", "f", "--json")
     assert code == 0, err
     assert json.loads(out) == {"files": ["f/fan.pdf", "f/fan.png"]}
     assert (tmp_path / "f" / "fan.pdf").read_bytes().startswith(b"%PDF")

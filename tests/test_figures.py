@@ -14,6 +14,7 @@ from rod import tension
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.colours import muscle_hex
 from contarm_sim.view.figures import FIGURES, common, studies
+from contarm_sim.view.style import drawn, write
 
 UNITS = r"\[(mm|deg|kPa|N|N/m|s|-|% of length)\]"
 ARM = Arm(links=8)
@@ -160,14 +161,14 @@ TRUTHS = {name: globals()[name.replace("-", "_")] for name in FIGURES}
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_a_figure_is_a_vector_drawing_with_units_that_shows_what_is_true(name, tmp_path, drawn):
+def test_a_figure_is_a_vector_drawing_with_units_that_shows_what_is_true(name, tmp_path):
     meaning, draw = FIGURES[name]
-    draw(tmp_path / "f.svg", ARM)
+    figure = drawn(lambda sheet: draw(sheet, ARM))
+    write(figure, tmp_path / "f.svg")
     text = (tmp_path / "f.svg").read_text()
     ElementTree.fromstring(text)
     assert re.findall(UNITS, text)
     assert len(meaning) > 20
-    (figure,) = drawn
     TRUTHS[name](figure.axes)
 
 
@@ -175,7 +176,7 @@ def test_a_figure_follows_the_arm(tmp_path):
     """Nothing is drawn from memory: another arm gives another picture, the same arm the same one."""
     draw = FIGURES["lengths"][1]
     for file, arm in (("a", ARM), ("b", Arm(links=8)), ("c", Arm(links=8, muscle_radius=0.02))):
-        draw(tmp_path / f"{file}.svg", arm)
+        write(drawn(lambda sheet, arm=arm: draw(sheet, arm)), tmp_path / f"{file}.svg")
     a, b, c = ((tmp_path / f"{f}.svg").read_text() for f in "abc")
     assert a == b != c
     assert muscle_hex(0) not in a
@@ -184,8 +185,9 @@ def test_a_figure_follows_the_arm(tmp_path):
 def test_the_same_figure_is_the_same_bytes_in_another_process_and_at_another_time(tmp_path):
     program = (
         "import sys; from pathlib import Path; from contarm_sim.model.arm import Arm;"
-        "from contarm_sim.view.figures import FIGURES;"
-        "FIGURES['possibility'][1]([Path(sys.argv[1] + end) for end in ('.png', '.pdf', '.svg')], Arm(links=8))"
+        "from contarm_sim.view.figures import FIGURES; from contarm_sim.view.prints import KINDS, Prints;"
+        "from contarm_sim.view.style import save; path = Path(sys.argv[1]);"
+        "save(path.parent, path.name, lambda sheet: FIGURES['possibility'][1](sheet, Arm(links=8)), Prints(KINDS))"
     )
     for file, seed, threads in (("a", "1", "1"), ("b", "2", "4")):
         changed = {"PYTHONHASHSEED": seed, "OPENBLAS_NUM_THREADS": threads, "TZ": "UTC" + seed}

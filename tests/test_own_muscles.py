@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.patches import Rectangle
 
 from contarm_sim import studies
 from contarm_sim.errors import InputError
@@ -37,6 +38,7 @@ from contarm_sim.view.report.figures import draw_muscle_law
 from contarm_sim.view.report.map import draw_possibility, no_map
 from contarm_sim.view.report.words import available, remarks
 from contarm_sim.view.sections import backbone_lines, reachable_tips
+from contarm_sim.view.style import drawn
 
 HANGING = (0.0, 0.0, 9.81)
 SECTIONS = (
@@ -189,31 +191,31 @@ def test_weight_over_stiffness(arm):
 # Pictures
 
 
-def test_a_muscle_through_two_sections_is_asked_for_the_lengths_of_both(tmp_path, drawn):
+def test_a_muscle_through_two_sections_is_asked_for_the_lengths_of_both():
     long = replace(PNEUMATIC, routings=(ROUTINGS[0], replace(ROUTINGS[1], start="base")))
     group = group_of(long, 2)
-    draw_muscle_law(tmp_path / "m.png", group, [2e5], "png")
-    (span,) = drawn[0].axes[0].patches
+    sheet = drawn(lambda sheet: draw_muscle_law(sheet, group, [2e5]))
+    (span,) = (patch for patch in sheet.axes[0].patches if isinstance(patch, Rectangle))
     asked = (1 - np.array([span.get_x(), span.get_x() + span.get_width()]) / 100) * group.rest_length
     np.testing.assert_allclose(np.ptp(asked), 4 * 0.013 * arc.LARGEST_BEND)
     np.testing.assert_allclose(asked.mean(), 0.37)
 
 
-def test_lengths_are_drawn_of_the_muscles_own_angles(tmp_path, drawn):
+def test_lengths_are_drawn_of_the_muscles_own_angles():
     """Where the muscles are turned, the broad line of the simulation still lies under the analytic one."""
     for arm in (turned(Arm(links=8), np.radians(60)), FOUR):
-        paper.lengths(tmp_path / "l.png", arm)
-        for ax in drawn[-1].axes[:2]:
+        for ax in drawn(lambda sheet, arm=arm: paper.lengths(sheet, arm)).axes[:2]:
             simulated, analytic = (line.get_ydata() for line in ax.lines)
             np.testing.assert_allclose(simulated, analytic, atol=0.02 * np.abs(analytic).max())
 
 
-def test_the_map_turns_with_the_muscles(tmp_path, drawn):
+def test_the_map_turns_with_the_muscles():
     """Of turned muscles, bends are turned and the map of lengths is the same."""
     sizes = []
     for offset in (0.0, 1.0):
-        draw_possibility(tmp_path / "p.png", {"free": turned(Arm(links=8), offset)})
-        sizes.append([path.get_extents().size for path in drawn[-1].axes[0].collections[-1].get_paths()])
+        arms = {"free": turned(Arm(links=8), offset)}
+        sheet = drawn(lambda sheet, arms=arms: draw_possibility(sheet, arms))
+        sizes.append([path.get_extents().size for path in sheet.axes[0].collections[-1].get_paths()])
     np.testing.assert_allclose(sizes[0], sizes[1], rtol=1e-3)
 
 
@@ -240,19 +242,19 @@ def test_possibility_says_that_it_draws_no_map(arm, contarm, tmp_path, monkeypat
     (tmp_path / "a.toml").write_text(arm_to_toml(arm))
     code, out, err = contarm("possibility", "--arm", "a.toml", "--out", "p", "--json")
     assert code == 0, err
-    assert json.loads(out)["left_out"]["possibility.png"].startswith("needs ")
+    assert json.loads(out)["left_out"]["possibility"].startswith("needs ")
     assert err.count("no map is drawn: it needs") == 1
     assert [path.name for path in (tmp_path / "p").iterdir()] == ["summary.json"]
 
 
-def test_slices_have_no_empty_margin(tmp_path, drawn, monkeypatch):
+def test_slices_have_no_empty_margin(monkeypatch):
     monkeypatch.setattr(reach, "CELLS", 16)
     monkeypatch.setattr(reach, "POSES", 20_000)
-    for name in ("two", "three"):
-        reach.slices(tmp_path / f"{name}.png", preset(name))
-        box = drawn[-1].get_tightbbox()
+    for arm in (preset("two"), preset("three")):
+        sheet = drawn(lambda sheet, arm=arm: reach.slices(sheet, arm))
+        box = sheet.get_tightbbox()
         assert 0 <= box.y0 < 0.15
-        assert drawn[-1].get_figheight() - 0.15 < box.y1 <= drawn[-1].get_figheight()
+        assert sheet.get_figheight() - 0.15 < box.y1 <= sheet.get_figheight()
 
 
 def test_the_live_pages_sliders_change_one_thing_each():

@@ -171,7 +171,9 @@ def test_a_stopped_recording_is_kept_to_where_it_came(contarm, monkeypatch, tmp_
 
 
 @pytest.mark.parametrize("number", SIGNALS)
-@pytest.mark.parametrize("words", ["validate --quick --out v", "figures fan --kind png --out f", "muscle --out m.png"])
+@pytest.mark.parametrize(
+    "words", ["validate --quick --out v", "figures fan --figures png --out f", "muscle --out m.png"]
+)
 def test_other_commands_leave_nothing_and_say_one_line(contarm, monkeypatch, tmp_path, number, words):
     from matplotlib.figure import Figure
 

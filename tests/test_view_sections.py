@@ -28,6 +28,7 @@ from contarm_sim.view.rendering.gl import choose_backend
 from contarm_sim.view.report.figures import draw_budget, draw_muscles, draw_path
 from contarm_sim.view.report.samples_csv import write_samples
 from contarm_sim.view.sections import muscle_hexes, section_colour, section_places, tube_radii
+from contarm_sim.view.style import save
 from contarm_sim.view.workspace import around, folds, hull, workspace
 
 NOTHING = Overlays(path=False, trace=False, target=False, ghost=False, frames=False)
@@ -154,7 +155,7 @@ def test_six_muscles_of_a_section_have_six_colours_and_sections_their_own():
 def test_a_report_has_columns_and_figures_by_section(moved, tmp_path):
     comparison = compare(moved)
     for name, draw in (("path", draw_path), ("budget", draw_budget), ("muscles", draw_muscles)):
-        draw(tmp_path / f"{name}.png", moved, comparison)
+        save(tmp_path, name, lambda sheet, draw=draw: draw(sheet, moved, comparison))
         assert (tmp_path / f"{name}.png").stat().st_size > 20_000
     write_samples(tmp_path / "samples.csv", {"run": (moved, comparison)})
     rows = list(csv.DictReader((tmp_path / "samples.csv").read_text().splitlines()))

@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from contarm_sim.errors import RenderingError
+from contarm_sim.view.prints import Prints
 
-FIGURES = ("path.png", "budget.png", "muscles.png")
+FIGURES = ("path", "budget", "muscles")
 FILMS = ("video.mp4", "video.gif")
 NOT_YET = "not drawn yet"
 
@@ -17,7 +18,7 @@ def film_at_first(interrupted: bool, wanted: bool) -> str:
     return "not asked for" if not wanted else "interrupted" if interrupted else NOT_YET
 
 
-def draw(job: Any, folder: Path, summary: dict[str, Any]) -> list[str]:
+def draw(job: Any, folder: Path, summary: dict[str, Any], prints: Prints) -> list[str]:
     """Draw figures, page and, if it is not drawn yet, film; keep `video` of the summary, here and on disk, true.
 
     A page without the film comes first, so that the film costs nothing but itself.
@@ -25,6 +26,7 @@ def draw(job: Any, folder: Path, summary: dict[str, Any]) -> list[str]:
     Args:
         job: the run's `RunReport`.
         folder: holds the numbers.
+        prints: what figures are written.
 
     Returns:
         the names of what an interruption left out.
@@ -36,7 +38,7 @@ def draw(job: Any, folder: Path, summary: dict[str, Any]) -> list[str]:
     filming = summary["video"] == NOT_YET
     try:
         with breakable():
-            job.draw(folder)
+            job.draw(folder, prints)
             job.write_page(folder, summary)
             if filming:
                 summary["video"] = _film(job, folder)
@@ -46,7 +48,8 @@ def draw(job: Any, folder: Path, summary: dict[str, Any]) -> list[str]:
         drawn = [name for name in FILMS if (folder / name).is_file()]
         if filming:
             summary["video"] = drawn[0] if drawn else "interrupted"
-        wanted = [*FIGURES, "report.html", *(drawn or FILMS[:1] if filming else ())]
+        figures = [name for stem in FIGURES for name in prints.all_names(stem)]
+        wanted = [*figures, "report.html", *(drawn or FILMS[:1] if filming else ())]
         missing = [name for name in wanted if not (folder / name).is_file()]
     if filming:
         write_whole(folder / "summary.json", to_json(summary) + "\n")

@@ -39,9 +39,10 @@ def muscle(arm: Arm, pressure: tuple[float, ...], section: int | None, out: str 
             raise InputError("out", out, "a name that ends in .png, .pdf or .svg")
         check_output(Path(out))
         from contarm_sim.view.report.figures import draw_muscle_law
+        from contarm_sim.view.style import drawn, write
 
         with output_file(Path(out)) as scratch:
-            draw_muscle_law(scratch, group, found.pressure_pa, Path(out).suffix[1:])
+            write(drawn(lambda sheet: draw_muscle_law(sheet, group, found.pressure_pa)), scratch)
     if as_json:
         click.echo(to_json(document(found)))
     else:

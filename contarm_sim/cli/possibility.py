@@ -7,9 +7,11 @@ from pathlib import Path
 import click
 
 from contarm_sim import studies
+from contarm_sim.cli.figure_options import figure_options
 from contarm_sim.cli.options import Command, arm_options, bend_option, bends_from_words, json_option, out_option
 from contarm_sim.errors import InputError
 from contarm_sim.model.arm import Arm
+from contarm_sim.view.prints import Prints
 
 PLANES = 12
 """Bending planes in the table."""
@@ -24,9 +26,12 @@ GRID_END = 179.5
 @click.command(cls=Command)
 @bend_option("Of several sections, the pose of those that do not bend [rad]; once for each section; default straight.")
 @out_option("runs/possibility-<time>")
+@figure_options()
 @json_option
 @arm_options
-def possibility(arm: Arm, bend: tuple[tuple[float, float], ...], out: str | None, as_json: bool) -> None:
+def possibility(
+    arm: Arm, bend: tuple[tuple[float, float], ...], out: str | None, prints: Prints, as_json: bool
+) -> None:
     """Map the bends that pressures can hold, free, under gravity and with a payload, and draw them.
 
     The paper's ellipse of muscle lengths says no more than that the bend is below 180 deg. What limits a real arm is
@@ -47,6 +52,7 @@ def possibility(arm: Arm, bend: tuple[tuple[float, float], ...], out: str | None
     from contarm_sim.cli.terminal import say, track
     from contarm_sim.studies.scenarios import under_loads
     from contarm_sim.view.report.map import draw_possibility, no_map
+    from contarm_sim.view.style import save
 
     target = output_for(out, "possibility")
     several = len(arm.sections) > 1
@@ -60,9 +66,9 @@ def possibility(arm: Arm, bend: tuple[tuple[float, float], ...], out: str | None
 
     def draw(folder: Path) -> None:
         if not missing:
-            draw_possibility(folder / "possibility.png", under_loads(arm))
+            save(folder, "possibility", lambda sheet: draw_possibility(sheet, under_loads(arm)), prints)
 
-    left_out = {"left_out": {"possibility.png": f"needs {missing}"}} if missing else {}
+    left_out = {"left_out": {"possibility": f"needs {missing}"}} if missing else {}
     deliver(target, signed(found) | left_out, as_json, lambda: _show(found), draw)
     if missing:
         say(f"no map is drawn: it needs {missing}")

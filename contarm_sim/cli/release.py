@@ -8,9 +8,11 @@ from typing import Any
 import click
 
 from contarm_sim import studies
+from contarm_sim.cli.figure_options import figure_options
 from contarm_sim.cli.options import TIME, Command, arm_options, json_option, muscles_option, out_option
 from contarm_sim.errors import InputError
 from contarm_sim.model.arm import Arm
+from contarm_sim.view.prints import Prints
 
 
 @click.command(cls=Command)
@@ -43,11 +45,12 @@ from contarm_sim.model.arm import Arm
     help="Places whose position and orientation are recorded, 0 base to 1 tip.",
 )  # fmt: skip
 @out_option("runs/release-<time>")
+@figure_options()
 @json_option
 @arm_options
 def release(arm: Arm, wrench: Any, muscles: str, ramp_down: float | None, forces: str | None, forces_xi: float,
             duration: float, timestep: float, sample_period: float, xi: tuple[float, ...], out: str | None,
-            as_json: bool) -> int:  # fmt: skip
+            prints: Prints, as_json: bool) -> int:  # fmt: skip
     """Hold the arm by a load, let go, record the swing, and check it against the ideal arm.
 
     What steps in time leave is estimated from runs of half and a quarter of the step, what links leave from a run of
@@ -79,6 +82,7 @@ def release(arm: Arm, wrench: Any, muscles: str, ramp_down: float | None, forces
     from contarm_sim.studies.force_table import forces_from_file
     from contarm_sim.studies.swings import SIDEWAYS
     from contarm_sim.view.report.swing import draw_swing, swing_columns, swing_dict
+    from contarm_sim.view.style import save
 
     if ramp_down is not None and forces is not None:
         raise InputError("input", "both --ramp-down and --forces", "one of them")
@@ -98,7 +102,7 @@ def release(arm: Arm, wrench: Any, muscles: str, ramp_down: float | None, forces
     def draw(folder: Path) -> None:
         header, columns = swing_columns(found.swing)
         np.savetxt(folder / "swing.csv", columns, delimiter=",", fmt="%.9g", comments="", header=header)
-        draw_swing(folder / "swing.png", arm, found.swing)
+        save(folder, "swing", lambda sheet: draw_swing(sheet, arm, found.swing), prints)
 
     summary = signed(found)
     summary |= {name: summary.pop(name) for name in ("verdict", "reasons")}  # they come last

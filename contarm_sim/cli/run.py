@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from contarm_sim.cli.figure_options import figure_options
 from contarm_sim.cli.options import (
     ANGLE,
     LENGTH,
@@ -22,6 +23,7 @@ from contarm_sim.cli.options import (
 )
 from contarm_sim.errors import InputError, Interrupted
 from contarm_sim.model.arm import Arm
+from contarm_sim.view.prints import Prints
 
 
 @click.command(cls=Command)
@@ -59,11 +61,12 @@ from contarm_sim.model.arm import Arm
 )
 @click.option("--no-video", is_flag=True, help="Numbers and figures only.")
 @out_option("runs/run-<time>")
+@figure_options()
 @json_option
 @arm_options
 def run(arm: Arm, path_name: str, duration: float | None, project: Any, direction: Any,
         controller: Any, fast: bool, timestep: float | None, extrapolate: bool, no_video: bool, out: str | None,
-        as_json: bool, **shape: Any) -> int:  # fmt: skip
+        prints: Prints, as_json: bool, **shape: Any) -> int:  # fmt: skip
     """Follow a path with the simulated arm and compare it with the analytic one.
 
     Leaves report.html, summary.json, samples.csv, trajectory.npz, arm.xml, arm.toml, figures and video.mp4. Says
@@ -125,7 +128,7 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
         with OutputFolder(target) as opened:
             job.write(opened.folder)
             (opened.folder / "summary.json").write_text(to_json(summary) + "\n")
-        missing = draw(job, opened.target, summary)
+        missing = draw(job, opened.target, summary, prints)
         if as_json:
             click.echo(to_json(summary))
         else:

@@ -8,8 +8,10 @@ from pathlib import Path
 import click
 
 from contarm_sim import studies
+from contarm_sim.cli.figure_options import figure_options
 from contarm_sim.cli.options import Command, arm_options, bend_option, bends_from_words, json_option, out_option
 from contarm_sim.model.arm import Arm
+from contarm_sim.view.prints import Prints
 
 DEFAULT, OF_SECTIONS = (1.0471975512, 0.0), (0.5235987756, 0.0)
 """Bend and plane angle [rad] of the only section, and of each of several, unless others are given."""
@@ -19,9 +21,12 @@ DEFAULT, OF_SECTIONS = (1.0471975512, 0.0), (0.5235987756, 0.0)
 @bend_option("Pose to hold [rad]; once for each section; default 60 deg towards +X, of several sections 30 deg each.")
 @click.option("--levels", type=click.IntRange(2, 50), default=6, show_default=True, help="Levels of co-contraction.")
 @out_option("runs/stiffness-<time>")
+@figure_options()
 @json_option
 @arm_options
-def stiffness(arm: Arm, bend: tuple[tuple[float, float], ...], levels: int, out: str | None, as_json: bool) -> None:
+def stiffness(
+    arm: Arm, bend: tuple[tuple[float, float], ...], levels: int, out: str | None, prints: Prints, as_json: bool
+) -> None:
     """Hold one pose without gravity, raise co-contraction from the lowest to the highest pressure, and probe the tip.
 
     Directions: `bending` towards more bend, `sideways` out of the bending plane, `along` normal to both; of several
@@ -31,6 +36,7 @@ def stiffness(arm: Arm, bend: tuple[tuple[float, float], ...], levels: int, out:
     from contarm_sim.cli.study import deliver, output_for, signed
     from contarm_sim.cli.terminal import say, track
     from contarm_sim.view.report.figures import draw_stiffness
+    from contarm_sim.view.style import save
 
     target = output_for(out, "stiffness")
     bend = bend or (DEFAULT if len(arm.sections) == 1 else OF_SECTIONS,) * len(arm.sections)
@@ -40,7 +46,7 @@ def stiffness(arm: Arm, bend: tuple[tuple[float, float], ...], levels: int, out:
     found = studies.stiffness(arm, pose, levels, track)
 
     def draw(folder: Path) -> None:
-        draw_stiffness(folder / "stiffness.png", found)
+        save(folder, "stiffness", lambda sheet: draw_stiffness(sheet, found), prints)
 
     deliver(target, signed(found), as_json, lambda: _show(found, [angle for angle, _ in bend]), draw)
 

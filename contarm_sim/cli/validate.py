@@ -7,8 +7,10 @@ from pathlib import Path
 import click
 
 from contarm_sim import studies
+from contarm_sim.cli.figure_options import figure_options
 from contarm_sim.cli.options import ANGLE, Command, arm_options, json_option, out_option
 from contarm_sim.model.arm import Arm
+from contarm_sim.view.prints import Prints
 
 QUICK_GRID = 3
 
@@ -24,9 +26,12 @@ QUICK_GRID = 3
 )  # fmt: skip
 @click.option("--quick", is_flag=True, help="A coarse grid (N = 3) and no figures.")
 @out_option("runs/validate-<time>")
+@figure_options()
 @json_option
 @arm_options
-def validate(arm: Arm, grid: int, quick: bool, max_bend: float | None, out: str | None, as_json: bool) -> int:
+def validate(
+    arm: Arm, grid: int, quick: bool, max_bend: float | None, out: str | None, prints: Prints, as_json: bool
+) -> int:
     """Compare the simulated arm with the constant-curvature model, at rest, over the whole dome.
 
     Scenarios: no gravity (ideal), the paper's lengths in plain servos (naive), hanging (gravity), hanging with a
@@ -54,7 +59,7 @@ def validate(arm: Arm, grid: int, quick: bool, max_bend: float | None, out: str 
     def draw(folder: Path) -> None:
         write_outcomes(folder, found)
         if not quick:
-            draw_validation(folder, found)
+            draw_validation(folder, found, prints)
 
     deliver(target, signed(found), as_json, lambda: _show(found), draw)
     return 0 if found.verdict == "pass" else 1

@@ -8,16 +8,16 @@ from importlib import import_module
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.pneumatic_law import PneumaticLaw
 from contarm_sim.view.report.map import no_map
-from contarm_sim.view.report.style import Files
+from contarm_sim.view.style import Sheet
 
-Draw = Callable[[Files, Arm], None]
+Draw = Callable[[Sheet, Arm], None]
 
 
 def _drawn_by(module: str, name: str) -> Draw:
     """Return a function of this package, imported when it draws."""
 
-    def draw(path: Files, arm: Arm) -> None:
-        getattr(import_module(f"{__name__}.{module}"), name)(path, arm)
+    def draw(fig: Sheet, arm: Arm) -> None:
+        getattr(import_module(f"{__name__}.{module}"), name)(fig, arm)
 
     return draw
 

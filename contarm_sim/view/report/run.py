@@ -9,16 +9,17 @@ from typing import Any
 
 from contarm_sim.control.base import Controller
 from contarm_sim.errors import EncodingError
-from contarm_sim.files import appearing
 from contarm_sim.mjcf import arm_spec, exact_xml
 from contarm_sim.model.arm_file import arm_to_toml
 from contarm_sim.results.document import document
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.judged_run import judge_run
 from contarm_sim.versions import versions
+from contarm_sim.view.prints import PLAIN, Prints
 from contarm_sim.view.report.figures import draw_budget, draw_muscles, draw_path
 from contarm_sim.view.report.samples_csv import write_samples
 from contarm_sim.view.report.words import in_short
+from contarm_sim.view.style import save
 
 
 class RunReport:
@@ -46,15 +47,12 @@ class RunReport:
         (folder / "arm.xml").write_text(exact_xml(arm_spec(samples.arm, "pressures" if self._pressures else "lengths")))
         (folder / "arm.toml").write_text(arm_to_toml(samples.arm))
 
-    def draw(self, folder: Path) -> None:
-        """Draw path.png, budget.png and muscles.png, each whole or not at all."""
+    def draw(self, folder: Path, prints: Prints = PLAIN) -> None:
+        """Draw the figures `path`, `budget` and `muscles`, each file whole or not at all."""
         given = self._samples, self._comparison
-        with appearing(folder / "path.png") as path:
-            draw_path(path, *given)
-        with appearing(folder / "budget.png") as path:
-            draw_budget(path, *given, self._motion)
-        with appearing(folder / "muscles.png") as path:
-            draw_muscles(path, *given)
+        save(folder, "path", lambda sheet: draw_path(sheet, *given), prints)
+        save(folder, "budget", lambda sheet: draw_budget(sheet, *given, self._motion), prints)
+        save(folder, "muscles", lambda sheet: draw_muscles(sheet, *given), prints)
 
     def write_page(self, folder: Path, summary: dict[str, Any]) -> None:
         """Write report.html around the figures and the film that are there; `summary` has more than the report's."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,8 @@ import numpy as np
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.swing_error import SwingError
-from contarm_sim.view.report.style import BLACK, BLUE, GREEN, ORANGE, figure
+from contarm_sim.view.colours import BLACK, BLUE, GREEN, ORANGE
+from contarm_sim.view.style import Sheet
 
 
 def swing_columns(found: SwingError) -> tuple[str, Array]:
@@ -53,21 +53,21 @@ def swing_dict(found: SwingError) -> dict[str, Any]:
     }
 
 
-def draw_swing(path: Path, arm: Arm, found: SwingError) -> None:
+def draw_swing(fig: Sheet, arm: Arm, found: SwingError) -> None:
     """Draw a released tip's coordinates, its error by cause, and the energy left."""
     swing = found.swing
-    with figure(path, figsize=(6.4, 5.4)) as fig:
-        top, middle, bottom = fig.subplots(3, 1, sharex=True, height_ratios=[2, 1, 1])
-        for axis, colour in enumerate((BLUE, ORANGE, GREEN)):
-            moved = 1e3 * (swing.tip[:, axis] - swing.tip[-1, axis])
-            top.plot(swing.time, moved, color=colour, label="xyz"[axis])
-        top.set_ylabel("tip, from where\nit ends [mm]")
-        top.legend(ncols=3)
-        for what, colour in (("total", BLACK), ("step", BLUE), ("links", ORANGE)):
-            error = 100 * getattr(found, what) / arm.length
-            middle.semilogy(swing.time[1:], np.maximum(error[1:], 1e-9), color=colour, label=what)
-        middle.set_ylabel("tip error\n[% of length]")
-        middle.legend(ncols=3)
-        bottom.plot(swing.time, 1e3 * (swing.energy - swing.energy.min()), color=BLACK)
-        bottom.set_ylabel("energy above\nthe least [mJ]")
-        bottom.set_xlabel("time since release [s]")
+    fig.tall(137)
+    top, middle, bottom = fig.subplots(3, 1, sharex=True, height_ratios=[2, 1, 1])
+    for axis, colour in enumerate((BLUE, ORANGE, GREEN)):
+        moved = 1e3 * (swing.tip[:, axis] - swing.tip[-1, axis])
+        top.plot(swing.time, moved, color=colour, label="xyz"[axis])
+    top.set_ylabel("tip, from where\nit ends [mm]")
+    top.legend(ncols=3)
+    for what, colour in (("total", BLACK), ("step", BLUE), ("links", ORANGE)):
+        error = 100 * getattr(found, what) / arm.length
+        middle.semilogy(swing.time[1:], np.maximum(error[1:], 1e-9), color=colour, label=what)
+    middle.set_ylabel("tip error\n[% of length]")
+    middle.legend(ncols=3)
+    bottom.plot(swing.time, 1e3 * (swing.energy - swing.energy.min()), color=BLACK)
+    bottom.set_ylabel("energy above\nthe least [mJ]")
+    bottom.set_xlabel("time since release [s]")

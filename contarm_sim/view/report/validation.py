@@ -12,10 +12,12 @@ from contarm_sim.results.summary import Spread
 from contarm_sim.studies.at_rest import Failure, Outcome
 from contarm_sim.studies.convergence import Convergence
 from contarm_sim.studies.validation import Validation
+from contarm_sim.view.prints import PLAIN, Prints
 from contarm_sim.view.report.errors_by_bend import draw_errors_by_bend
 from contarm_sim.view.report.figures import draw_convergence, draw_error_maps
 from contarm_sim.view.report.samples_csv import write_samples
 from contarm_sim.view.report.words import curvature_words, simulation_words
+from contarm_sim.view.style import save
 
 COLUMNS = ["scenario", "tip [mm]", "[%]", "discr. [%]", "servo [%]", "shape [%]", "rod [%]", "turn [deg]", "force [N]",
            "pushes [%]"]  # fmt: skip
@@ -101,9 +103,10 @@ def write_outcomes(folder: Path, found: Validation) -> None:
     write_samples(folder / "samples.csv", {o.scenario.name: (o.samples, o.comparison) for o in _rested(found)})
 
 
-def draw_validation(folder: Path, found: Validation) -> None:
-    """Draw error_maps.png, and convergence.png where that was found."""
-    draw = draw_error_maps if len(found.arm.sections) == 1 else draw_errors_by_bend
-    draw(folder / "error_maps.png", found.arm, list(found.outcomes.values()))
-    if isinstance(found.convergence, Convergence):
-        draw_convergence(folder / "convergence.png", found.arm, found.convergence)
+def draw_validation(folder: Path, found: Validation, prints: Prints = PLAIN) -> None:
+    """Draw the figure `error_maps`, and `convergence` where that was found."""
+    draw, outcomes = draw_error_maps if len(found.arm.sections) == 1 else draw_errors_by_bend, found.outcomes.values()
+    save(folder, "error_maps", lambda sheet: draw(sheet, found.arm, list(outcomes)), prints)
+    study = found.convergence
+    if isinstance(study, Convergence):
+        save(folder, "convergence", lambda sheet: draw_convergence(sheet, found.arm, study), prints)
