@@ -28,7 +28,7 @@ def url():
         yield json.loads(said)["url"]
     finally:
         process.kill()
-        process.wait(PATIENCE)
+        process.communicate()
 
 
 @pytest.fixture(scope="module")

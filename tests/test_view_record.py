@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from test_view_guard import Visitor
-from waiting import PATIENCE, wait_for
+from waiting import PATIENCE
 
 from contarm_sim.kinematics import arc
 from contarm_sim.model import presets
@@ -132,4 +132,4 @@ def test_a_recording_that_cannot_be_written_is_said_on_the_page(tmp_path):
             visitor.goes_on()
     finally:
         process.kill()
-        wait_for(lambda: process.poll() is not None)
+        process.communicate()

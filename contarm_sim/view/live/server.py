@@ -63,7 +63,8 @@ def _loop(session: Session, shown: Page) -> None:
     due, next_picture, next_curves, pace = 0.0, 0.0, 0.0, Pace(before)
     while True:
         for wish in shown.wishes.take():
-            _try(session, wish)
+            if _try(session, wish):
+                session.trouble = ""
         now, lost = time.perf_counter(), 0.0
         due += 0.0 if panel.paused else panel.speed * (now - before)
         backlog, before = due / panel.speed, now
@@ -73,7 +74,7 @@ def _loop(session: Session, shown: Page) -> None:
             try:
                 session.tick()
             except DivergenceError as error:
-                session.problem = f"{error}; the simulation started again"
+                session.trouble = f"{error}; the simulation started again"
             _try(session, panel.note)
             due -= session.period
         if now >= next_picture and shown.server.get_clients():
@@ -86,11 +87,13 @@ def _loop(session: Session, shown: Page) -> None:
         time.sleep(max(session.period / panel.speed - (time.perf_counter() - now), 0.002))
 
 
-def _try(session: Session, action: Callable[[], Any]) -> None:
-    """Do what somebody asked for; whatever it is, the others' arm goes on."""
+def _try(session: Session, action: Callable[[], Any]) -> bool:
+    """Do what somebody asked for, and return whether that could be done; the others' arm goes on in any case."""
     try:
         action()
+        return True
     except InputError as error:
-        session.problem = str(error)
+        session.trouble = str(error)
     except Exception:
         _LOG.exception("a wish was given up")
+    return False

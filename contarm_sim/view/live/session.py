@@ -76,6 +76,7 @@ class Session:
         period: simulated time of a tick [s].
         goal: bend asked for [rad], shape (2 S,) of S sections.
         problem: why the goal is not followed, or "".
+        trouble: what else went wrong, or "", for whoever shows it to say and to forget.
         reading: of the last tick.
         recording: takes a sample of every tick, or None; `change`, `reset` and `restart` end it.
     """
@@ -83,6 +84,7 @@ class Session:
     def __init__(self, arm: Arm, controller: str = "servo") -> None:
         self._feedback: Feedback | None = None
         self.recording: Recording | None = None
+        self.trouble = ""
         self._start(arm, controller)
         self.reset()
 

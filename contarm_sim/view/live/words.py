@@ -42,6 +42,8 @@ def readings(session: Session, pace: str, keeper: Keeper) -> str:
         lines.append(f"**recording, {session.recording.duration:.1f} s**")
     elif kept := line_of(keeper):
         lines.append(kept)
+    if session.trouble:
+        lines.append(f"**Not done:** {session.trouble}")
     if session.problem:
         lines.append(f"**Goal not followed:** {session.problem}")
     return "  \n".join(lines)
