@@ -89,3 +89,9 @@ FAINT = """
 def faint(page):
     """Return the words of a page whose contrast with what is behind them is below 4.5, with that contrast."""
     return page.evaluate(FAINT)
+
+
+def box(page, label, last=False):
+    """Return the box beside a label in which the live page takes a value; the first of several, or the last."""
+    found = page.locator(f"xpath=//label[normalize-space()='{label}']/following::input[not(@type='hidden')][1]")
+    return found.last if last else found.first

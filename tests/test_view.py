@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from browser import browser, drag, needs_browser, open_page
+from browser import box, browser, drag, needs_browser, open_page
 from references import resting
 from waiting import PATIENCE, wait_for
 
@@ -204,7 +204,7 @@ def test_two_browsers_steer_the_arm_and_may_leave():
             first.get_by_role("button", name="Resume").click()
             wait_for(lambda: _time(first) > 0.5)
             for typed in ("0", "-1", "1e9"):  # into the box of the speed
-                first.get_by_label("speed").fill(typed)
+                box(first, "speed").fill(typed)
                 before = _time(first)
                 wait_for(lambda before=before: _time(first) > before)
             assert not [error for error in errors if "passive event listener" not in error]

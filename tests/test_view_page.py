@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from browser import browser, faint, needs_browser
+from browser import box, browser, faint, needs_browser
 from waiting import PATIENCE, wait_for
 
 from contarm_sim.view.live.presets import ARMS
@@ -56,7 +56,7 @@ def page(request, url, chromium):
 
 def choose(page, name):
     """Take another arm."""
-    shown = page.get_by_label("arm", exact=True).locator("visible=true").first
+    shown = box(page, "arm")
     shown.scroll_into_view_if_needed()
     shown.click()
     page.get_by_role("option", name=name, exact=True).click()
@@ -104,10 +104,7 @@ def test_another_arm_takes_the_place_of_the_one_before(page):
         choose(page, name)
         sections = len(ARMS[name]().sections)
         wait_for(lambda sections=sections: ("Section 2" in page.inner_text("body")) == (sections > 1))
-        wait_for(lambda sections=sections: page.get_by_label("bend angle [deg]").count() >= sections)
-        page.get_by_label("bend angle [deg]").locator("visible=true").last.fill("25")
+        box(page, "bend angle [deg]", last=True).fill("25")
         wait_for(lambda: "25.0°" in page.inner_text("body"))
         loaded = "100 g" in name
-        wait_for(
-            lambda loaded=loaded: page.get_by_label("payload [g]").last.input_value() == ("100" if loaded else "0")
-        )
+        wait_for(lambda loaded=loaded: box(page, "payload [g]").input_value() == ("100" if loaded else "0"))
