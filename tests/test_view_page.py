@@ -56,9 +56,7 @@ def page(request, url, chromium):
 
 def choose(page, name):
     """Take another arm."""
-    shown = box(page, "arm")
-    shown.scroll_into_view_if_needed()
-    shown.click()
+    box(page, "arm").click()
     page.get_by_role("option", name=name, exact=True).click()
 
 
