@@ -35,8 +35,12 @@ FIGURES: dict[str, tuple[str, Draw]] = {
     "angles": ("bend and plane angle along the spiral, over time", _drawn_by("paper", "angles")),
     "lengths": ("lengths of muscles 2 and 3 along the spiral, over time", _drawn_by("paper", "lengths")),
     "lengths-on-map": ("the same lengths over the possibility map", _drawn_by("paper", "lengths_on_map")),
+    "errors-by-bend": ("tip error at rest against bend, in five scenarios", _drawn_by("studies", "errors_by_bend")),
     "error-map": ("tip error over the dome, five scenarios", _drawn_by("studies", "error_map")),
-    "budget": ("tip error along the spiral, stacked by where it comes from", _drawn_by("studies", "budget")),
+    "budget": (
+        "tip error along the spiral, and parts that add up to it",
+        _drawn_by("studies", "budget"),
+    ),
     "convergence": ("tip error against the number of links", _drawn_by("studies", "convergence")),
     "controllers": ("tip error of every controller, free and loaded", _drawn_by("studies", "controllers")),
     "stiffness": ("tip stiffness against pressure at 60 degrees", _drawn_by("studies", "stiffness")),
