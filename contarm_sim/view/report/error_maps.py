@@ -29,16 +29,14 @@ def draw_error_maps(fig: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure])
     """
     from matplotlib.colors import BoundaryNorm
 
-    columns = _columns(len(outcomes), fig.wide)
-    rows = -(-(len(outcomes) + 1) // columns)
-    fig.tall((56 if fig.wide else 50) * rows + 8)
+    cells, scale = _places(fig, len(outcomes))
     levels = _levels(max((100 * o.comparison.tip_error.max() / arm.length for o in outcomes if isinstance(o, Outcome)),
                          default=1.0))  # fmt: skip
     norm, colours = BoundaryNorm(levels, 256), error_map()
     filled: Any = None
-    for index, outcome in enumerate(outcomes):
+    for index, (outcome, cell) in enumerate(zip(outcomes, cells, strict=True)):
         rests = isinstance(outcome, Outcome)
-        ax: Any = fig.add_subplot(rows, columns, index + 1, projection="polar" if rests else None)
+        ax: Any = fig.add_subplot(cell, projection="polar" if rests else None)
         ax.set_title(textwrap.fill(outcome.scenario.meaning, 30 if fig.wide else 22))
         if isinstance(outcome, Failure):
             ax.set_axis_off()
@@ -52,18 +50,30 @@ def draw_error_maps(fig: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure])
         ax.contour(plane, radius, shown, levels=[MODEL_LIMIT], colors="black", linewidths=1.2)
         _furnish(ax, float(radius.max()), first=index == 0)
     if filled is not None:
-        ax = fig.add_subplot(rows, columns, len(outcomes) + 1)
+        ax = fig.add_subplot(scale)
         ax.set_axis_off()
-        bar = fig.colorbar(filled, cax=ax.inset_axes((0.4, 0.0, 0.12, 1.0)), format="%g", ticks=levels)
-        bar.set_label("tip error vs arc\n[% of length]")
-        bar.ax.axhline(MODEL_LIMIT, color="black", linewidth=1.2)
+        flat = len(outcomes) == 4 and not fig.wide
+        bar = fig.colorbar(
+            filled, cax=ax.inset_axes((0.0, 0.5, 1.0, 0.3) if flat else (0.4, 0.0, 0.12, 1.0)), format="%g",
+            orientation="horizontal" if flat else "vertical", ticks=levels[1::3] if flat else levels,
+        )  # fmt: skip
+        bar.set_label("tip error vs arc [% of length]")
+        (bar.ax.axvline if flat else bar.ax.axhline)(MODEL_LIMIT, color="black", linewidth=1.2)
         bar.minorticks_off()
     fig.heading("Tip error at rest: bend angle outwards, bending plane around; black line: 1 % of length")
 
 
-def _columns(maps: int, wide: bool) -> int:
-    """Return in how many columns so many maps and their scale stand."""
-    return (3 if maps % 3 == 2 else 5 if maps == 4 else 3) if wide else 2
+def _places(fig: Sheet, maps: int) -> tuple[list[Any], Any]:
+    """Set the height for four or five maps; return where they stand, and where their scale does."""
+    if maps == 4:
+        fig.tall(120 if fig.wide else 118)
+        grid = fig.add_gridspec(2, 3, width_ratios=[1, 1, 0.5]) if fig.wide else fig.add_gridspec(
+            3, 2, height_ratios=[1, 1, 0.28])  # fmt: skip
+        return [grid[row, column] for row in range(2) for column in range(2)], grid[:, 2] if fig.wide else grid[2, :]
+    fig.tall(120 if fig.wide else 158)
+    grid = fig.add_gridspec(2, 3) if fig.wide else fig.add_gridspec(3, 2)
+    cells = [grid[place] for place in range(6)]
+    return cells[:maps], cells[maps]
 
 
 def _levels(most: float) -> Array:

@@ -28,7 +28,7 @@ MARKS = "os^vDP"
 _LOOKS = {"ideal": (BLUE, "o"), "naive": (SKY, "s"), "gravity": (ORANGE, "^"), "payload": (RED, "v"),
           "upright": (PURPLE, "D")}  # fmt: skip
 
-HOLDS = f"constant curvature holds within {MODEL_LIMIT:g} %"
+HOLDS = f"below {MODEL_LIMIT:g} %: constant curvature holds"
 _HEADING = "Tip error at rest against bend"
 
 
