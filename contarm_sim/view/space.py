@@ -37,8 +37,11 @@ _GRID, _EDGE, _PLATE = "#E4E4E4", "#777777", "#9AA0A8"
 _RIM, _CORNERS = 0.04, (0.09, 0.09, 0.03)
 """Room around what is drawn, and ends of x, y and z without numbers, where those of two would meet [share]."""
 
-_NUMBERS, _NAME = 9.0, 22.5
-"""How far numbers and name of an axis are from it [pt]."""
+_BESIDE = 0.07
+"""How far beside the box gravity is drawn [share of its width]."""
+
+_NUMBERS, _NAMES = 9.0, (22.5, 28.0)
+"""How far numbers of x and y, and their names, are from the axes [pt]."""
 
 
 class Space(Axes):
@@ -58,6 +61,14 @@ class Space(Axes):
     def world(self, points: Array) -> Array:
         """Return points of the base frame [m], shape (..., 3), in the world [mm]."""
         return np.asarray(MM * np.asarray(points, dtype=float) @ self._turn.T)
+
+    @property
+    def broadside(self) -> float:
+        """Bending plane [rad] that is seen least foreshortened, towards the right."""
+        (x, y, z), up = (_SCREEN @ self._turn).T, np.array([0.0, 1.0])
+        seen = z if np.linalg.norm(z) > 1e-9 else up
+        out = math.atan2(seen[0] * y[1] - seen[1] * y[0], seen[0] * x[1] - seen[1] * x[0])
+        return out if math.cos(out) * x[0] + math.sin(out) * y[0] >= 0 else out + math.pi
 
     def trace(self, points: Array, **look: Any) -> Line2D:
         """Draw a line through points [m], shape (K, 3), later ones over earlier ones; `look` as `plot` takes it.
@@ -80,10 +91,12 @@ class Space(Axes):
         """Draw the dome of reachable tips, or the hull of those of several sections, as a net."""
         self.net(reachable_tips(self._arm, rows, columns))
 
-    def note(self, point: Array, words: str, **look: Any) -> None:
-        """Write words at a point [m]; `look` as `annotate` takes it: xytext is an offset [pt]."""
-        look = {"xytext": (0, 0), "ha": "center", "va": "center"} | look
-        self.annotate(words, tuple(_SCREEN @ self.world(point)), textcoords="offset points", **look)
+    def note(self, point: Array, words: str, away: Array, **look: Any) -> None:
+        """Write words beside a point [m], in a direction from it; `look` as matplotlib's texts take it."""
+        spot, way = _SCREEN @ self.world(point), _SCREEN @ self.world(away)
+        beside = 9.0 * way / max(float(np.linalg.norm(way)), 1e-12)
+        at: dict[str, Any] = {"ha": "center", "va": "center", "annotation_clip": False}
+        self.annotate(words, tuple(spot), tuple(beside), textcoords="offset points", **at | look)
 
     def settle(self, legend: bool = True) -> None:
         """Set the limits, draw axes, gravity and, beside the picture on a page or above it in a column, the legend."""
@@ -152,18 +165,20 @@ class Space(Axes):
             self.annotate(f"{name} [mm]", tuple(end), (0, 5), ha="center", va="bottom", **look)
         else:
             self.annotate(
-                f"{name} [mm]", tuple(0.5 * (start + end)), tuple(_NAME * out), ha="center", va="center", **look
+                f"{name} [mm]", tuple(0.5 * (start + end)), tuple(_NAMES[axis] * out), ha="center", va="center", **look
             )
 
     def _gravity(self, low: Array, high: Array) -> None:
-        """Draw an arrow along gravity near the right edge."""
+        """Draw an arrow along gravity beside the right edge."""
         pull = world_gravity(self._arm)
         if not pull.any():
             return
         way = 0.3 * float((high - low).max()) * (_SCREEN @ pull) / float(np.linalg.norm(pull))
         left, right = self.get_xlim()
-        edge = _SCREEN @ np.array([high[0], high[1], 0.35 * low[2] + 0.65 * high[2]])
-        start = edge - 0.5 * way - np.array([0.06 * (right - left), 0.0])
+        beside = _BESIDE * (right - left)
+        right += beside
+        self.set_xlim(left, right + beside)
+        start = np.array([right, (_SCREEN @ (0.5 * (low + high)))[1]]) - 0.5 * way - np.array([max(way[0], 0.0), 0.0])
         arrow = {"arrowstyle": "-|>,head_width=0.25,head_length=0.5", "color": TARGET, "linewidth": 1.4,
                  "shrinkA": 0, "shrinkB": 0}  # fmt: skip
         self.annotate("", tuple(start + way), tuple(start), arrowprops=arrow, annotation_clip=False)

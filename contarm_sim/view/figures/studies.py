@@ -1,8 +1,7 @@
-"""Our own figures: where the two derivations differ, by pose, time, link count, controller, pressure and weight."""
+"""Our own figures: where the two derivations differ, by pose, time, link count, controller and pressure."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -10,16 +9,13 @@ import numpy as np
 from contarm_sim.kinematics import arc
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.lag import moved_by_motion
-from contarm_sim.motion.rest import poses_at_rest
-from contarm_sim.paths.reference import Reference
 from contarm_sim.results.compare import compare
 from contarm_sim.studies import convergence as refinement
 from contarm_sim.studies.at_rest import Failure, Outcome, attempt
 from contarm_sim.studies.controllers import compare_controllers
-from contarm_sim.studies.scenarios import dome_grid, scenarios, under_loads
+from contarm_sim.studies.scenarios import dome_grid, scenarios
 from contarm_sim.studies.tip_stiffness import stiffness as tip_stiffness
-from contarm_sim.view.colours import BLUE, ORANGE, RED
-from contarm_sim.view.figures.common import DURATION, followed
+from contarm_sim.view.figures.common import DURATION, Way, followed
 from contarm_sim.view.report.budget import draw_parts
 from contarm_sim.view.report.error_maps import draw_error_maps
 from contarm_sim.view.report.errors_by_bend import draw_errors_by_bend
@@ -44,9 +40,9 @@ def _at_rest(arm: Arm, grid: int) -> list[Outcome | Failure]:
     return [attempt(scenario, dome_grid(grid)) for scenario in scenarios(arm)]
 
 
-def budget(fig: Sheet, arm: Arm) -> None:
-    """Draw the tip error along the spiral, and its parts along it, stacked."""
-    samples = followed(arm)
+def budget(fig: Sheet, arm: Arm, way: Way | None = None) -> None:
+    """Draw the tip error along a path, and its parts along it, stacked."""
+    samples = followed(arm, way)
     draw_parts(fig, samples, compare(samples), moved_by_motion(samples))
 
 
@@ -63,27 +59,3 @@ def controllers(fig: Sheet, arm: Arm) -> None:
 def stiffness(fig: Sheet, arm: Arm) -> None:
     """Draw tip stiffness against pressure at 60 degrees, closed form and simulated."""
     draw_stiffness(fig, tip_stiffness(arm, arc.from_polar(np.pi / 3, 0.0)))
-
-
-def sag(fig: Sheet, arm: Arm) -> None:
-    """Draw how far gravity moves the resting tip with perfect lengths, against m g L^2/EI, at three bends."""
-    weights = np.geomspace(0.02, 4.0, 9)
-    pulled = under_loads(arm)["gravity"]
-    scale = arm.bending_stiffness / (arm.mass * arm.length**2)
-    direction = np.array(pulled.gravity) / np.linalg.norm(pulled.gravity)
-    fig.tall(91)
-    ax = fig.subplots()
-    for degrees, colour, marker in ((30, BLUE, "o"), (90, ORANGE, "s"), (150, RED, "D")):
-        reference = Reference.from_bends(arc.from_polar(np.radians([degrees]), 0.4), arm)
-        free = poses_at_rest(arm.unloaded, reference).tip[0]
-        moved = []
-        for weight in weights:
-            heavy = replace(pulled, gravity=tuple(scale * weight * direction))
-            moved.append(np.linalg.norm(poses_at_rest(heavy, reference).tip[0] - free))
-        ax.loglog(weights, 100 * np.array(moved) / arm.length, color=colour, marker=marker, label=f"bend {degrees}°")
-    own = arm.mass * float(np.linalg.norm(pulled.gravity)) * arm.length**2 / arm.bending_stiffness
-    ax.axvline(own, color="#888888", linestyle="--", linewidth=0.9, label="this arm")
-    ax.axhline(1.0, color="#888888", linestyle=":", linewidth=0.9, label="1 %")
-    ax.set_xlabel("weight over stiffness, m g L²/EI [-]")
-    ax.set_ylabel("tip moved by gravity [% of length]")
-    ax.legend()
