@@ -128,7 +128,7 @@ def test_compare_controllers_tells_them_apart(typed):
     (folder,) = place.glob("runs/compare-controllers-*")
     found = json.loads((folder / "summary.json").read_text())["rows"]
     failed = [row for row in found if "failed" in row]
-    assert all("kPa" in row["failed"] for row in failed)
+    assert all(f"needs {row['needed_pressure_pa'] / 1e3:.0f} kPa" in row["failed"] for row in failed)
     assert done.returncode == (1 if failed else 0), done.stderr
     rows = {(row["load"], row["controller"]): row for row in found}
     assert len(rows) == 18
@@ -137,7 +137,7 @@ def test_compare_controllers_tells_them_apart(typed):
     for load in ("gravity", "payload"):
         assert rows[load, "tip"]["tip_rms_percent"] < 0.5 * rows[load, "servo"]["tip_rms_percent"]
         assert rows[load, "tip"]["along_rms_percent"] < 0.4 * rows[load, "servo"]["along_rms_percent"]
-    assert os.listdir(folder) == ["summary.json"]
+    assert set(os.listdir(folder)) == {"summary.json", "controllers.png"}
 
 
 @pytest.mark.parametrize("bend", [(1.0472, 0.0), (0.5, 1.0)])
