@@ -70,6 +70,8 @@ def redraw_figures() -> None:
             contarm("figures", *figures, *given, "--figures", "png", "--out", out, folder=folder)
             for name, file in figures.items():
                 (folder / out / f"{name}.png").replace(IMAGES / f"{file}.png")
+        contarm("trust", "--out", "trust", folder=folder)
+        (folder / "trust" / "trust.png").replace(IMAGES / "trust.png")
         contarm("run", "--no-video", "--out", "spiral", folder=folder)
         contarm("render", "spiral", "--out", "spiral.gif", "--size", "480p", "--speed", "2", folder=folder)
         (folder / "spiral.gif").replace(IMAGES / "spiral.gif")
