@@ -19,7 +19,7 @@ from blocks import ROOT, blocks, pages
 IMAGES = ROOT / "docs" / "images"
 FIGURES = {
     "fan": "fan", "sag": "sag", "error-map": "error_maps", "possibility": "possibility",
-    "controllers": "controllers", "stiffness": "stiffness",
+    "controllers": "controllers", "stiffness": "stiffness", "errors-by-bend": "errors_by_bend",
 }  # fmt: skip
 """Figures of `contarm figures`, and their files in docs/images."""
 

@@ -19,6 +19,8 @@ from contarm_sim.model.presets import PRESETS
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.paths import named
 from contarm_sim.paths.reference import Reference
+from contarm_sim.results.compare import compare
+from contarm_sim.studies.scenarios import scenarios
 from contarm_sim.view.figures import FIGURES, FOLLOWING, OF_SEVERAL, common, reach, studies
 from contarm_sim.view.figures import sag as sagging
 from contarm_sim.view.prints import WIDTHS
@@ -32,7 +34,7 @@ LENGTH, RADIUS = 1e3 * ARM.length, 1e3 * ARM.muscle_radius  # [mm]
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch):
-    monkeypatch.setattr(studies, "GRID", 2)
+    monkeypatch.setattr(studies, "GRID", 4)
     monkeypatch.setattr(studies, "DURATION", 3.0)
     monkeypatch.setattr(common, "DURATION", 3.0)
 
@@ -129,21 +131,67 @@ def lengths_on_map(axes):
     assert (two**2 + three**2 + two * three).max() == pytest.approx(0.75 * (RADIUS * np.radians(120)) ** 2, rel=0.1)
 
 
-def error_map(axes):
-    largest = [ax.collections[0].levels[-1] for ax in axes if ax.name == "polar"]
-    ideal, naive, gravity, payload, upright = largest
-    expected = _chain_error(np.radians([85, 170])).max()
-    assert ideal == pytest.approx(expected, rel=0.05)
+def _examined(scenario, degrees, planes=(0.3,)):
+    """Return the median of tip errors [% of length] over planes, of a scenario at rest at bends of any angles."""
+    bends = arc.from_polar(np.radians(degrees)[:, None], np.asarray(planes)).reshape(-1, 2)
+    rested = poses_at_rest(scenario.arm, Reference.from_bends(bends, scenario.arm), scenario.controller)
+    return np.median(100 * compare(rested).tip_error.reshape(len(degrees), -1), axis=1) / ARM.length
+
+
+def errors_by_bend(axes):
+    """Marks are what was found; lines between them go where the arm is, at bends that were not examined."""
+    last = []
+    planes = np.radians(np.arange(0, 360, 30))
+    for line, mark, scenario in zip(axes[0].lines[::3], axes[0].lines[1::3], scenarios(ARM), strict=False):
+        angle, error = line.get_data()
+        at, found = (values[1:] for values in mark.get_data())  # the straight pose has no error
+        np.testing.assert_allclose(at, [42.5, 85, 127.5, 170])
+        np.testing.assert_allclose(found, _examined(scenario, at, planes), rtol=1e-6)
+        between = np.array([20.0, 110.0])
+        np.testing.assert_allclose(np.interp(between, angle, error), _examined(scenario, between, planes), rtol=0.05)
+        last.append(found[-1])
+    assert axes[0].lines[-1].get_ydata()[0] == 1
+    ideal, naive, gravity, payload, upright = last
+    assert ideal == pytest.approx(_chain_error(np.radians(170)), rel=0.05)
     assert payload > gravity > 10 * ideal
     assert min(naive, upright) > ideal
 
 
+def error_map(axes):
+    """All maps have one scale; the black line is where an arm is off by 1 %."""
+    maps = [ax for ax in axes if ax.name == "polar"]
+    (levels,) = {tuple(ax.collections[0].levels) for ax in maps}
+    given = scenarios(ARM)
+    assert levels[-3] < _examined(given[3], np.linspace(120, 170, 6)).max() < levels[-1]
+    for ax, scenario in zip(maps, given, strict=True):
+        edge = [path.vertices for path in ax.collections[1].get_paths() if len(path.vertices)]
+        at_rim = [_examined(scenario, np.array([170.0]), [plane])[0] for plane in np.radians(np.arange(0, 360, 30))]
+        assert bool(edge) == (max(at_rim) > 1)
+        for plane, radius in edge[0][::40] if edge else ():
+            assert _examined(scenario, np.array([radius]), [plane])[0] == pytest.approx(1, rel=0.05)
+
+
+def _heights(area):
+    """Return where an area between two curves has corners, and its height there, negative where it is taken off."""
+    corners = area.get_paths()[0].vertices
+    count = (len(corners) - 3) // 2
+    return corners[1 : count + 1, 0], corners[count + 2 : 2 * count + 2, 1][::-1] - corners[1 : count + 1, 1]
+
+
 def budget(axes):
-    total = axes[0].lines[0].get_ydata()
-    layers = [item.get_paths()[0].vertices[:, 1].max() for item in axes[0].collections]
-    assert layers == sorted(layers)
-    assert layers[-1] >= total.max() > 0
-    assert layers[0] == pytest.approx(_chain_error(np.radians(120)) * LENGTH / 100, rel=0.1)
+    """The areas above zero less those below make the error."""
+    time, total = axes[0].lines[0].get_data()
+    at, heights = zip(*(_heights(area) for area in axes[0].collections), strict=True)
+    assert len(heights) == 4
+    np.testing.assert_allclose(np.sum(heights, axis=0), np.interp(at[0], time, total), atol=1e-9 * LENGTH)
+    assert total.max() > 0
+    links, _, _, motion = heights
+    compared = compare(common.followed(ARM))
+    error = compared.simulated_tip - compared.analytic_tip
+    size = np.linalg.norm(error, axis=1)
+    share = ((compared.chain_tip - compared.analytic_tip) * error).sum(axis=1)[1:] / size[1:]
+    np.testing.assert_allclose(links[1:], 1e3 * np.interp(at[0][1:], time[1:], share), atol=1e-9)
+    assert motion.max() > 0.9 * total.max()
 
 
 def convergence(axes):
@@ -152,19 +200,24 @@ def convergence(axes):
 
 
 def controllers(axes):
+    names = [label.get_text() for label in axes[0].get_yticklabels()]
     for ax in axes:
-        names = [label.get_text() for label in ax.get_xticklabels()]
-        heights = {round(bar.get_x() + bar.get_width() / 2, 3): bar.get_height() for bar in ax.patches}
-        for place in range(len(names)):
-            assert (place - 0.2 in heights) is (place + 0.2 in heights)
-            # A part is no more than the whole, but for the samples that each is taken over.
-            assert heights.get(place + 0.2, 0) <= 1.1 * heights.get(place - 0.2, 0)
+        dots = [tuple(float(value[0]) for value in line.get_data()) for line in ax.lines if len(line.get_xdata())]
+        whole = {round(y + 0.17): x for x, y in dots if y % 1 > 0.5}
+        along = {round(y - 0.17): x for x, y in dots if y % 1 < 0.5}
+        assert set(whole) == set(along)
+        said = {round(text.xy[1] + 0.01): text.get_text() for text in ax.texts}
+        assert set(range(len(names))) - set(whole) <= set(said)  # who is not there says why
+        assert all(re.fullmatch(r"needs \d+ kPa", words) for words in said.values())
+        # A part is no more than the whole, but for the samples that each is taken over.
+        assert all(along[place] <= 1.1 * whole[place] for place in whole)
         if ax is not axes[0]:
-            assert heights[names.index("tip") - 0.2] == min(whole for at, whole in heights.items() if at % 1 > 0.5)
+            assert whole[names.index("tip")] == min(whole.values())
+    assert "muscles have 700 kPa" in axes[0].figure.get_suptitle()
 
 
 def stiffness(axes):
-    for ax in axes:
+    for ax in axes[:3]:
         closed, pushed = _lines(ax)["closed form"], _lines(ax)["simulated, pushed"]
         np.testing.assert_allclose(pushed, closed, rtol=0.05)
         assert (np.diff(closed[0]) > 0).all()
@@ -194,8 +247,8 @@ def test_a_figure_is_a_vector_drawing_with_units_that_shows_what_is_true(name, t
     TRUTHS[name](figure.axes)
 
 
-STUDIED = ("path", "error-map", "budget", "convergence", "controllers", "stiffness")
-"""Figures that runs and studies draw too: they are tested there."""
+STUDIED = ("errors-by-bend", "error-map", "convergence", "controllers", "stiffness")
+"""Figures of studies: `test_study_figures` does the same with them."""
 
 
 @pytest.mark.parametrize("width", WIDTHS)

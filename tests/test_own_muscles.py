@@ -32,8 +32,8 @@ from contarm_sim.studies.muscle_curves import group_of
 from contarm_sim.studies.scenarios import scenarios
 from contarm_sim.view.figures import figures_of, left_out, over_time, reach
 from contarm_sim.view.live.panel import Panel
-from contarm_sim.view.report.figures import draw_muscle_law
 from contarm_sim.view.report.map import draw_possibility, no_map
+from contarm_sim.view.report.study_figures import draw_muscle_law
 from contarm_sim.view.report.words import available, remarks
 from contarm_sim.view.sections import backbone_lines, reachable_tips
 from contarm_sim.view.style import drawn

@@ -27,7 +27,8 @@ from contarm_sim.view.prints import Prints
 from contarm_sim.view.rendering.draw import ArmRenderer, Overlays
 from contarm_sim.view.rendering.film import Look, film
 from contarm_sim.view.rendering.gl import choose_backend
-from contarm_sim.view.report.figures import draw_budget, draw_muscles, draw_path
+from contarm_sim.view.report.budget import draw_budget
+from contarm_sim.view.report.run_figures import draw_muscles, draw_path
 from contarm_sim.view.report.samples_csv import write_samples
 from contarm_sim.view.sections import muscle_hexes, section_colour, section_places, tube_radii
 from contarm_sim.view.style import save

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.errors import InputError
+from contarm_sim.errors import InputError, PressureError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import muscles
 from contarm_sim.mechanics.statics import Balance, balance, min_tensions
@@ -101,31 +101,38 @@ def holding_pressures(bend: Any, arm: Arm, share: float = 0.0, rate: Any = None)
         rate: velocity of the bend [rad/s], see `balance`.
 
     Raises:
-        InputError: the bend needs more than the highest pressure; says how much.
+        InputError: the bend needs more than the highest pressure (a `PressureError`, which says how much), or no
+            pressure holds it.
     """
     held = balance(bend, arm, rate)
     low, high = level_range(held, arm)
     refused = ~(low <= high)
     if refused.any():
-        raise InputError("bend", *_refusal(held, low, arm, int(np.argmax(refused.reshape(-1, low.shape[-1]).any(0)))))
+        raise _refusal(held, low, arm, int(np.argmax(refused.reshape(-1, low.shape[-1]).any(0))))
     return held.at(low + share * (high - low)) / held.per_pascal
 
 
-def _refusal(held: Balance, low: Array, arm: Arm, number: int) -> tuple[str, str]:
-    """Say what the first bend of a section that no pressures hold needs, and what is allowed."""
+def _refusal(held: Balance, low: Array, arm: Arm, number: int) -> InputError:
+    """Return what says what the first bend of a section that no pressures hold needs, and what is allowed."""
     group, own = arm.groups[number], held.own[number]
     of_section = "" if len(arm.sections) == 1 else f" for the muscles of section {number + 1}"
     lowest, highest = (pressure / 1e3 for pressure in group.law.pressure_limits)
     pressures = f"{lowest:.4g} to {highest:.4g} kPa{of_section}"
     if not np.all(held.per_pascal[..., own] > 0):
         shortest, longest = (1e3 * length for length in group.length_range)
-        return (
+        return InputError(
+            "bend",
             "one that asks a muscle for a length it cannot take",
             f"muscle lengths of {shortest:.1f} to {longest:.1f} mm{of_section}",
         )
     if np.any(low[..., number] > held.highest[..., number]):
-        return f"one that {pressures} buckle the arm at", "a stiffer arm, more links, or less of a bend"
-    return (
-        f"one that needs {float((held.at(low) / held.per_pascal)[..., own].max()) / 1e3:.0f} kPa",
+        return InputError(
+            "bend", f"one that {pressures} buckle the arm at", "a stiffer arm, more links, or less of a bend"
+        )
+    needed = float((held.at(low) / held.per_pascal)[..., own].max())
+    return PressureError(
+        "bend",
+        f"one that needs {needed / 1e3:.0f} kPa",
         f"bends that need no more than there is; available {pressures}",
+        needed,
     )

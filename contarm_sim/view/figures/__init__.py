@@ -54,9 +54,10 @@ FIGURES: dict[str, tuple[str, Draw]] = {
         "the same lengths over the possibility map",
         _drawn_by("lengths_on_map", "lengths_on_map", follows=True),
     ),
+    "errors-by-bend": ("tip error at rest against bend, in five scenarios", _drawn_by("studies", "errors_by_bend")),
     "error-map": ("tip error over the dome, five scenarios", _drawn_by("studies", "error_map")),
     "budget": (
-        "tip error along the path, stacked by where it comes from",
+        "tip error along the path, and parts that add up to it",
         _drawn_by("studies", "budget", follows=True),
     ),
     "convergence": ("tip error against the number of links", _drawn_by("studies", "convergence")),
