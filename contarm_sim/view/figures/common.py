@@ -18,6 +18,7 @@ from contarm_sim.motion.simulate import simulate
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.colours import ANALYTIC, SIMULATED
+from contarm_sim.view.sections import section_hex
 
 DURATION = 10.0
 
@@ -73,6 +74,11 @@ def bend_colours(angles: ArrayLike) -> Any:
     from matplotlib import colormaps
 
     return colormaps[_BEND_MAP](_BEND_END * np.asarray(angles) / 180)
+
+
+def section_look(number: int) -> dict[str, Any]:
+    """Return colour and dashes of a section's line: sections are told apart without colours too."""
+    return {"color": section_hex(number), "linestyle": ("-", (0, (5, 1.5)), (0, (2, 1)), (0, (5, 1, 1, 1)))[number % 4]}
 
 
 def upside_down(arm: Arm) -> bool:

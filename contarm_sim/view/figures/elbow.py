@@ -11,7 +11,8 @@ from contarm_sim.kinematics.backbone import Backbone
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.colours import PURPLE, TARGET
-from contarm_sim.view.sections import section_hex, section_places
+from contarm_sim.view.figures.common import section_look
+from contarm_sim.view.sections import section_places
 from contarm_sim.view.space import space
 from contarm_sim.view.style import Sheet
 
@@ -38,14 +39,14 @@ def elbow(fig: Sheet, arm: Arm) -> None:
         for bends in curve[:: max(len(curve) // 10, 1)]:
             for number, xi in enumerate(section_places(arm, 30)):
                 line = sections.position(bends, backbone, xi)
-                ax.trace(line, color=section_hex(number), linewidth=1.0, alpha=0.6)
+                ax.trace(line, **section_look(number), linewidth=1.0, alpha=0.7)
         ax.trace(sections.frames(curve, backbone)[:, 1, :3, 3], color=PURPLE, linewidth=1.8)
         share = np.linspace(0, 100, len(curve))
         for number in range(2):
             angle = np.degrees(np.hypot(*curve[:, number].T))
-            plain.plot(share, angle, color=section_hex(number))
+            plain.plot(share, angle, **section_look(number))
     for number in range(2):
-        ax.plot([], [], color=section_hex(number), label=f"section {number + 1}")
+        ax.plot([], [], **section_look(number), label=f"section {number + 1}")
     ax.plot([], [], color=PURPLE, linewidth=1.8, label="elbow's curve")
     ax.trace(target[None], color=TARGET, linestyle="", marker="o", markersize=5, label="target")
     ax.settle(legend=False)

@@ -12,7 +12,7 @@ from contarm_sim.mechanics import routing
 from contarm_sim.model.arm import Arm
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.colours import DISCRETISATION, ERROR
-from contarm_sim.view.figures.common import BROAD, THIN, Way, called, followed
+from contarm_sim.view.figures.common import BROAD, THIN, Way, called, followed, section_look
 from contarm_sim.view.sections import section_hex
 from contarm_sim.view.stance import stance
 from contarm_sim.view.style import Sheet
@@ -31,16 +31,23 @@ def angles(fig: Sheet, arm: Arm, way: Way | None = None) -> None:
     several = len(arm.sections) > 1
     for i, (value, off) in enumerate(_panels(fig)):
         for number in range(len(arm.sections)):
-            own = {"color": section_hex(number), "label": f"section {number + 1}"} if several else {}
-            pale = {"alpha": 0.45} if several else {}
-            value.plot(samples.time, measured[i][:, number], **BROAD | own | pale)
-            off.plot(samples.time, (measured[i] - commanded[i])[:, number], **{"color": ERROR} | own)
+            own = {"color": section_hex(number), "label": f"section {number + 1}", "alpha": 0.45} if several else {}
+            value.plot(samples.time, measured[i][:, number], **BROAD | own)
+            off.plot(
+                samples.time,
+                (measured[i] - commanded[i])[:, number],
+                **section_look(number) if several else {"color": ERROR},
+            )
         for number in range(len(arm.sections)):
             value.plot(samples.time, commanded[i][:, number], **THIN | ({"label": None} if number else {}))
         value.set_ylabel(("bend angle [deg]", "plane angle [deg]")[i])
         off.set_ylabel(("difference\n[deg]", "difference where\nbent > 5° [deg]")[i])
         if i == 0:
             value.legend(loc="best")
+        elif several:
+            for number in range(len(arm.sections)):
+                off.plot([], [], **section_look(number), label=f"section {number + 1}")
+            off.legend(loc="best")
 
 
 def _angles(samples: Trajectory) -> list[list[Array]]:

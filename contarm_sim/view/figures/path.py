@@ -5,7 +5,7 @@ from __future__ import annotations
 from contarm_sim.model.arm import Arm
 from contarm_sim.results.compare import compare
 from contarm_sim.view.figures.common import Way, followed
-from contarm_sim.view.report.figures import draw_path
+from contarm_sim.view.report.run_figures import draw_path
 from contarm_sim.view.style import Sheet
 
 

@@ -23,6 +23,9 @@ MM = 1e3
 CELLS, POSES = 64, 1_000_000
 """Cells of a map in the length of the arm, and poses that it is drawn from."""
 
+_WIDTHS = (3.6, 2.4, 1.4)
+"""Of lines of sections, which are told apart without colours too [pt]."""
+
 _BY_THE_AXIS = 0.06
 """Cells so near to the axis [share of the length] are too small to hold enough poses. What is shown is even over the
 distance from the axis, so flat there: they show the mean of all of them, or what the next one does.
@@ -93,26 +96,33 @@ def slices(fig: Sheet, arm: Arm) -> None:
 
 def _fill(plane: _Plane, colour: Any) -> Any:
     """Fill what tips reach on both sides of the axis; return what draws it."""
-    heights, distances, both = _reached(plane.backbone)
-    return plane.ax.contourf(*plane.placed(distances, heights), both.T, [0.5, 1.5], colors=[colour])
+    heights, distances, both = _reached(plane.backbone, CELLS, POSES)
+    return plane.ax.contourf(*plane.placed(distances, heights), both.T, [0.5, np.inf], colors=[colour])
 
 
 @once
-def _reached(backbone: Backbone) -> tuple[Array, Array, Array]:
-    """Return heights, distances on both sides [m], and which of such cells tips reach (1 or 0), finely.
+def _reached(backbone: Backbone, cells: int, poses: int) -> tuple[Array, Array, Array]:
+    """Return heights, distances on both sides [m], and how much of such cells and those around tips reach (1: all).
 
     Drawn poses reach them, or planar ones, which find the edges.
     """
-    grid = Grid.over(backbone, 2 * CELLS)
+    grid = Grid.over(backbone, 2 * cells)
     reached = np.zeros(grid.shape, dtype=bool)
     tips = np.insert(_planar_tips(backbone), 1, 0.0, axis=1)
     reached.ravel()[grid.cell(tips)] = True
-    coarse = _workspace(backbone, CELLS, POSES)
+    coarse = _workspace(backbone, cells, poses)
     column = np.minimum((grid.distances / coarse.grid.size).astype(int), coarse.grid.shape[0] - 1)
     row = ((grid.heights - coarse.grid.low) / coarse.grid.size).astype(int)
     reached |= _inner(coarse.reached)[np.ix_(column, np.clip(row, 0, coarse.grid.shape[1] - 1))]
-    both = np.concatenate([reached[::-1], reached]).astype(float)
+    both = _smooth(_smooth(np.concatenate([reached[::-1], reached]).astype(float)))
     return grid.heights, np.concatenate([-grid.distances[::-1], grid.distances]), both
+
+
+def _smooth(values: Array) -> Array:
+    """Return the means over each cell and its eight neighbours."""
+    padded = np.pad(values, 1)
+    rows = padded[:-2] + padded[1:-1] + padded[2:]
+    return (rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:]) / 9
 
 
 def _inner(reached: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -130,11 +140,17 @@ def _draw_examples(plane: _Plane, arm: Arm) -> None:
         bends = np.stack([angles, 0 * angles], axis=-1)
         for number, xi in enumerate(section_places(arm, 40)):
             line = np.stack(plane.placed(*sections.position(bends, plane.backbone, xi)[:, [0, 2]].T))
-            ax.plot(*line, color=section_hex(number), linewidth=2.4)
+            ax.plot(*line, color=section_hex(number), linewidth=_WIDTHS[number % 3])
             ax.plot(*line[:, -1], "o", color=section_hex(number), markersize=4)
     for number in range(len(limits)):
         limit = np.degrees(limits[number])
-        ax.plot([], [], color=section_hex(number), linewidth=2.4, label=f"section {number + 1}, to {limit:.0f}°")
+        ax.plot(
+            [],
+            [],
+            color=section_hex(number),
+            linewidth=_WIDTHS[number % 3],
+            label=f"section {number + 1}, to {limit:.0f}°",
+        )
 
 
 def density(fig: Sheet, arm: Arm) -> None:

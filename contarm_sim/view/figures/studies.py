@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 from contarm_sim.kinematics import arc
@@ -15,7 +13,7 @@ from contarm_sim.studies.at_rest import Failure, Outcome, attempt
 from contarm_sim.studies.controllers import compare_controllers
 from contarm_sim.studies.scenarios import dome_grid, scenarios
 from contarm_sim.studies.tip_stiffness import stiffness as tip_stiffness
-from contarm_sim.view.figures.common import DURATION, Way, followed
+from contarm_sim.view.figures.common import DURATION, Way, followed, once
 from contarm_sim.view.report.budget import draw_parts
 from contarm_sim.view.report.error_maps import draw_error_maps
 from contarm_sim.view.report.errors_by_bend import draw_errors_by_bend
@@ -35,7 +33,7 @@ def error_map(fig: Sheet, arm: Arm) -> None:
     draw_error_maps(fig, arm, _at_rest(arm, GRID))
 
 
-@lru_cache(maxsize=2)
+@once
 def _at_rest(arm: Arm, grid: int) -> list[Outcome | Failure]:
     return [attempt(scenario, dome_grid(grid)) for scenario in scenarios(arm)]
 
@@ -48,12 +46,20 @@ def budget(fig: Sheet, arm: Arm, way: Way | None = None) -> None:
 
 def convergence(fig: Sheet, arm: Arm) -> None:
     """Draw the largest tip error over the dome against the number of links, with its slope."""
-    draw_convergence(fig, refinement.convergence(arm, dome_grid(GRID)))
+    draw_convergence(fig, _refined(arm, GRID))
+
+
+@once
+def _refined(arm: Arm, grid: int) -> refinement.Convergence:
+    return refinement.convergence(arm, dome_grid(grid))
 
 
 def controllers(fig: Sheet, arm: Arm) -> None:
     """Draw the tip error of every controller along the spiral, and the part that muscle lengths could correct."""
-    draw_controllers(fig, compare_controllers(arm, DURATION))
+    draw_controllers(fig, _compared(arm, DURATION))
+
+
+_compared = once(compare_controllers)
 
 
 def stiffness(fig: Sheet, arm: Arm) -> None:
