@@ -26,10 +26,10 @@ CAPTIONS = {
 }
 _CAPTIONS_OF_SEVERAL = {
     "path": "The path of the tip in the hull of reachable tips: targets, simulated tip, and the sections at the end.",
-    "budget": "Tip error over time: parts along it, which add up to it; sizes of the parts; what the tip moves where one "
-    "section alone has a part; the orientation error.",
-    "muscles": "Length changes of the muscles over time, what they differ from the arcs' by, tensions, and pressures, a "
-    "column a section.",
+    "budget": "Tip error over time: parts along it, which add up to it; sizes of the parts; what the tip moves where "
+    "one section alone has a part; the orientation error.",
+    "muscles": "Length changes of the muscles over time, what they differ from the arcs' by, tensions, and pressures, "
+    "a column a section.",
 }
 
 
