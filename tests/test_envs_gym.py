@@ -68,7 +68,7 @@ def assert_same(one, two):
 
 @pytest.mark.parametrize(("task", "mode"), CASES)
 def test_gymnasiums_own_checker_is_content(task, mode):
-    check_env(make(task, actions=mode).unwrapped, skip_render_check=True)
+    check_env(make(task, actions=mode).unwrapped, skip_render_check=True)  # pictures: test_envs_pictures.py
 
 
 def test_names_need_no_import_when_the_module_stands_in_front():
@@ -301,7 +301,7 @@ def test_variations_give_the_model_of_the_varied_arm():
         ({"time_limit": 0.03}, "time_limit is 0.03; allowed: a multiple of 0.05 s"),
         ({"task": "track", "time_limit": 20}, "at most 10 s"),
         ({"render_mode": "ansi"}, "render_mode is 'ansi'; allowed: rgb_array, human, None"),
-        ({"arm": "big"}, "arm is 'big'; allowed: an Arm"),
+        ({"arm": "big"}, "arm is 'big'; allowed: an Arm, a preset (paper, two, three, tendon), or a file"),
     ],
 )
 def test_what_cannot_be_made_is_said_in_one_line(given, said):
@@ -458,7 +458,9 @@ def _vector(**given):
 _WRONG_BY_NAME = {
     "task": ([], {}, 3, "", None), "reward": ([], 1, "dense", np.zeros(2)), "actions": ([], np.zeros(3), "x", 1),
     "variations": ("x", [1], {1: 2}, 3), "time_limit": ("x", 10**400, np.nan, [], True), "render_mode": ([], 1, "x"),
-    "arm": ({}, 1),
+    "arm": ({}, 1, "", "no.toml"), "gravity": (9.81, (0, 0), (0, 0, np.nan), "x", {}),
+    "payload": (-1, "x", [], True),
+    "width": (0, -1, 640.0, "x", True), "height": (0, None, [1]), "camera": ("left", None, 0, []),
 }  # fmt: skip
 WRONG = [{name: value} for name, values in _WRONG_BY_NAME.items() for value in values]
 

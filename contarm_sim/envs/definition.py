@@ -11,6 +11,7 @@ import numpy as np
 
 from contarm_sim.envs import variations as variation
 from contarm_sim.envs.actions import Actions, Mode
+from contarm_sim.envs.arms import ArmLike, as_arm
 from contarm_sim.envs.hold import Hold
 from contarm_sim.envs.reach import Reach
 from contarm_sim.envs.state import State, add_end_sensors, scales
@@ -131,34 +132,35 @@ def plain_spec(arm: Arm, actuation: Actuation, timestep: float) -> mujoco.MjSpec
 
 def define(
     name: str,
-    arm: Arm | None = None,
+    arm: ArmLike | None = None,
     actions: Mode | None = None,
     reward: Reward = "shaped",
     variations: Mapping[str, Any] | None = None,
     time_limit: float | None = None,
+    gravity: Any = None,
+    payload: Any = None,
 ) -> Definition:
     """Return a task by name.
 
     Args:
         name: reach, track or hold.
-        arm: default the paper's arm.
+        arm: an `Arm`, the name of a preset, or the path of a TOML file; default the paper's arm.
         actions: an action mode; default the task's own.
         reward: shaped or sparse.
         variations: what changes from episode to episode, see `variations`.
         time_limit: length of an episode [s], a multiple of the control period; default, and for `track` at most, the
             task's own.
+        gravity, payload: in place of the arm's own, see `arms`.
 
     Raises:
         InputError: an unknown name, an arm that the task is not for, or a value that cannot be.
     """
     _check_name("task", name, tuple(TASKS))
-    if arm is not None and not isinstance(arm, Arm):
-        raise InputError("arm", repr(arm), "an Arm")
     _check_name("reward", reward, REWARDS)
     modes = TASKS[name].modes
     if actions is not None:
         _check_name("actions", actions, modes, f" for {name}")
-    task = TASKS[name](arm or Arm(), actions or modes[0])
+    task = TASKS[name](as_arm(arm, gravity, payload), actions or modes[0])
     limit = task.time_limit if time_limit is None else time_limit
     limit, given = as_number(limit), limit
     ticks = round(limit / CONTROL_PERIOD) if 0 < limit < 1e6 else 0

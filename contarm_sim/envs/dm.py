@@ -25,6 +25,7 @@ from dm_env import specs
 
 from contarm_sim.engine.plant import quiet_engine
 from contarm_sim.envs.actions import Mode, action_names
+from contarm_sim.envs.arms import ArmLike
 from contarm_sim.envs.definition import TASKS, Definition, Reward, define
 from contarm_sim.envs.dm_entity import ArmArena, ContinuumArm, PhysicsError, composer, observable
 from contarm_sim.envs.episodes import Episodes, Outcome
@@ -41,23 +42,28 @@ __all__ = ["ALL", "ArmEnvironment", "ArmTask", "ContinuumArm", "load"]
 def load(
     name: str,
     random: int | np.random.RandomState | None = None,
-    arm: Arm | None = None,
+    arm: ArmLike | None = None,
     actions: Mode | None = None,
     reward: Reward = "shaped",
     variations: Mapping[str, Any] | None = None,
     time_limit: float | None = None,
+    gravity: Any = None,
+    payload: Any = None,
 ) -> ArmEnvironment:
     """Return an environment by name.
 
     Args:
         name: reach, track or hold.
         random: a seed or a random state; the first episode is Gymnasium's after `reset(seed=random)`.
-        arm, actions, reward, variations, time_limit: see `definition.define`.
+        arm, actions, reward, variations, time_limit, gravity, payload: see `definition.define`; `arm` may be an `Arm`,
+            the name of a preset or the path of a TOML file.
+
+    Pictures are `env.physics.render(height, width, camera_id="front")`; other cameras are side and top.
 
     Raises:
         InputError: an unknown name, or a value that cannot be; by steps: an action of another shape or not finite.
     """
-    definition = define(name, arm, actions, reward, variations, time_limit)
+    definition = define(name, arm, actions, reward, variations, time_limit, gravity, payload)
     return ArmEnvironment(
         ArmTask(definition),
         random_state=random,

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from contarm_sim import libmujoco
+from contarm_sim.envs import dm_gl
 from contarm_sim.envs.actions import Actions, Mode
 from contarm_sim.envs.definition import plain_spec
 from contarm_sim.envs.state import State, end_sensors, read
@@ -18,13 +17,11 @@ from contarm_sim.mjcf.scene import add_scene, base_quaternion, base_rotation
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.rendering.draw import TARGET
 
-libmujoco.load()
-with warnings.catch_warnings():  # of GLFW, where there is no display
-    warnings.simplefilter("ignore")
-    from dm_control import composer, mjcf
-    from dm_control.composer import define
-    from dm_control.composer.observation import observable
-    from dm_control.rl.control import PhysicsError  # noqa: F401
+dm_gl.load()
+from dm_control import composer, mjcf  # noqa: E402
+from dm_control.composer import define  # noqa: E402
+from dm_control.composer.observation import observable  # noqa: E402
+from dm_control.rl.control import PhysicsError  # noqa: E402, F401
 
 _OPTIONS = ("gravity", "timestep")
 

@@ -21,15 +21,16 @@ from gymnasium.spaces import Box
 
 from contarm_sim import libmujoco
 from contarm_sim.envs.actions import Mode
+from contarm_sim.envs.arms import ArmLike
 from contarm_sim.envs.definition import Definition, Reward, define
 from contarm_sim.envs.episodes import Episodes
 from contarm_sim.envs.physics import Single
-from contarm_sim.envs.picture import RENDER_MODES, Picture, picture
+from contarm_sim.envs.picture import RENDER_MODES, Picture, Sight, modes_here, picture
 from contarm_sim.envs.registration import register
 from contarm_sim.envs.task import CONTROL_PERIOD, LIMIT
-from contarm_sim.errors import InputError
+from contarm_sim.errors import InputError, RenderingError
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.model.arm import Arm
+from contarm_sim.view.rendering.window import has_display
 
 libmujoco.load()
 register()
@@ -46,8 +47,10 @@ class ArmEnv(gymnasium.Env[Array, Array]):
 
     Args:
         task: reach, track or hold.
-        arm, actions, reward, variations, time_limit: see `definition.define`.
+        arm, actions, reward, variations, time_limit, gravity, payload: see `definition.define`; `arm` may be an `Arm`,
+            the name of a preset or the path of a TOML file.
         render_mode: rgb_array, human (needs a display) or None.
+        width, height, camera: of pictures of mode rgb_array, see `picture.Sight`.
 
     An episode is drawn from a `np.random.RandomState` of the seed given to `reset`, as dm_control's is: the first
     episode after `reset(seed=s)` is that of `contarm_sim.envs.dm.load(..., random=s)`. Later resets without a seed go
@@ -65,16 +68,25 @@ class ArmEnv(gymnasium.Env[Array, Array]):
     def __init__(
         self,
         task: str = "reach",
-        arm: Arm | None = None,
+        arm: ArmLike | None = None,
         actions: Mode | None = None,
         reward: Reward = "shaped",
         variations: Mapping[str, Any] | None = None,
         time_limit: float | None = None,
         render_mode: str | None = None,
+        gravity: Any = None,
+        payload: Any = None,
+        width: int = 640,
+        height: int = 480,
+        camera: str = "front",
     ) -> None:
         if render_mode is not None and not (isinstance(render_mode, str) and render_mode in RENDER_MODES):
             raise InputError("render_mode", repr(render_mode), ", ".join(RENDER_MODES) + ", None")
-        self.definition = define(task, arm, actions, reward, variations, time_limit)
+        if render_mode == "human" and not has_display():
+            raise RenderingError("no window for render_mode human: there is no display here; rgb_array needs none")
+        self._sight = Sight(width, height, camera)
+        self.definition = define(task, arm, actions, reward, variations, time_limit, gravity, payload)
+        self.metadata = self.metadata | {"render_modes": modes_here()}  # Gymnasium's checker tries them all
         self.observation_space, self.action_space = spaces(self.definition)
         self.render_mode = render_mode
         self._episodes = Episodes(self.definition, 1)
@@ -121,7 +133,7 @@ class ArmEnv(gymnasium.Env[Array, Array]):
         return self._observe(), float(outcome.reward[0]), False, bool(outcome.ended[0]), _first(outcome.info)
 
     def render(self) -> Any:
-        """Return a picture, shape (480, 640, 3), in mode rgb_array; the window of mode human follows by itself."""
+        """Return a picture, shape (height, width, 3), in mode rgb_array; the window of mode human follows by itself."""
         if self.render_mode is None:
             return None
         return self._draw()
@@ -139,10 +151,10 @@ class ArmEnv(gymnasium.Env[Array, Array]):
 
     def _draw(self) -> Any:
         if self._picture is None:
-            self._picture = picture(str(self.render_mode), self.definition.arm)
-        goals = {name: value[0] for name, value in self._episodes.goals.items()}
-        target = self.definition.task.target(goals, int(self._episodes.tick[0])) if goals else None
-        return self._picture.draw(self._physics.data.qpos, target)
+            self._picture = picture(str(self.render_mode), self.definition.arm, self._sight)
+        goals, tick = {name: value[0] for name, value in self._episodes.goals.items()}, int(self._episodes.tick[0])
+        target = self.definition.task.target(goals, tick) if goals else None
+        return self._picture.draw(self._physics.data.qpos, target, tick / self.definition.ticks)
 
 
 def check_reset(seed: Any, options: Any) -> None:

@@ -3,46 +3,75 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
+from contarm_sim.view.rendering.cameras import check_camera
+from contarm_sim.view.rendering.window import has_display
 
 RENDER_MODES = ("rgb_array", "human")
-SIZE = (640, 480)
-"""Width and height of a picture [pixels]."""
+
+
+def modes_here() -> list[str]:
+    """Return the render modes that work here: a window needs a display."""
+    return [mode for mode in RENDER_MODES if mode != "human" or has_display()]
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What pictures of mode rgb_array show.
+
+    Attributes:
+        width, height: size [pixels].
+        camera: front, side, top, orbit (one turn an episode) or tip (follows it).
+
+    Raises:
+        InputError: a size that is no positive whole number, or an unknown camera.
+    """
+
+    width: int = 640
+    height: int = 480
+    camera: str = "front"
+
+    def __post_init__(self) -> None:
+        from contarm_sim.view.rendering.draw import check_size
+
+        check_size(self.width, self.height)
+        check_camera(self.camera)
 
 
 class Picture(Protocol):
     """Something that shows an arm."""
 
-    def draw(self, qpos: Array, target: Array | None) -> Any:
-        """Show joint angles [rad], shape (dofs,), and a target [m], shape (3,)."""
+    def draw(self, qpos: Array, target: Array | None, share: float) -> Any:
+        """Show joint angles [rad], shape (dofs,), and a target [m], shape (3,); `share` of the episode has passed."""
 
     def close(self) -> None:
         """Give back what it holds."""
 
 
-def picture(mode: str, arm: Arm) -> Picture:
+def picture(mode: str, arm: Arm, sight: Sight) -> Picture:
     """Return what draws in a render mode.
 
     Raises:
-        RenderingError: nothing draws here.
+        RenderingError: nothing draws here, or not so large.
     """
-    return Window(arm) if mode == "human" else Pixels(arm)
+    return Window(arm) if mode == "human" else Pixels(arm, sight)
 
 
 class Pixels:
-    """Draws arrays, shape (480, 640, 3)."""
+    """Draws arrays, shape (height, width, 3)."""
 
-    def __init__(self, arm: Arm) -> None:
+    def __init__(self, arm: Arm, sight: Sight) -> None:
         from contarm_sim.view.rendering.draw import ArmRenderer
 
-        self._renderer = ArmRenderer(arm, *SIZE)
+        self._renderer = ArmRenderer(arm, sight.width, sight.height, sight.camera)
 
-    def draw(self, qpos: Array, target: Array | None) -> Any:
+    def draw(self, qpos: Array, target: Array | None, share: float) -> Any:
         """Return the picture."""
-        return self._renderer.pose(qpos, target).copy()
+        return self._renderer.pose(qpos, target, share).copy()
 
     def close(self) -> None:
         """Give the GL memory back."""
@@ -68,7 +97,7 @@ class Window:
         self._open = ExitStack()
         self._viewer = self._open.enter_context(window(self._model, self._data))
 
-    def draw(self, qpos: Array, target: Array | None) -> None:
+    def draw(self, qpos: Array, target: Array | None, share: float) -> None:
         """Show the pose and the target."""
         import mujoco
 

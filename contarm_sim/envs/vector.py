@@ -15,15 +15,15 @@ from gymnasium.vector.utils import batch_space
 
 from contarm_sim import libmujoco
 from contarm_sim.envs.actions import Mode
+from contarm_sim.envs.arms import ArmLike
 from contarm_sim.envs.definition import Reward, define
 from contarm_sim.envs.episodes import Episodes, Flags, Outcome
 from contarm_sim.envs.gym import ArmEnv, check_reset, spaces
 from contarm_sim.envs.physics import Many
-from contarm_sim.envs.picture import Picture, picture
+from contarm_sim.envs.picture import Picture, Sight, picture
 from contarm_sim.envs.task import CONTROL_PERIOD
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.model.arm import Arm
 
 libmujoco.load()
 
@@ -34,9 +34,10 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
     Args:
         num_envs: arms.
         threads: that step them; 0: one a processor.
-        task, arm, actions, reward, variations, time_limit: as of `ArmEnv`. A variation that has a memory of its own is
-            shared by all arms.
+        task, arm, actions, reward, variations, time_limit, gravity, payload: as of `ArmEnv`. A variation that has a
+            memory of its own is shared by all arms.
         render_mode: rgb_array or None.
+        width, height, camera: of pictures, as of `ArmEnv`.
         max_episode_steps: Gymnasium's name of the time limit, in actions.
 
     Raises:
@@ -52,13 +53,18 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
         num_envs: int = 1,
         threads: int = 0,
         task: str = "reach",
-        arm: Arm | None = None,
+        arm: ArmLike | None = None,
         actions: Mode | None = None,
         reward: Reward = "shaped",
         variations: Mapping[str, Any] | None = None,
         time_limit: float | None = None,
         render_mode: str | None = None,
         max_episode_steps: int | None = None,
+        gravity: Any = None,
+        payload: Any = None,
+        width: int = 640,
+        height: int = 480,
+        camera: str = "front",
     ) -> None:
         for name, value, least in (("num_envs", num_envs, 1), ("threads", threads, 0)):
             if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
@@ -69,7 +75,8 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
             if isinstance(max_episode_steps, bool) or not isinstance(max_episode_steps, (int, np.integer)):
                 raise InputError("max_episode_steps", max_episode_steps, "a whole number, at least 1")
             time_limit = float(max_episode_steps * CONTROL_PERIOD) if abs(max_episode_steps) < 1e9 else np.inf
-        self.definition = define(task, arm, actions, reward, variations, time_limit)
+        self._sight = Sight(width, height, camera)
+        self.definition = define(task, arm, actions, reward, variations, time_limit, gravity, payload)
         self.num_envs, self.render_mode = int(num_envs), render_mode
         self.single_observation_space, self.single_action_space = spaces(self.definition)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
@@ -129,16 +136,17 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
         return self._observe(), outcome.reward, np.zeros(self.num_envs, dtype=bool), outcome.ended, info
 
     def render(self) -> Any:
-        """Return a picture of every arm, a tuple of arrays of shape (480, 640, 3), in mode rgb_array."""
+        """Return a picture of every arm, a tuple of arrays of shape (height, width, 3), in mode rgb_array."""
         if self.render_mode is None:
             return None
         if self._picture is None:
-            self._picture = picture(self.render_mode, self.definition.arm)
+            self._picture = picture(self.render_mode, self.definition.arm, self._sight)
         drawn, qpos = [], self._physics.state["joint_angles"]
         for place in range(self.num_envs):
             goals = {name: value[place] for name, value in self._episodes.goals.items()}
-            target = self.definition.task.target(goals, int(self._episodes.tick[place])) if goals else None
-            drawn.append(self._picture.draw(qpos[place], target))
+            tick = int(self._episodes.tick[place])
+            target = self.definition.task.target(goals, tick) if goals else None
+            drawn.append(self._picture.draw(qpos[place], target, tick / self.definition.ticks))
         return tuple(drawn)
 
     def _require_open(self) -> None:

@@ -18,8 +18,10 @@ from contarm_sim.mechanics.muscles import each
 from contarm_sim.mjcf import names
 from contarm_sim.mjcf.backbone import SPINE_RADIUS, payload_radius
 from contarm_sim.mjcf.scene import base_quaternion, base_rotation
+from contarm_sim.view.colours import error_colours
 from contarm_sim.view.live.session import Session
-from contarm_sim.view.rendering.draw import GHOST, TARGET, trace_colours
+from contarm_sim.view.rendering.draw import TARGET
+from contarm_sim.view.rendering.ghost import GHOST
 from contarm_sim.view.rendering.muscles import thickness, tint
 from contarm_sim.view.sections import muscle_colours, reachable_tips, section_colour, section_places, tube_radii
 
@@ -168,7 +170,7 @@ class Scene:
             return
         tips = np.array([tip for tip, _ in self._tips])
         error = np.array([error for _, error in self._tips])[:-1]
-        tints = 255 * trace_colours(error, _WORST * self._session.arm.length)
+        tints = 255 * error_colours(error, _WORST * self._session.arm.length)
         colours = np.repeat(tints[:, None], 2, 1).astype(np.uint8)
         lines = np.stack([tips[:-1], tips[1:]], axis=1)
         self._add.add_line_segments("/arm/trace", lines, colours, thickness=3.0, thickness_units="screen")

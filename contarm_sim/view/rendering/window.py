@@ -12,6 +12,12 @@ from typing import Any
 from contarm_sim.errors import RenderingError
 
 
+def has_display() -> bool:
+    """Tell whether there is anything to open a window on."""
+    named = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    return bool(named) or not sys.platform.startswith("linux")
+
+
 @contextmanager
 def window(model: Any, data: Any, on_key: Callable[[int], object] | None = None) -> Iterator[Any]:
     """Open a window that shows what `data` holds whenever it is synced; closed and gone when left.
@@ -22,7 +28,7 @@ def window(model: Any, data: Any, on_key: Callable[[int], object] | None = None)
     Raises:
         RenderingError: there is no display, or no window can be opened on it.
     """
-    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+    if not has_display():
         raise RenderingError("no window: there is no display here (DISPLAY is not set)")
     import mujoco.viewer
 
