@@ -125,7 +125,7 @@ class Space(Axes):
 
     def _box(self, low: Array, high: Array, least_step: float) -> None:
         """Draw floor and back walls with lines at the ticks, and the three axes with their numbers and names."""
-        steps = [_step(least_step)] * 2 + [_step((high[2] - low[2]) / 4.5)]
+        steps = [_step(least_step)] * 2 + [_step((high[2] - low[2]) / 6.5)]
         marks = [_ticks(*ends) for ends in zip(low, high, steps, _CORNERS, strict=True)]
         back = (low[0], high[1], low[2])  # the walls that the eye sees the inside of
         for along in range(3):
