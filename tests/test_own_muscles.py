@@ -31,11 +31,11 @@ from contarm_sim.studies.balance_at_rest import RestingBalance
 from contarm_sim.studies.largest_bends import fallen_from, largest_bends
 from contarm_sim.studies.muscle_curves import group_of
 from contarm_sim.studies.scenarios import scenarios
-from contarm_sim.view.figures import figures_of, left_out, paper, reach
+from contarm_sim.view.figures import figures_of, left_out, over_time, reach
 from contarm_sim.view.live.loads import Loads
 from contarm_sim.view.live.panel import Panel
-from contarm_sim.view.report.figures import draw_muscle_law
 from contarm_sim.view.report.map import draw_possibility, no_map
+from contarm_sim.view.report.study_figures import draw_muscle_law
 from contarm_sim.view.report.words import available, remarks
 from contarm_sim.view.sections import backbone_lines, reachable_tips
 from contarm_sim.view.style import drawn
@@ -204,7 +204,7 @@ def test_a_muscle_through_two_sections_is_asked_for_the_lengths_of_both():
 def test_lengths_are_drawn_of_the_muscles_own_angles():
     """Where the muscles are turned, the broad line of the simulation still lies under the analytic one."""
     for arm in (turned(Arm(links=8), np.radians(60)), FOUR):
-        for ax in drawn(lambda sheet, arm=arm: paper.lengths(sheet, arm)).axes[:2]:
+        for ax in drawn(lambda sheet, arm=arm: over_time.lengths(sheet, arm)).axes[:2]:
             simulated, analytic = (line.get_ydata() for line in ax.lines)
             np.testing.assert_allclose(simulated, analytic, atol=0.02 * np.abs(analytic).max())
 
