@@ -16,7 +16,8 @@ from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.judged_run import judge_run
 from contarm_sim.versions import versions
 from contarm_sim.view.prints import PLAIN, Prints
-from contarm_sim.view.report.figures import draw_budget, draw_muscles, draw_path
+from contarm_sim.view.report.budget import draw_budget
+from contarm_sim.view.report.run_figures import draw_muscles, draw_path
 from contarm_sim.view.report.samples_csv import write_samples
 from contarm_sim.view.report.words import in_short
 from contarm_sim.view.style import save
