@@ -28,7 +28,7 @@ from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.motion.simulate import simulate
 from contarm_sim.results.compare import compare
 from contarm_sim.statics.equilibrium import equilibrium
-from contarm_sim.view.notebook.sketch import Line, side_view
+from contarm_sim.view.notebook.sketch import Line, side_view, upwards
 
 ARM = Arm(links=8)
 HANGING = Arm(links=8, gravity=(0.0, 0.0, 9.81), payload=0.05)
@@ -126,18 +126,28 @@ def _heights(picture):
     return [float(point.split()[1]) for point in re.split("[ML]", line)[1:]]
 
 
-@pytest.mark.parametrize(("gravity", "down"), [((0, 0, 0), False), ((0, 0, -9.81), False), ((0, 0, 9.81), True)])
-def test_a_hanging_arm_hangs_in_its_picture(gravity, down):
+@pytest.mark.parametrize(
+    ("world", "down"),
+    [
+        ({}, False), ({"gravity": (0, 0, -9.81)}, False), ({"gravity": (0, 0, 9.81)}, True),
+        ({"base_orientation": (0, 1, 0, 0)}, True),
+        ({"gravity": (0, 0, 9.81), "base_orientation": (1, 0, 0, 0)}, False),
+    ],
+)  # fmt: skip
+def test_a_hanging_arm_hangs_in_its_picture(world, down):
+    arm = Arm(**world)
     straight = Line(np.linspace((0, 0, 0), (0, 0, 0.4), 5))
-    heights = _heights(side_view([straight], gravity, "x"))
+    picture = side_view([straight], "x", upwards(arm), arm.gravity)
+    heights = _heights(picture)
     assert (heights[-1] > heights[0]) is down  # heights count from above
-    assert ("font-style" in side_view([straight], gravity, "x")) is any(gravity)
+    assert ("font-style" in picture) is any(arm.gravity)
+    assert ("rotate(" in picture) is (len(world) == 2)  # as stated, gravity points upwards
 
 
 def test_pictures_of_points_and_lines_along_gravity_are_finite():
     for points in (np.zeros((1, 3)), np.zeros((4, 3)), np.linspace((0, 0, 0), (0.3, 0, 0), 4)):
         for gravity in ((0, 0, 0), (9.81, 0, 0), (1.0, 2.0, 3.0)):
-            assert "nan" not in side_view([Line(points)], gravity, "x")
+            assert "nan" not in side_view([Line(points)], "x", upwards(Arm(gravity=gravity)), gravity)
 
 
 def test_figures_are_shown_as_pictures_of_their_size(run, rest):

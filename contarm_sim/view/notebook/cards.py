@@ -16,7 +16,7 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.view.colours import SIMULATED
 from contarm_sim.view.notebook import studies
 from contarm_sim.view.notebook.page import card, grid, pairs
-from contarm_sim.view.notebook.sketch import Line, curve, side_view, tip_line
+from contarm_sim.view.notebook.sketch import Line, curve, side_view, tip_line, upwards
 
 POSES = 5
 """Poses of a motion that are drawn."""
@@ -54,7 +54,7 @@ def _arm(arm: Arm) -> str:
     places = shape.stations(arm)
     straight, bent = (shape.position(pose, arm, places) for pose in (0 * bends, bends))
     lines = [Line(straight, opacity=0.4, width=2.0, dashes="5 5"), Line(bent, width=4.0), *_ends(bent, arm)]
-    picture = side_view(lines, arm.gravity, "The arm straight and bent by 90 degrees, from the side")
+    picture = side_view(lines, "The arm straight and bent by 90 degrees, from the side", upwards(arm), arm.gravity)
     below = grid(["section", *_SECTION], [[str(i + 1), *own] for i, own in enumerate(each)]) if count > 1 else ""
     title = "Arm of one section" if count == 1 else f"Arm of {count} sections"
     return card(title, pairs(rows), picture, below)
@@ -93,7 +93,9 @@ def _trajectory(samples: Any) -> str:
     seen = "The arm at some moments, the tip's path and its targets, from the side"
     title = f"Trajectory, {samples.status}"
     legend = f'<br><small><span style="color:{SIMULATED}">━</span> tip &nbsp; ┅ its targets</small>'
-    return card(title, pairs(rows), side_view(lines, arm.gravity, seen) + (legend if samples.moving else ""))
+    return card(
+        title, pairs(rows), side_view(lines, seen, upwards(arm), arm.gravity) + (legend if samples.moving else "")
+    )
 
 
 def _reference(reference: Any) -> str:
@@ -104,7 +106,7 @@ def _reference(reference: Any) -> str:
     rows += [("direction of the tip", "asked for")] if reference.direction is not None else []
     axis = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, sum(reference.lengths)]])
     lines = [Line(axis, opacity=0.4, width=2.0, dashes="5 5"), Line(reference.target, width=1.8)]
-    picture = side_view(lines, (0, 0, 0), "The targets and the straight arm, from the side", 180, 160)
+    picture = side_view(lines, "The targets and the straight arm, from the side", width=180, height=160)
     return card("Reference", pairs(rows), picture)
 
 
@@ -144,7 +146,7 @@ def _equilibrium(found: Any) -> str:
     rows += [("softest mode", f"{found.smallest_eigenvalue:.3g} N m/rad"), ("residual", f"{found.residual:.2g} N m")]
     points = found.frames[:, :3, 3]
     return card(
-        "Equilibrium", pairs(rows), side_view([Line(points, width=4.0)], (0, 0, 0), "The arm at rest", 180, 160)
+        "Equilibrium", pairs(rows), side_view([Line(points, width=4.0)], "The arm at rest", width=180, height=160)
     )
 
 

@@ -12,7 +12,8 @@ from contarm_sim.results.compare import compare
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.colours import ERROR
 from contarm_sim.view.prints import WIDTHS
-from contarm_sim.view.report.figures import draw_budget, draw_muscles, draw_path
+from contarm_sim.view.report.budget import draw_budget
+from contarm_sim.view.report.run_figures import draw_muscles, draw_path
 from contarm_sim.view.sections import section_hex
 from contarm_sim.view.style import Sheet, drawn
 
