@@ -69,18 +69,8 @@ def redraw_figures() -> None:
         (folder / "trust" / "trust.png").replace(IMAGES / "trust.png")
         contarm("run", "--no-video", "--out", "spiral", folder=folder)
         contarm("render", "spiral", "--out", "spiral.gif", "--size", "480p", "--speed", "2", folder=folder)
-        contarm(
-            "render",
-            "spiral",
-            "--out",
-            "social.png",
-            "--size",
-            "1280x640",
-            "--time",
-            "9.5",
-            "--no-plots",
-            folder=folder,
-        )
+        telling = ("--size", "1280x640", "--time", "9.5", "--no-plots")
+        contarm("render", "spiral", "--out", "social.png", *telling, folder=folder)
         contarm("run", "--preset", "two", "--path", "circle", "--no-video", "--out", "two", folder=folder)
         contarm("render", "two", "--out", "two-sections.gif", "--size", "480p", "--speed", "2", folder=folder)
         for name in ("spiral.gif", "social.png", "two-sections.gif"):
