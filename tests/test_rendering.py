@@ -23,7 +23,7 @@ from contarm_sim.view.rendering.cameras import Camera
 from contarm_sim.view.rendering.caption import Caption
 from contarm_sim.view.rendering.draw import ArmRenderer, Overlays, still
 from contarm_sim.view.rendering.encode import encoder, encoding
-from contarm_sim.view.rendering.film import Look, Scale, frame_indices
+from contarm_sim.view.rendering.film import Look, Scale, film, frame_indices
 from contarm_sim.view.rendering.gl import choose_backend
 from contarm_sim.view.rendering.notebook import show
 from contarm_sim.view.rendering.overlays import thin
@@ -290,7 +290,7 @@ def test_the_ghost_lies_along_the_analytic_arc(gl, gravity):
     line = project(arm, arc.position(bend, arm.length, np.linspace(0, 1, 100)), 320, 240)
     distance = np.linalg.norm(np.stack([columns + 0.5, rows + 0.5], axis=1)[:, None] - line, axis=2)
     pixels = 320 / (2 * arm.length)  # more than a tube's radius covers anywhere in the picture
-    assert distance.min(axis=1).max() < 1.3 * 1.25 * 0.0245 * pixels
+    assert distance.min(axis=1).max() < 1.45 * 1.25 * 0.0245 * pixels
     assert np.median(distance.min(axis=0)) < 2  # towards its mouth one may look into the tube
 
 
@@ -456,8 +456,7 @@ def test_a_video_has_every_frame(gl, arm, tmp_path):
     assert re.search(r"Video: h264.*yuv420p.*160x120.*30 fps", about)
     frames = np.frombuffer(decoded.stdout, np.uint8).reshape(-1, 120, 160, 3).astype(int)
     assert len(frames) == 16
-    with ArmRenderer(arm, 160, 120) as renderer:
-        drawn = renderer.frame(spiral(arm), 50)
+    *_, drawn = shot(arm).frames()
     assert np.abs(frames[-1] - drawn)[30:].mean() < 4
 
 
@@ -541,8 +540,9 @@ def test_two_runs_stand_side_by_side_and_the_shorter_waits(gl, arm, tmp_path):
     pictures = list(shot(arm, size=(320, 120), beside=longer).frames())
     assert len(pictures) == 31
     assert {picture.shape for picture in pictures} == {(120, 320, 3)}
-    alone = next(Shot(longer, Look(160, 120)).frames())
-    assert same(pictures[0][:, 160:], alone)
+    turned = next(Shot(longer, Look(320, 120), beside=spiral(arm)).frames())
+    assert same(pictures[0][60:, 162:], turned[60:, 2:160])
+    assert same(pictures[0][60:, 2:160], turned[60:, 162:])
     assert same(pictures[-1][:, :160], pictures[15][:, :160])
 
 
@@ -553,8 +553,7 @@ def test_a_still_shows_the_sample_nearest_to_its_time(gl, arm, tmp_path):
     write_still(shot(arm), tmp_path / "s.png", 0.252)
     with Image.open(tmp_path / "s.png") as picture:
         written = np.asarray(picture)
-    with ArmRenderer(arm, 160, 120) as renderer:
-        drawn = renderer.frame(spiral(arm), 25)
+    (drawn,) = film(spiral(arm), [25], Look(160, 120))
     assert same(written[30:], drawn[30:])
     with pytest.raises(InputError, match=r"0 to 0\.5 s"):
         write_still(shot(arm), tmp_path / "t.png", 2.0)
@@ -574,8 +573,8 @@ def test_plots_fill_up_as_time_passes(gl, arm):
         assert differs[-90:, :150].any()
         assert differs[-90:, -150:].any()
         assert not differs[:, 200:440].any()
-    red = [np.sum((p[-100:, :180, 0] > 150) & (p[-100:, :180, 1] < 100)) for p in (early, late)]
-    assert red[1] > 20 > red[0]
+    dark = [np.sum(p[-80:-30, 30:150].max(axis=2) < 60) for p in (early, late)]
+    assert dark[1] > dark[0] + 20
 
 
 @pytest.mark.gl
