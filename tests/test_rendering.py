@@ -18,9 +18,7 @@ from contarm_sim.mjcf import scene_spec
 from contarm_sim.mjcf.framing import Frame
 from contarm_sim.model.arm import Arm
 from contarm_sim.results.trajectory import Trajectory
-from contarm_sim.view.colours import error_colours
 from contarm_sim.view.rendering.cameras import Camera
-from contarm_sim.view.rendering.caption import Caption
 from contarm_sim.view.rendering.draw import ArmRenderer, Overlays, still
 from contarm_sim.view.rendering.encode import encoder, encoding
 from contarm_sim.view.rendering.film import Look, Scale, film, frame_indices
@@ -400,22 +398,6 @@ def test_lines_keep_their_ends():
         assert np.array_equal(kept[[0, -1]], points[[0, -1]])
 
 
-@pytest.mark.parametrize("size", [(1280, 720), (480, 270), (160, 120), (360, 640)])
-def test_a_caption_is_not_clipped(size):
-    text = "t = 10.00 s    tip error 100.00 mm"
-    picture = np.zeros((size[1], size[0], 3), np.uint8)
-    width, height = size
-    caption = Caption(
-        width, height, text, {"path": [(0.3, 0.3, 0.4)], "tip, by error": error_colours(np.linspace(0, 1, 24), 1.0)}
-    )
-    caption.write(picture, text)
-    strip = picture[: np.flatnonzero(picture.any(axis=(1, 2)))[-1] + 1].min(axis=2)
-    assert len(strip) < 0.2 * size[1]
-    assert strip.min() < 120
-    assert strip[[0, -1]].min() > 240
-    assert strip[:, [0, -1]].min() > 240
-
-
 # --- Films.
 
 
@@ -457,7 +439,7 @@ def test_a_video_has_every_frame(gl, arm, tmp_path):
     frames = np.frombuffer(decoded.stdout, np.uint8).reshape(-1, 120, 160, 3).astype(int)
     assert len(frames) == 16
     *_, drawn = shot(arm).frames()
-    assert np.abs(frames[-1] - drawn)[30:].mean() < 4
+    assert np.abs(frames[-1] - drawn).mean() < 4
 
 
 @pytest.mark.gl
@@ -553,8 +535,8 @@ def test_a_still_shows_the_sample_nearest_to_its_time(gl, arm, tmp_path):
     write_still(shot(arm), tmp_path / "s.png", 0.252)
     with Image.open(tmp_path / "s.png") as picture:
         written = np.asarray(picture)
-    (drawn,) = film(spiral(arm), [25], Look(160, 120))
-    assert same(written[30:], drawn[30:])
+    drawn = next(film(spiral(arm), [25], Look(160, 120)))
+    assert same(written, drawn)
     with pytest.raises(InputError, match=r"0 to 0\.5 s"):
         write_still(shot(arm), tmp_path / "t.png", 2.0)
 
@@ -573,8 +555,8 @@ def test_plots_fill_up_as_time_passes(gl, arm):
         assert differs[-90:, :150].any()
         assert differs[-90:, -150:].any()
         assert not differs[:, 200:440].any()
-    dark = [np.sum(p[-80:-30, 30:150].max(axis=2) < 60) for p in (early, late)]
-    assert dark[1] > dark[0] + 20
+    dark = [np.sum(p[-100:, :180].max(axis=2) < 60) for p in (early, late)]
+    assert dark[1] > dark[0] + 60
 
 
 @pytest.mark.gl
@@ -626,7 +608,9 @@ def test_a_missing_encoder_is_reported_in_one_line(arm, tmp_path, monkeypatch):
 @pytest.mark.gl
 def test_a_failing_encoder_is_quoted(gl, tmp_path):
     program = tmp_path / "ffmpeg"
-    program.write_text("#!/bin/sh\necho 'Unknown encoder' >&2\nexit 1\n")
+    program.write_text(
+        "#!/bin/sh\n[ $2 = -encoders ] && echo ' V libx264 H.264' && exit\necho 'Out of luck' >&2\nexit 1\n"
+    )
     program.chmod(0o755)
     folder = tmp_path / "films"
     folder.mkdir()
@@ -644,6 +628,6 @@ except RenderingError as error:
     print(error)
 """
     done = run_python(code, PATH=str(tmp_path))
-    assert "Unknown encoder" in done.stdout
+    assert "the video encoder failed: Out of luck" in done.stdout
     assert done.stdout.count("\n") == 1
     assert list(folder.iterdir()) == []

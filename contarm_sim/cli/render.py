@@ -67,7 +67,7 @@ class Size(click.ParamType):
 @click.option("--plain", is_flag=True, help="The arm alone: nothing written, plotted or drawn over it.")
 @click.option("--no-captions", is_flag=True, help="Leave the words along the top out.")
 @click.option("--no-plots", is_flag=True, help="Leave the plots of error and pressure out.")
-@click.option("--no-ghost", is_flag=True, help="Leave the analytic arm and its tip out.")
+@click.option("--no-ghost", is_flag=True, help="Leave the analytic arm out.")
 @click.option(
     "--transparent", is_flag=True,
     help="Neither floor nor sky nor shadow, words and plots: opacity. For .mov, .webm, .webp, .png and folders.",

@@ -39,7 +39,7 @@ def cut_out(renderer: Any) -> NDArray[np.uint8]:
     for white in (0, 1):
         flags[Flag.mjRND_SKYBOX] = white
         pictures.append(renderer.render())
-    black, white = (picture.astype(np.int16) for picture in pictures)
+    black, white = (picture.astype(np.float32) for picture in pictures)
     opacity = np.clip(255 - np.rint((white - black).mean(axis=2)), 0, 255)
     colour = 255 * black / np.maximum(opacity, 1)[..., None]
     return np.dstack([np.clip(np.rint(colour), 0, 255), opacity]).astype(np.uint8)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import re
 import shutil
 import signal
 import subprocess
@@ -169,7 +170,7 @@ def encoding(
 def _reason(said: str, code: int) -> str:
     """Return the encoder's last words, or how it ended."""
     lines = [line.strip() for line in said.splitlines() if line.strip() and "Conversion failed" not in line]
-    words = [one_line(lines[-1])] if lines else []
+    words = [one_line(re.sub(r"^(\[[^]]*\] *)+", "", lines[-1]))] if lines else []  # without who said it
     if code < 0:
         words.append(f"ended by {signal.Signals(-code).name}")
     return f"the video encoder failed: {', '.join(words) or f'exit code {code}'}"

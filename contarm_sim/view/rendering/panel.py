@@ -116,7 +116,7 @@ def card(size: tuple[int, int], letters: float, plot: Plot, curves: bool = True)
     legend = measure(_legend_words(plot)) + _SWATCH * letters * len(plot.names) if plot.names else 0.0
     beside = measure(title) + legend + 3.2 * letters <= width
     head = (2.0 if beside or not legend else 3.3) * letters
-    left, right, foot = 3.5 * letters, 1.1 * letters, 3.0 * letters
+    left, right, foot = 3.5 * letters, 1.4 * letters, 3.2 * letters
     with matplotlib.rc_context({"font.family": "DejaVu Sans", "font.size": letters, "mathtext.default": "regular"}):
         fig = Figure(figsize=(width / 72, height / 72), dpi=72, facecolor="white")  # one point is one pixel
         inside = (width - left - right, height - foot - head)
@@ -130,6 +130,7 @@ def card(size: tuple[int, int], letters: float, plot: Plot, curves: bool = True)
             row = letters if beside else 2.3 * letters
             _draw_legend(fig, width - 0.8 * letters - legend if beside else 0.8 * letters, height - row, letters, plot)
         ax.tick_params(length=0.25 * letters, width=0.06 * letters, pad=0.25 * letters, colors=_INK)
+        ax.tick_params(axis="x", pad=0.45 * letters)
         ax.set_xlabel(plot.course_name, labelpad=0.1 * letters, color=_INK)
         ax.locator_params(axis="y", nbins=max(1, min(4, int(inside[1] / (1.35 * letters)))))
         ax.locator_params(axis="x", nbins=max(1, min(6, int(inside[0] / (3 * letters)))))
