@@ -65,6 +65,8 @@ def redraw_figures() -> None:
         contarm("figures", *FIGURES, "--figures", "png", "--out", "drawn", folder=folder)
         for name, file in FIGURES.items():
             (folder / "drawn" / f"{name}.png").replace(IMAGES / f"{file}.png")
+        contarm("trust", "--out", "trust", folder=folder)
+        (folder / "trust" / "trust.png").replace(IMAGES / "trust.png")
         contarm("run", "--no-video", "--out", "spiral", folder=folder)
         contarm("render", "spiral", "--out", "spiral.gif", "--size", "480p", "--speed", "2", folder=folder)
         (folder / "spiral.gif").replace(IMAGES / "spiral.gif")

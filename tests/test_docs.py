@@ -26,6 +26,7 @@ SLOW = ("validate", "compare-controllers", "envs", "possibility", "benchmarks/",
 CHEAPER = {
     "validate": (["--quick"], "constant curvature holds within 0.09 %"),
     "compare-controllers": (["--duration", "1", "--links", "8"], "tension [N]"),
+    "trust": (["--links", "8", "--planes", "2"], "largest bends at which constant curvature holds"),
     "envs": (["--seeds", "2"], "2 of 2"),
     "possibility": (["--links", "8"], "towards [deg]"),
     "figures fan sag": (["--figures", "svg", "--links", "8"], "fan.svg"),

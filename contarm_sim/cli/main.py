@@ -30,6 +30,7 @@ from contarm_sim.cli import (
     render,
     run,
     stiffness,
+    trust,
     validate,
     view,
 )
@@ -65,6 +66,7 @@ COMMANDS = (
     render.render,
     view.view,
     validate.validate,
+    trust.trust,
     compare_controllers.compare_controllers,
     equilibrium.equilibrium,
     stiffness.stiffness,
@@ -85,6 +87,7 @@ SHORT = {
     "render": "Draw a film or picture of a run.",
     "view": "Steer the arm live in a browser.",
     "validate": "Test the constant-curvature model.",
+    "trust": "How far to bend and trust theory.",
     "compare-controllers": "Run the spiral with every controller.",
     "equilibrium": "Find the pose at rest under loads.",
     "stiffness": "Tip stiffness against co-contraction.",

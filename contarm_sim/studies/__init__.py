@@ -9,6 +9,7 @@
     equilibria           static poses under one load case after another
     muscle_law           the force of one muscle by contraction and pressure
     judge_run            a recorded motion beside the closed forms
+    trust                how far an arm may bend until constant curvature is off
 
 `document(result)` turns any of their results into the plain values that `--json` prints. Each function loads the
 simulation when it is first asked for.
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from contarm_sim.results.document import document
     from contarm_sim.studies.controllers import ControllerComparison, Followed, NotFollowed, compare_controllers
     from contarm_sim.studies.held_bend import Hold, hold
+    from contarm_sim.studies.how_far import Trust, TrustUnderLoad, trust
     from contarm_sim.studies.judged_run import JudgedRun, judge_run
     from contarm_sim.studies.load_cases import CaseAtRest, CaseWithoutRest, LoadCase, equilibria, read_cases
     from contarm_sim.studies.muscle_curves import MuscleCurves, muscle_law
@@ -52,14 +54,16 @@ _HOMES = {
     "studies.pressure_map": ("LargestBend", "Possibility", "possibility"),
     "studies.swings": ("Release", "SwingSettings", "release"),
     "studies.tip_stiffness": ("Stiffness", "StiffnessLevel", "stiffness"),
+    "studies.how_far": ("Trust", "TrustUnderLoad", "trust"),
     "studies.validation": ("Failure", "Outcome", "Validation", "validate"),
 }
 
 __all__ = [
     "CaseAtRest", "CaseWithoutRest", "ControllerComparison", "Failure", "Followed", "Hold", "JudgedRun", "LargestBend",
     "LoadCase", "MuscleCurves", "NotFollowed", "Outcome", "Possibility", "Release", "Stiffness", "StiffnessLevel",
-    "SwingSettings", "Validation", "compare_controllers", "document", "equilibria", "hold", "judge_run", "muscle_law",
-    "possibility", "read_cases", "release", "stiffness", "validate",
+    "SwingSettings", "Trust", "TrustUnderLoad",
+    "Validation", "compare_controllers", "document", "equilibria", "hold", "judge_run", "muscle_law",
+    "possibility", "read_cases", "release", "stiffness", "trust", "validate",
 ]  # fmt: skip
 
 

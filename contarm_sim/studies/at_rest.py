@@ -14,8 +14,7 @@ from contarm_sim.control.registry import ControllerName
 from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.errors import DivergenceError, EquilibriumError
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.model.arm import MAX_LINKS, Arm
-from contarm_sim.model.section import Section
+from contarm_sim.model.arm import Arm
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.compare import Comparison, compare
@@ -24,6 +23,7 @@ from contarm_sim.results.summary import ErrorSummary, Spread, spread, summarise
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.explained import RodParts, explain
 from contarm_sim.studies.progress import Track, quietly
+from contarm_sim.studies.relinked import can_double, relinked
 from contarm_sim.studies.scenarios import Scenario
 from contarm_sim.studies.verdict import Check, ConstantCurvature, Verdict, constant_curvature, verdict
 
@@ -181,16 +181,10 @@ def _link_error(scenario: Scenario, bends: Array, comparison: Comparison) -> Lin
     spans make the arm a little softer.
     """
     worst, arm = int(comparison.tip_error.argmax()), scenario.arm
-    bend, tip, double = bends[worst], comparison.simulated_tip[worst], 2 * arm.links <= MAX_LINKS
+    bend, tip, double = bends[worst], comparison.simulated_tip[worst], can_double(arm)
     try:
-        other = replace(arm, sections=tuple(_relinked(section, double) for section in arm.sections))
-        samples = _at_rest(other, bend[None], scenario.controller)
+        samples = _at_rest(relinked(arm, double), bend[None], scenario.controller)
     except (EquilibriumError, DivergenceError):
         return None
     error = np.linalg.norm(samples.tip - tip, axis=-1) * (4 / 3 if double else 1 / 3)
     return LinkError(spread(error, scenario.arm.length), bend)
-
-
-def _relinked(section: Section, double: bool) -> Section:
-    """Return a section of twice the links, or of half as many."""
-    return replace(section, links=2 * section.links if double else max(section.links // 2, 2))

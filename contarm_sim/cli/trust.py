@@ -1,0 +1,82 @@
+"""`contarm trust`: when may constant curvature be trusted, for one's own arm."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from contarm_sim import studies
+from contarm_sim.cli.figure_options import figure_options
+from contarm_sim.cli.options import ANGLE, PLAIN, Command, arm_options, json_option, out_option
+from contarm_sim.model.arm import Arm
+from contarm_sim.view.prints import Prints
+
+
+@click.command(cls=Command)
+@click.option(
+    "--bend", type=ANGLE, metavar="ANGLE",
+    help="Bend that you want to go to [rad]; default 120deg, of several sections 60deg each.",
+)  # fmt: skip
+@click.option(
+    "--within", type=PLAIN, default=1.0, show_default=True, metavar="PERCENT",
+    help="Tip error up to which constant curvature holds for you [% of length].",
+)  # fmt: skip
+@click.option(
+    "--planes", type=click.IntRange(1, 360), default=12, show_default=True, metavar="N",
+    help="Bending planes that are tried, evenly spaced.",
+)  # fmt: skip
+@out_option("runs/trust-<time>")
+@figure_options()
+@json_option
+@arm_options
+def trust(arm: Arm, bend: float | None, within: float, planes: int, out: str | None, prints: Prints,
+          as_json: bool) -> None:  # fmt: skip
+    """Say how far your arm may bend before the constant-curvature model is off by more than you allow.
+
+    The arm is simulated at rest, bend by bend, in every bending plane: without gravity, under its gravity, and with
+    its payload. One without gravity of its own is taken to hang, with and without 100 g, and to stand. Says the
+    largest bends within 0.1, 1 and 5 % of length, and what bending stiffness, mass or payload it would take to go to
+    --bend. All sections of several bend alike.
+
+    \b
+    contarm trust
+    contarm trust --arm my_arm.toml --bend 90deg --within 2
+    contarm trust --gravity 9.81 0 0 --payload 0.2 --figures pdf --figure-width column --no-titles
+    """
+    from contarm_sim.cli.study import deliver, output_for, signed
+    from contarm_sim.cli.terminal import track
+    from contarm_sim.view.report.trust import draw_trust, paragraph
+    from contarm_sim.view.style import save
+
+    target = output_for(out, "trust")
+    found = studies.trust(arm, bend, within, planes, track)
+    words = paragraph(found)
+
+    def draw(folder: Path) -> None:
+        save(folder, "trust", lambda sheet: draw_trust(sheet, found), prints)
+
+    deliver(target, signed(found) | {"in_words": words}, as_json, lambda: _show(found, words), draw)
+
+
+def _show(found: studies.Trust, words: str) -> None:
+    import shutil
+
+    from contarm_sim.cli.terminal import table
+
+    bounds = [bend.within_percent for bend in found.loads[0].trusted.bends]
+    columns = ["load", "weight/stiffness", *(f"within {bound:g} % [deg]" for bound in bounds), "worst plane [deg]"]
+    finer = [f"{each.trusted.under.meaning} {each.twice_the_links_deg:.1f} deg"
+             for each in found.loads if each.twice_the_links_deg is not None]  # fmt: skip
+    caption = f"with twice the links, within {found.within_percent:g} %: {', '.join(finer)}" if finer else None
+    rows = [_cells(found, each) for each in found.loads]
+    table("largest bends at which constant curvature holds", columns, rows, caption)
+    click.echo(click.wrap_text(words, min(shutil.get_terminal_size((120, 24)).columns, 120)))
+
+
+def _cells(found: studies.Trust, each: studies.TrustUnderLoad) -> list[str]:
+    own, under = each.trusted.bends, each.trusted.under
+    bends = ["any" if bend.everywhere else f"{bend.least_deg:.1f}" for bend in own]
+    asked = next(bend for bend in own if bend.within_percent == found.within_percent)
+    worst = "" if asked.everywhere else f"{asked.towards_deg:.0f}"
+    return [under.meaning, f"{under.weight_over_stiffness:.2f}", *bends, worst]

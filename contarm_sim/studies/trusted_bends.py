@@ -1,0 +1,168 @@
+"""How far an arm may bend before its tip leaves that of the constant-curvature arcs, by load and by bending plane."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from contarm_sim.errors import DivergenceError, EquilibriumError, InputError
+from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
+from contarm_sim.motion.rest import poses_at_rest
+from contarm_sim.paths.reference import Reference
+from contarm_sim.results.document import HIDDEN, INLINE
+from contarm_sim.studies.scenarios import UPRIGHT, under_loads
+
+WITHIN = (0.1, 1.0, 5.0)
+"""Tip errors that are asked about [% of length]."""
+
+STEP = math.radians(5.0)
+"""Bend angles that are tried on the way out [rad]; between two of them the place is searched for."""
+
+SMALL = np.radians([0.0, 1.0, 2.0])
+"""Bend angles before the first of these steps [rad]."""
+
+CLOSE = math.radians(0.02)
+"""To what largest bends are found [rad]."""
+
+NO_REST = math.inf
+"""Stands for the tip error of a pose that has no rest."""
+
+
+@dataclass(frozen=True)
+class LoadedArm:
+    """An arm under one load.
+
+    Attributes:
+        load: its name.
+        meaning: the same in words.
+        arm: with this gravity and payload.
+        weight_over_stiffness: (m + payload) g L^2/EI [-]; of several sections, L/EI is the sum of theirs.
+    """
+
+    load: str
+    meaning: str
+    arm: Arm = field(metadata=HIDDEN)
+    weight_over_stiffness: float
+
+
+@dataclass(frozen=True, eq=False)  # arrays have no single answer to ==
+class TrustedBend:
+    """The largest bends below which the tip error stays within a bound.
+
+    Attributes:
+        within_percent: the bound [% of length].
+        bend_deg: by bending plane [deg], shape (P,); of several sections that of each of them. 0 where the straight arm
+            is beyond already, `Trust.max_bend_deg` where no bend is.
+        least_deg: the least of them.
+        towards_deg: the plane of that [deg].
+        everywhere: whether no bend is beyond in any plane.
+    """
+
+    within_percent: float
+    bend_deg: Array
+    least_deg: float
+    towards_deg: float
+    everywhere: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Trusted:
+    """Tip error by bend under one load, and how far to bend.
+
+    Attributes:
+        under: the load.
+        error_percent: tip error against the arcs [% of length], shape (A, P), by bend angle and plane; inf where the
+            arm has no rest.
+        bends: the largest bends, one for each bound.
+    """
+
+    under: LoadedArm = field(metadata=INLINE)
+    error_percent: Array
+    bends: tuple[TrustedBend, ...]
+
+
+def loaded_arms(arm: Arm) -> list[LoadedArm]:
+    """Return an arm free, under gravity and with a payload; one without gravity of its own hanging and upright."""
+    loads = under_loads(arm)
+    own, kg = any(arm.gravity), f"{loads['payload'].payload:g} kg"
+    named = {
+        "free": "without gravity",
+        "gravity": "under its gravity" if own else "hanging",
+        "payload": f"{'the same' if own else 'hanging'} with {kg}",
+    }
+    if not own:
+        loads["upright"] = replace(loads["gravity"], gravity=UPRIGHT)
+        named["upright"] = "standing up"
+    return [LoadedArm(load, named[load], each, weight_over_stiffness(each)) for load, each in loads.items()]
+
+
+def weight_over_stiffness(arm: Arm) -> float:
+    """Return (m + payload) g L^2/EI [-]; of several sections, L/EI is the sum of theirs."""
+    weight = (arm.mass + arm.payload) * math.hypot(*arm.gravity)
+    return sum(weight * arm.length * section.length / section.bending_stiffness for section in arm.sections)
+
+
+def posed(arm: Arm, angle: Array, plane: Array) -> Array:
+    """Return bends [rad], shape (..., 2 S), in which every section has the same bend angle and plane [rad]."""
+    return np.tile(arc.from_polar(angle, plane), len(arm.sections))
+
+
+def tip_errors(arm: Arm, angles: Array, plane: float) -> Array:
+    """Return tip errors at rest against the arcs [% of length], shape (A,), of bend angles in a plane [rad].
+
+    `NO_REST` where the arm has no rest, or muscles cannot hold the bend.
+    """
+    bends = posed(arm, angles, np.full(len(angles), plane))
+    try:
+        return 100 * poses_at_rest(arm, Reference.from_bends(bends, arm)).tip_error / arm.length
+    except (EquilibriumError, DivergenceError, InputError):
+        if len(angles) == 1:
+            return np.array([NO_REST])
+        half = len(angles) // 2
+        return np.concatenate([tip_errors(arm, part, plane) for part in (angles[:half], angles[half:])])
+
+
+def tip_error(arm: Arm, angle: float, plane: float) -> float:
+    """Return the tip error [% of length] of one bend angle in a plane [rad], as `tip_errors`."""
+    return float(tip_errors(arm, np.array([angle]), plane)[0])
+
+
+def trusted(under: LoadedArm, angles: Array, planes: Array, within: tuple[float, ...] = WITHIN) -> Trusted:
+    """Return tip errors over bend angles, shape (A,), from 0, and planes [rad], shape (P,), and the largest bends."""
+    arm = under.arm
+    errors = np.stack([tip_errors(arm, angles, plane) for plane in planes], axis=1)
+
+    def bend(bound: float, column: int) -> float:
+        return first_beyond(lambda angle: tip_error(arm, angle, planes[column]), angles, errors[:, column], bound)
+
+    bends = []
+    for bound in within:
+        found = np.degrees([bend(bound, column) for column in range(len(planes))])
+        worst = int(found.argmin())
+        everywhere = bool((errors <= bound).all())
+        bends.append(TrustedBend(bound, found, float(found[worst]), math.degrees(planes[worst]), everywhere))
+    return Trusted(under, errors, tuple(bends))
+
+
+def first_beyond(error: Callable[[float], float], angles: Array, known: Array, bound: float) -> float:
+    """Return the bend angle [rad] up to which an error stays within a bound, the last one if it does all along.
+
+    Args:
+        error: of a bend angle.
+        angles, known: bend angles from 0 and their errors, shape (A,).
+    """
+    beyond = np.flatnonzero(~(known <= bound))
+    if len(beyond) == 0:
+        return float(angles[-1])
+    if beyond[0] == 0:
+        return 0.0
+    low, high = float(angles[beyond[0] - 1]), float(angles[beyond[0]])
+    while high - low > CLOSE:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if error(middle) <= bound else (low, middle)
+    return low
