@@ -33,7 +33,12 @@ def test_validate_keeps_the_other_scenarios_where_one_has_no_rest_pose(contarm, 
     assert "unstable" in summary["upright"]["reason"]
     assert summary["ideal"]["tip_error"]["max_percent"] > 0
     assert json.loads((tmp_path / "v/summary.json").read_text()) == summary
-    assert set(os.listdir(tmp_path / "v")) == {"summary.json", "samples.csv", "error_maps.png", "convergence.png"}
+    figures = {"error_maps.png", "convergence.png"}
+    assert set(os.listdir(tmp_path / "v")) == {"summary.json", "samples.csv", "report.html", *figures}
+    page = (tmp_path / "v/report.html").read_text()
+    assert re.search(r"<h1>Constant curvature holds in \d of 5 scenarios; the largest error is [\d.]+\u00a0% of", page)
+    assert re.search(r'card bad"><h2>Not every scenario is explained.</h2><p>[^<]*upright: no rest pose', page)
+    assert page.count("data:image/png;base64,") == len(figures)
     code, out, err = contarm(*words, "--quick", "--out", "w")
     assert code == 1
     assert re.search(r"upright +no rest", out)
@@ -47,7 +52,8 @@ def test_validate_of_an_arm_that_rests_nowhere_says_so(contarm, tmp_path):
     assert "convergence: no rest pose" in out
     assert "gravity: no rest pose" in out
     assert "simulation explained" not in out
-    assert set(os.listdir(tmp_path / "v")) == {"summary.json", "samples.csv", "error_maps.png"}
+    assert set(os.listdir(tmp_path / "v")) == {"summary.json", "samples.csv", "report.html", "error_maps.png"}
+    assert '<section class="card bad"><h2>The simulation is not converged.' in (tmp_path / "v/report.html").read_text()
 
 
 def test_validate_of_an_arm_that_blows_up_gives_no_real_time_factor(contarm, tmp_path):

@@ -78,7 +78,7 @@ def test_an_interruption_that_python_swallows_comes_again():
 PLACES = {
     "view.report.figures.draw_path": NUMBERS,
     "view.report.figures.draw_muscles": NUMBERS | {"path.png", "budget.png"},
-    "view.report.page._traces": NUMBERS | FIGURES,
+    "view.report.page.space": NUMBERS | FIGURES,
     "view.report.run.RunReport.film": NUMBERS | FIGURES | {"report.html"},
 }
 

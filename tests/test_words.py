@@ -91,8 +91,12 @@ def test_constant_curvature_is_said_to_hold_or_why_not(found, said):
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({}, "explained and converged: the tip of an ideal rod is within 0.005 % of length"),
-        ({"converged": None}, "explained: the tip of an ideal rod is within 0.005 % of length"),
+        ({}, "explained and converged: the tip is within 0.005 % of length of an ideal rod's"),
+        (
+            {"unexplained": spread(0.0)},
+            "explained and converged: the tip is within 0.001 % of length of an ideal rod's",
+        ),
+        ({"converged": None}, "explained: the tip is within 0.005 % of length of an ideal rod's"),
         ({"converged": False, "unexplained": None}, "explained, but NOT converged"),
         (
             {"explained": False, "converged": False, "checks": [check(), TARGETS]},
@@ -115,7 +119,10 @@ def test_targets_are_said_to_be_reachable_or_how_far_off():
     far = TARGETS | {"value": 16.04, "passed": False, "reason": "use --project"}
     assert targets_words({"checks": [far]}) == "targets off the dome 16.04 % of length (limit 0.5): use --project"
     unchecked = SUMMARY | {"time_step": SUMMARY["time_step"] | {"compared": False}}
-    for summary, ending in ((SUMMARY, "within 0.005 % of length"), (unchecked, "; the time step was not checked")):
+    for summary, ending in (
+        (SUMMARY, "within 0.005 % of length of an ideal rod's"),
+        (unchecked, "; the time step was not checked"),
+    ):
         names, sentences = zip(*verdict_lines(summary), strict=True)
         assert names == ("constant curvature", "simulation", "targets")
         assert sentences[1].endswith(ending)

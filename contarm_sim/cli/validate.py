@@ -24,7 +24,7 @@ QUICK_GRID = 3
     "--max-bend", type=ANGLE, metavar="ANGLE",
     help="Largest bend angle [rad]; default 170deg, of several sections 120deg each.",
 )  # fmt: skip
-@click.option("--quick", is_flag=True, help="A coarse grid (N = 3) and no figures.")
+@click.option("--quick", is_flag=True, help="A coarse grid (N = 3), no figures and no report.html.")
 @out_option("runs/validate-<time>")
 @figure_options()
 @json_option
@@ -37,7 +37,7 @@ def validate(
     Scenarios: no gravity (ideal), the paper's lengths in plain servos (naive), hanging (gravity), hanging with a
     payload, standing up (upright). An arm with its own gravity or payload is judged under those. Says of each whether
     constant curvature holds (it need not), and whether the simulation is explained: exit code 1 if it is not, or
-    if a scenario has no rest pose.
+    if a scenario has no rest pose. Leaves report.html, summary.json, samples.csv and figures.
 
     Of several sections, poses are spread evenly (Sobol's points) over the bends of all of them; a second table has the
     parts of the error of each section alone.
@@ -51,6 +51,7 @@ def validate(
     from contarm_sim.cli.study import deliver, output_for, signed
     from contarm_sim.cli.terminal import track
     from contarm_sim.view.report.validation import draw_validation, write_outcomes
+    from contarm_sim.view.report.validation_page import write_validation_page
 
     target = output_for(out, "validate")
     given = {} if max_bend is None else {"max_bend": max_bend}
@@ -60,8 +61,10 @@ def validate(
         write_outcomes(folder, found)
         if not quick:
             draw_validation(folder, found, prints)
+            write_validation_page(folder, found, summary)
 
-    deliver(target, signed(found), as_json, lambda: _show(found), draw)
+    summary = signed(found)
+    deliver(target, summary, as_json, lambda: _show(found), draw)
     return 0 if found.verdict == "pass" else 1
 
 

@@ -78,7 +78,11 @@ def notes(found: Validation) -> list[str]:
         for outcome in outcomes
         if any(outcome.scenario.arm.gravity)
     )
-    lines = [f"of which the link count, at the worst pose (estimated from twice the links): {links}"] if links else []
+    lines = (
+        [f"what the number of links alone makes of it, at the worst pose (estimated from twice the links): {links}"]
+        if links
+        else []
+    )
     blown = ", ".join(outcome.scenario.name for outcome in outcomes if outcome.real_time_factor is None)
     if blown:
         lines.append(f"{blown}: stepping blows up at the default time step, so there is no real-time factor")

@@ -46,11 +46,16 @@ def curvature_words(found: dict[str, Any]) -> str:
     error, limit = found["error_percent"], found["limit_percent"]
     if found["holds"]:
         return f"holds within {error:.2f} % of length (limit {limit:g} %)"
+    said, causes = f"does not hold: the error is {error:.1f} % of length (limit {limit:g} %)", curvature_causes(found)
+    return said + (f"; causes, each alone: {causes}" if causes else "")
+
+
+def curvature_causes(found: dict[str, Any]) -> str:
+    """Name what alone would cause more than a tenth of the error; empty where nothing is known to."""
     names = {"the chain of links": "discretisation", "sag": "sag", "motion": "motion"}
     known = {said: found.get(f"{name}_percent") for said, name in names.items()}
-    parts = [f"{said} {part:.1f} %" for said, part in known.items() if part is not None and part > 0.1 * error]
-    said = f"does not hold: the error is {error:.1f} % of length (limit {limit:g} %)"
-    return said + (f"; causes, each alone: {', '.join(parts)}" if parts else "")
+    large = 0.1 * found["error_percent"]
+    return ", ".join(f"{said} {part:.1f} %" for said, part in known.items() if part is not None and part > large)
 
 
 def simulation_words(summary: dict[str, Any]) -> str:
@@ -62,11 +67,21 @@ def simulation_words(summary: dict[str, Any]) -> str:
     known = [(summary["explained"], "explained"), (summary["converged"], "converged")]
     words = [(good, name if good else f"NOT {name}") for good, name in known if good is not None]
     said = (" and " if len({good for good, _ in words}) == 1 else ", but ").join(name for _, name in words)
-    failed = [why for check in summary["checks"] if check["group"] != "targets" if (why := _failed(check))]
+    failed = failures(summary, targets=False)
     left = summary.get("unexplained")
     if failed or left is None:
         return f"{said}: {'; '.join(failed)}" if failed else said
-    return f"{said}: the tip of an ideal rod is within {left['max_percent']:.3f} % of length"
+    return f"{said}: the tip is within {within(left['max_percent'])} % of length of an ideal rod's"
+
+
+def within(percent: float) -> str:
+    """Return a percentage that something is within: never 0."""
+    return f"{max(percent, 1e-3):.3f}"
+
+
+def failures(summary: dict[str, Any], targets: bool) -> list[str]:
+    """Return what failed and why: of the checks of targets, or of all others."""
+    return [why for check in summary["checks"] if (check["group"] == "targets") is targets if (why := _failed(check))]
 
 
 def targets_words(summary: dict[str, Any]) -> str:
@@ -95,9 +110,9 @@ def in_short(summary: dict[str, Any]) -> str:
     holds = f"{'holds within' if found['holds'] else 'does not hold:'} {found['error_percent']:.2f} % of length"
     good = summary["explained"] and summary["converged"] is not False
     left = summary["unexplained"]
-    within = f" within {left['max_percent']:.3f} %" if good and left is not None else ""
+    near = f" within {within(left['max_percent'])} %" if good and left is not None else ""
     missed = "" if summary["targets_met"] else "   targets out of reach" if "sections" in summary else _OFF_THE_DOME
-    return f"constant curvature {holds}   simulation {'' if good else 'not '}explained{within}{missed}"
+    return f"constant curvature {holds}   simulation {'' if good else 'not '}explained{near}{missed}"
 
 
 def noted(folder: Path) -> str:
@@ -195,10 +210,8 @@ def remarks(summary: dict[str, Any]) -> list[str]:
     if muscle["below_min_pressure"] and pulling:
         least = max(low for low, _ in _pressures(summary)) / 1e3
         count = f"{muscle['below_min_pressure']} of {summary['samples']} samples"
-        line = (
-            f"the length servos of this controller need less than {least:.0f} kPa, the lowest pressure when inflated, "
-        )
-        line += f"in {count}"
+        line = f"in {count} some muscle needs less than {least:.0f} kPa, the lowest pressure of an inflated one, "
+        line += "which this controller does not know of"
         if all(map(_pneumatic, _laws(summary))):  # else that controller is not for this arm
             line += f"; the controller `pressure` stays within {available(summary)}"
         found.append(line)
