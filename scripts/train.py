@@ -90,6 +90,7 @@ def _train(given: argparse.Namespace) -> int:
     envs = ArmVecEnv(ARMS, task=told["task"], arm=definition.arm, actions=told["actions"])
     if (folder / "policy.zip").exists():
         model = PPO.load(folder / "policy.zip", envs, device="cpu")
+        print(f"going on after {model.num_timesteps:,} steps", flush=True)
     else:
         each = min(EPISODE, max(1, told["steps"] // ARMS))
         model = PPO(
@@ -111,6 +112,7 @@ def _train(given: argparse.Namespace) -> int:
     if not given.no_film:
         from policy_film import write_film
 
+        print("filming ...", flush=True)
         policies = {"learned": learned, "baseline": POLICIES["baseline"](definition)}
         write_film(folder / "film.mp4", definition, policies, FILMED)
         print(f"{folder}/film.mp4: {FILMED} episodes, learned beside baseline")
