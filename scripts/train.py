@@ -50,7 +50,7 @@ def main() -> int:
                 return _train(given)
             except KeyboardInterrupt:
                 return stopping.exit_code()
-    except ContarmError as error:
+    except (ContarmError, OSError) as error:
         print(f"train.py: {error}", file=sys.stderr)
         return 2
 
@@ -155,9 +155,10 @@ def _resumed(given: argparse.Namespace) -> tuple[Path, dict[str, Any]]:
             "resume", f"given with --{other[0]}", "--steps and --no-film beside it; the folder has the rest"
         )
     folder = given.resume
-    if not (folder / "settings.json").is_file():
-        raise InputError("resume", str(folder), "a folder that this script made")
-    told = json.loads((folder / "settings.json").read_text())
+    try:
+        told = json.loads((folder / "settings.json").read_text())
+    except (OSError, ValueError):
+        raise InputError("resume", str(folder), "a folder that this script made") from None
     if given.steps is not None:
         told["steps"] = _count("steps", given.steps, 0)
         write_whole(folder / "settings.json", json.dumps(told, indent=2) + "\n")
