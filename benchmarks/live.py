@@ -8,6 +8,7 @@ from contarm_sim import Arm
 from contarm_sim.control.registry import NAMES
 from contarm_sim.engine.plant import engine_room
 from contarm_sim.kinematics import arc
+from contarm_sim.view.live.keeping import Keeper
 from contarm_sim.view.live.page import page
 from contarm_sim.view.live.session import PERIOD, Session
 
@@ -26,12 +27,13 @@ def main():
     for controller in NAMES:
         session = Session(Arm(), controller)
         session.aim(arc.from_polar(1.2, 0.5))
-        with engine_room(), page(session, None) as (_, scene, panel, _):
+        with engine_room(), page(session, None, Keeper(print)) as shown:
+            scene, panel = shown.scene, shown.panel
             ticks = seconds_of(
                 lambda panel=panel, session=session: (session.tick(), panel.note()), round(SECONDS / PERIOD)
             )
             picture = seconds_of(scene.show, 200)
-            plots = seconds_of(lambda panel=panel: panel.show(0.0, False), 50)
+            plots = seconds_of(lambda panel=panel: panel.show(""), 50)
         parts = np.array([ticks / PERIOD, picture * PICTURES, plots * PLOTS])
         print(
             f"{controller:11} {100 * parts.sum():5.1f} % of a core: simulation and control {100 * parts[0]:.1f}, "

@@ -143,6 +143,18 @@ class UnreachableError(InputError):
         )  # fmt: skip
 
 
+class PressureError(InputError):
+    """A pose that needs more pressure than its muscles have.
+
+    Attributes:
+        needed: the highest of the least pressures that would hold it [Pa].
+    """
+
+    def __init__(self, name: str, given: Any, allowed: str, needed: float) -> None:
+        super().__init__(name, given, allowed)
+        self.needed = needed
+
+
 class DivergenceError(ContarmError):
     """The simulation blew up; no number of that run is returned.
 

@@ -19,9 +19,12 @@ from blocks import ROOT, blocks, pages
 IMAGES = ROOT / "docs" / "images"
 FIGURES = {
     "fan": "fan", "sag": "sag", "error-map": "error_maps", "possibility": "possibility",
-    "controllers": "controllers", "stiffness": "stiffness",
+    "controllers": "controllers", "stiffness": "stiffness", "errors-by-bend": "errors_by_bend",
 }  # fmt: skip
 """Figures of `contarm figures`, and their files in docs/images."""
+
+OF_SEVERAL = {"slices": "slices", "elbow": "family"}
+"""The same of two sections."""
 
 
 def say(text: str) -> None:
@@ -62,9 +65,11 @@ def redraw_figures() -> None:
     say("figures")
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        contarm("figures", *FIGURES, "--figures", "png", "--out", "drawn", folder=folder)
-        for name, file in FIGURES.items():
-            (folder / "drawn" / f"{name}.png").replace(IMAGES / f"{file}.png")
+        for figures, given in ((FIGURES, ()), (OF_SEVERAL, ("--preset", "two"))):
+            out = f"drawn-{len(figures)}"
+            contarm("figures", *figures, *given, "--figures", "png", "--out", out, folder=folder)
+            for name, file in figures.items():
+                (folder / out / f"{name}.png").replace(IMAGES / f"{file}.png")
         contarm("trust", "--out", "trust", folder=folder)
         (folder / "trust" / "trust.png").replace(IMAGES / "trust.png")
         contarm("run", "--no-video", "--out", "spiral", folder=folder)

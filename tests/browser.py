@@ -47,3 +47,51 @@ def drag(page, start, end, steps=12):
         page.mouse.move(*(a + (b - a) * i / steps for a, b in zip(start, end, strict=True)))
         page.wait_for_timeout(50)
     page.mouse.up()
+
+
+FAINT = """
+() => {
+  const linear = (c) => { c /= 255; return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4; };
+  const light = (c) => 0.2126 * linear(c[0]) + 0.7152 * linear(c[1]) + 0.0722 * linear(c[2]);
+  const parts = (s) => {
+    const found = s.match(/[\\d.]+/g).map(Number);
+    return found.length < 4 ? [...found, 1] : found;
+  };
+  const over = (top, below) => below.map((x, i) => x * (1 - top[3]) + top[i] * top[3]);
+  const behind = (element) => {
+    const layers = [];
+    for (let e = element; e; e = e.parentElement) {
+      layers.push(parts(getComputedStyle(e).backgroundColor));
+      if (layers[layers.length - 1][3] >= 1) break;
+    }
+    return layers.reverse().reduce((below, top) => over(top, below), [255, 255, 255]);
+  };
+  const faint = [];
+  const judge = (element, words) => {
+    const box = element.getBoundingClientRect(), style = getComputedStyle(element);
+    if (!box.width || !box.height || style.visibility === "hidden") return;
+    const ground = behind(element), ink = over(parts(style.color), ground);
+    const [a, b] = [light(ink), light(ground)];
+    const contrast = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+    if (contrast < 4.5) faint.push(`${words.slice(0, 40)}: ${contrast.toFixed(2)}`);
+  };
+  const texts = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (texts.nextNode()) {
+    const words = texts.currentNode.textContent.trim(), element = texts.currentNode.parentElement;
+    if (words && !["SCRIPT", "STYLE", "NOSCRIPT"].includes(element.tagName)) judge(element, words);
+  }
+  for (const box of document.querySelectorAll("input")) if (box.value) judge(box, box.value);
+  return faint;
+}
+"""
+
+
+def faint(page):
+    """Return the words of a page whose contrast with what is behind them is below 4.5, with that contrast."""
+    return page.evaluate(FAINT)
+
+
+def box(page, label, last=False):
+    """Return the box beside a label in which the live page takes a value; the first of several, or the last."""
+    found = page.locator(f"xpath=//label[normalize-space()='{label}']/following::input[not(@type='hidden')][1]")
+    return found.last if last else found.first

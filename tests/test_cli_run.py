@@ -186,7 +186,7 @@ def test_render_draws_what_a_run_left_and_refuses_the_rest(contarm, tmp_path):
     code, out, err = contarm("render", "r", "--size", "480p", "--fps", 5, "--out", "r.webp", "--json")
     if code == 1 and "GL" in err:
         pytest.skip("no GL library here")
-    assert (code, json.loads(out)) == (0, {"file": "r.webp"}), err
+    assert (code, json.loads(out)) == (0, {"file": "r.webp", "width": 854, "height": 480, "frames": 6, "fps": 5.0}), err
     assert contarm("render", "r", "--beside", "r", "--camera", "tip", "--size", "480p", "--out", "two.png")[0] == 0
     for words, said in (
         (("r", "--out", "r.avi"), "a name that ends in"),

@@ -97,7 +97,7 @@ def test_validate_says_errors_by_section(two, tmp_path):
     assert code == 0, err
     assert re.search(r"gravity +2 +0\.\d{4} +0\.0000 +\d\.\d{4}", out)
     assert "of each section alone" in out
-    assert {"error_maps.png", "convergence.png", "samples.csv"} <= set(os.listdir(tmp_path / "v"))
+    assert {"errors_by_bend.png", "convergence.png", "samples.csv"} <= set(os.listdir(tmp_path / "v"))
     summary = json.loads((tmp_path / "v" / "summary.json").read_text())
     assert [own["section"] for own in summary["gravity"]["sections"]] == [1, 2]
     assert len(summary["arm"]["section"]) == 2

@@ -1,6 +1,7 @@
 """Muscles at angles of their own, by laws that differ, through several sections: environments, studies and pictures."""
 
 import json
+from contextlib import nullcontext
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -30,10 +31,11 @@ from contarm_sim.studies.balance_at_rest import RestingBalance
 from contarm_sim.studies.largest_bends import fallen_from, largest_bends
 from contarm_sim.studies.muscle_curves import group_of
 from contarm_sim.studies.scenarios import scenarios
-from contarm_sim.view.figures import figures_of, left_out, paper, reach
+from contarm_sim.view.figures import figures_of, left_out, over_time, reach
+from contarm_sim.view.live.loads import Loads
 from contarm_sim.view.live.panel import Panel
-from contarm_sim.view.report.figures import draw_muscle_law
 from contarm_sim.view.report.map import draw_possibility, no_map
+from contarm_sim.view.report.study_figures import draw_muscle_law
 from contarm_sim.view.report.words import available, remarks
 from contarm_sim.view.sections import backbone_lines, reachable_tips
 from contarm_sim.view.style import drawn
@@ -202,7 +204,7 @@ def test_a_muscle_through_two_sections_is_asked_for_the_lengths_of_both():
 def test_lengths_are_drawn_of_the_muscles_own_angles():
     """Where the muscles are turned, the broad line of the simulation still lies under the analytic one."""
     for arm in (turned(Arm(links=8), np.radians(60)), FOUR):
-        for ax in drawn(lambda sheet, arm=arm: paper.lengths(sheet, arm)).axes[:2]:
+        for ax in drawn(lambda sheet, arm=arm: over_time.lengths(sheet, arm)).axes[:2]:
             simulated, analytic = (line.get_ydata() for line in ax.lines)
             np.testing.assert_allclose(simulated, analytic, atol=0.02 * np.abs(analytic).max())
 
@@ -260,11 +262,16 @@ def test_the_live_pages_sliders_change_one_thing_each():
     session = SimpleNamespace(arm=replace(PNEUMATIC, laws=laws))
     session.change = lambda arm: setattr(session, "arm", arm)
     panel = object.__new__(Panel)
-    panel._session, panel._turn, panel._given = session, lambda: None, np.zeros(3)
-    panel._least, panel._gravity, panel._payload = (
-        SimpleNamespace(value=x, min=0.0, max=100.0) for x in (12.0, 9.81, 50.0)
+    panel._session, panel._turn = session, lambda: None
+    gui = SimpleNamespace(
+        add_folder=lambda name: nullcontext(),
+        add_dropdown=lambda name, options, initial_value, hint: SimpleNamespace(value=initial_value),
+        add_slider=lambda name, min, max, initial_value, **_: SimpleNamespace(value=initial_value, min=min, max=max),
     )
-    panel._mount = SimpleNamespace(value="hanging")
+    panel._loads = loads = Loads(gui, session.arm)
+    mount, gravity, payload = loads.controls
+    mount.value, gravity.value, payload.value = "hanging", 9.81, 50.0
+    panel._least = SimpleNamespace(value=12.0, min=0.0, max=100.0)
     panel._load()
     assert session.arm.laws == laws
     assert (session.arm.gravity, session.arm.payload) == ((0.0, 0.0, 9.81), 0.05)

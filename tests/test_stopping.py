@@ -76,8 +76,8 @@ def test_an_interruption_that_python_swallows_comes_again():
 
 
 PLACES = {
-    "view.report.figures.draw_path": NUMBERS,
-    "view.report.figures.draw_muscles": NUMBERS | {"path.png", "budget.png"},
+    "view.report.run_figures.draw_path": NUMBERS,
+    "view.report.run_figures.draw_muscles": NUMBERS | {"path.png", "budget.png"},
     "view.report.page.space": NUMBERS | FIGURES,
     "view.report.run.RunReport.film": NUMBERS | FIGURES | {"report.html"},
 }
@@ -89,7 +89,7 @@ PLACES = {
 def test_numbers_are_whole_before_anything_is_drawn(contarm, monkeypatch, tmp_path, place, number):
     parts = place.split(".")
     module = "contarm_sim." + ".".join(parts[:3])
-    if parts[2] == "figures":
+    if parts[2] == "run_figures":
         module = "contarm_sim.view.report.run"
 
     def stop(*given):

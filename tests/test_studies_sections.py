@@ -38,7 +38,7 @@ from contarm_sim.studies.controllers import Followed, _reachable, _row
 from contarm_sim.studies.largest_bends import every_bend, largest_bends, largest_bends_at_rest, posed
 from contarm_sim.studies.muscle_curves import group_of
 from contarm_sim.studies.scenarios import EXTREMES, scenarios, spread_bends
-from contarm_sim.studies.tip_stiffness import _directions
+from contarm_sim.studies.tip_stiffness import directions_of
 
 SECTIONS = (
     Section(length=0.20, links=8, mass=0.10, bending_stiffness=0.04),
@@ -282,9 +282,9 @@ def test_stiffness_of_two_sections_in_closed_form_and_by_pushing_agree(start):
 def test_directions_are_at_right_angles_wherever_the_tip_goes():
     opposed = np.array([1.0, 0.0, -1.0, 0.0])
     for bend in (np.zeros(4), opposed, *bends(2).reshape(-1, 4)):
-        found = _directions(arm(), bend)
+        found = directions_of(bend, arm())
         np.testing.assert_allclose(found @ found.T, np.eye(3), atol=1e-12)
-    planar = _directions(arm(), np.array([0.5, 0.0, 0.5, 0.0]))
+    planar = directions_of(np.array([0.5, 0.0, 0.5, 0.0]), arm())
     np.testing.assert_allclose(planar[1], [0, 1, 0], atol=1e-12)
 
 

@@ -1,6 +1,5 @@
 """The live arm: as a session, in a real browser, and in MuJoCo's own viewer."""
 
-import io
 import json
 import os
 import shutil
@@ -13,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from browser import browser, drag, needs_browser, open_page
+from browser import box, browser, drag, needs_browser, open_page
 from references import resting
 from waiting import PATIENCE, wait_for
 
@@ -25,7 +24,9 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.view.live.page import free_port
 from contarm_sim.view.live.session import Session
+from contarm_sim.view.live.surroundings import FOV, view_of
 from contarm_sim.view.live.wishes import Wishes
+from contarm_sim.view.sections import reachable_tips
 
 BEND = np.array([0.9, 0.5])
 
@@ -157,14 +158,18 @@ def _time(page):
     return float(_text(page).split("t = ")[1].split(" s")[0])
 
 
-def _ball(page):
-    """Return where a page shows the target [pixels], None where it does not."""
-    from PIL import Image
-
-    picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
-    red, green, blue = np.moveaxis(np.asarray(picture).astype(int)[:, 320:940], 2, 0)
-    y, x = np.nonzero((blue - green > 60) & (blue > red + 10))  # between the panels, nothing else is violet up there
-    return (320 + float(np.median(x[y <= y.min() + 8])), float(y.min() + 6)) if len(x) > 30 else None
+def _ring(page, arm):
+    """Return where a page that was just opened shows the target of a straight, upright arm [pixels]."""
+    tips = reachable_tips(arm, 35, 49, LARGEST_BEND).reshape(-1, 3)
+    eye, centre = view_of(arm, tips)
+    forward = (centre - eye) / np.linalg.norm(centre - eye)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    away = np.array([0.0, 0.0, arm.length]) - eye
+    x, y, z = away @ right, away @ np.cross(right, forward), away @ forward
+    box = page.locator("canvas[data-engine]").bounding_box()
+    scale = 0.5 * box["height"] / np.tan(0.5 * FOV) / z
+    return box["x"] + 0.5 * box["width"] + scale * x, box["y"] + 0.5 * box["height"] - scale * y
 
 
 @needs_browser
@@ -179,9 +184,8 @@ def test_two_browsers_steer_the_arm_and_may_leave():
             first, second = open_page(chromium, url, errors), open_page(chromium, url, errors, 900, 500)
             for page in (first, second):
                 wait_for(lambda page=page: "Tip error" in _text(page))
-            wait_for(lambda: _ball(first) is not None and _ball(first) == _ball(first))  # the camera has arrived
-            ball = _ball(first)
-            drag(first, ball, (ball[0] + 100, ball[1] + 40), steps=5)
+            ring = _ring(first, Arm())
+            drag(first, ring, (ring[0] + 100, ring[1] + 40), steps=5)
             for page in (first, second):
                 wait_for(lambda page=page: "bend 0" not in _text(page))
                 assert "towards" in _text(page)
@@ -200,7 +204,7 @@ def test_two_browsers_steer_the_arm_and_may_leave():
             first.get_by_role("button", name="Resume").click()
             wait_for(lambda: _time(first) > 0.5)
             for typed in ("0", "-1", "1e9"):  # into the box of the speed
-                first.locator("input").last.fill(typed)
+                box(first, "speed").fill(typed)
                 before = _time(first)
                 wait_for(lambda before=before: _time(first) > before)
             assert not [error for error in errors if "passive event listener" not in error]

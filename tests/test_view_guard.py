@@ -12,6 +12,7 @@ import pytest
 from waiting import PATIENCE, wait_for
 
 from contarm_sim.errors import GuardError
+from contarm_sim.view.live.keeping import Keeper
 from contarm_sim.view.live.page import free_port, page
 from contarm_sim.view.live.session import Session
 
@@ -249,7 +250,7 @@ def test_what_is_no_message_changes_nothing(port, raw):
             assert len(raw) > 1_000_000  # too large to be read at all
 
 
-CONTROLS = ("bend angle [deg]", "payload [g]", "controller", "the arm is", "Pause", "Reset")
+CONTROLS = ("bend angle [deg]", "payload [g]", "controller", "mounted", "Pause", "Reset")
 
 
 @pytest.mark.parametrize(
@@ -305,7 +306,7 @@ def test_the_page_is_not_served_by_a_viser_that_cannot_be_guarded(arm, monkeypat
         with monkeypatch.context() as patch:
             patch.setattr(name, changed)
             port = free_port(None)
-            with pytest.raises(GuardError, match=f"viser {viser.__version__}"), page(Session(arm), port):
+            with pytest.raises(GuardError, match=f"viser {viser.__version__}"), page(Session(arm), port, Keeper(print)):
                 pass
             assert free_port(port) == port
 

@@ -1,6 +1,7 @@
 """Arms of several sections in pictures: what is drawn is where it should be; the live arm is pulled without jumps."""
 
 import csv
+import re
 
 import numpy as np
 import pytest
@@ -22,10 +23,12 @@ from contarm_sim.results.compare import compare
 from contarm_sim.view.figures import figures_of, reach
 from contarm_sim.view.live.redundancy import Redundancy
 from contarm_sim.view.live.session import Session
+from contarm_sim.view.prints import Prints
 from contarm_sim.view.rendering.draw import ArmRenderer, Overlays
 from contarm_sim.view.rendering.film import Look, film
 from contarm_sim.view.rendering.gl import choose_backend
-from contarm_sim.view.report.figures import draw_budget, draw_muscles, draw_path
+from contarm_sim.view.report.budget import draw_budget
+from contarm_sim.view.report.run_figures import draw_muscles, draw_path
 from contarm_sim.view.report.samples_csv import write_samples
 from contarm_sim.view.sections import muscle_hexes, section_colour, section_places, tube_radii
 from contarm_sim.view.style import save
@@ -202,10 +205,14 @@ def test_three_sections_reach_directions_and_two_have_an_elbow(tmp_path, monkeyp
     assert "spiral" in figures_of(Arm())
     for count in (2, 3):
         for name, (_, draw) in figures_of(arm(count)).items():
-            files = [tmp_path / f"{name}{count}.{kind}" for kind in ("png", "svg")]
-            draw(files, arm(count))
-            assert files[0].stat().st_size > 8_000
-            assert "mm]" in files[1].read_text()
+            save(
+                tmp_path,
+                f"{name}{count}",
+                lambda sheet, draw=draw, count=count: draw(sheet, arm(count)),
+                Prints(("png", "svg")),
+            )
+            assert (tmp_path / f"{name}{count}.png").stat().st_size > 8_000
+            assert re.search(r"(mm|deg)\]", (tmp_path / f"{name}{count}.svg").read_text())
     found = workspace(shape.backbone(arm(3)), 12, 100_000)
     assert 0.2 < found.directions.max() <= 1
 

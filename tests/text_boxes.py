@@ -25,7 +25,7 @@ def _texts(sheet):
 def _hidden(sheet):
     """Return the texts of axes that are off, and of ticks outside of what an axis shows."""
     out = set()
-    for axes in sheet.axes:
+    for axes in sheet.findobj(lambda artist: hasattr(artist, "_axis_map")):  # those on an edge of others, too
         if not axes.get_visible():
             out |= {id(text) for text in axes.findobj(Text)}
         for axis in axes._axis_map.values():

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 
 from contarm_sim import studies
+from contarm_sim.cli.figure_options import figure_options
 from contarm_sim.cli.options import TIME, Command, arm_options, json_option, out_option
 from contarm_sim.model.arm import Arm
+from contarm_sim.view.prints import Prints
 
 
 @click.command(cls=Command, name="compare-controllers")
 @click.option("--duration", type=TIME, default=10.0, show_default=True, metavar="S", help="Time for the spiral [s].")
 @out_option("runs/compare-controllers-<time>")
+@figure_options()
 @json_option
 @arm_options
-def compare_controllers(arm: Arm, duration: float, out: str | None, as_json: bool) -> int:
-    """Run the spiral with each controller, free, hanging and hanging with a payload, and print one table.
+def compare_controllers(arm: Arm, duration: float, out: str | None, prints: Prints, as_json: bool) -> int:
+    """Run the spiral with each controller, free, hanging and hanging with a payload, print one table, and draw it.
 
     Errors are from target to simulated tip, after the first second (or half of a
     shorter path). `along` is the part along the surface that the
@@ -26,10 +31,16 @@ def compare_controllers(arm: Arm, duration: float, out: str | None, as_json: boo
     """
     from contarm_sim.cli.study import deliver, output_for, signed
     from contarm_sim.cli.terminal import track
+    from contarm_sim.view.report.study_figures import draw_controllers
+    from contarm_sim.view.style import save
 
     target = output_for(out, "compare-controllers")
     found = studies.compare_controllers(arm, duration, track)
-    deliver(target, signed(found), as_json, lambda: _show(found))
+
+    def draw(folder: Path) -> None:
+        save(folder, "controllers", lambda sheet: draw_controllers(sheet, found), prints)
+
+    deliver(target, signed(found), as_json, lambda: _show(found), draw)
     return 1 if any(isinstance(row, studies.NotFollowed) for row in found.rows) else 0
 
 

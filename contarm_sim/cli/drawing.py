@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from contarm_sim.errors import RenderingError
+from contarm_sim.errors import MESSAGE, ContarmError, RenderingError, one_line
 from contarm_sim.view.prints import Prints
 
 FIGURES = ("path", "budget", "muscles")
@@ -18,10 +19,11 @@ def film_at_first(interrupted: bool, wanted: bool) -> str:
     return "not asked for" if not wanted else "interrupted" if interrupted else NOT_YET
 
 
-def draw(job: Any, folder: Path, summary: dict[str, Any], prints: Prints) -> list[str]:
+def draw(job: Any, folder: Path, summary: dict[str, Any], prints: Prints) -> tuple[list[str], bool]:
     """Draw figures, page and, if it is not drawn yet, film; keep `video` of the summary, here and on disk, true.
 
-    A page without the film comes first, so that the film costs nothing but itself.
+    A page without the film comes first, so that the film costs nothing but itself. What cannot be drawn or written is
+    said in a line, and the rest goes on.
 
     Args:
         job: the run's `RunReport`.
@@ -29,20 +31,21 @@ def draw(job: Any, folder: Path, summary: dict[str, Any], prints: Prints) -> lis
         prints: what figures are written.
 
     Returns:
-        the names of what an interruption left out.
+        the names of what an interruption left out, and whether a figure, the page or the summary cannot be written.
     """
     from contarm_sim.files import write_whole
     from contarm_sim.stopping import breakable
     from contarm_sim.view.report.output import to_json
 
-    filming = summary["video"] == NOT_YET
+    filming, written = summary["video"] == NOT_YET, []
     try:
         with breakable():
-            job.draw(folder, prints)
-            job.write_page(folder, summary)
+            written.append(_tried("no figures", lambda: job.draw(folder, prints)))
+            written.append(_tried("no report.html", lambda: job.write_page(folder, summary)))
             if filming:
                 summary["video"] = _film(job, folder)
-                job.write_page(folder, summary)
+                loss = "report.html is as before the film" if written[-1] else "no report.html"
+                written.append(_tried(loss, lambda: job.write_page(folder, summary)))
         missing = []
     except KeyboardInterrupt:
         drawn = [name for name in FILMS if (folder / name).is_file()]
@@ -52,12 +55,25 @@ def draw(job: Any, folder: Path, summary: dict[str, Any], prints: Prints) -> lis
         wanted = [*figures, "report.html", *(drawn or FILMS[:1] if filming else ())]
         missing = [name for name in wanted if not (folder / name).is_file()]
     if filming:
-        write_whole(folder / "summary.json", to_json(summary) + "\n")
-    return missing
+        text = to_json(summary) + "\n"
+        written.append(_tried("summary.json is as before the film", lambda: write_whole(folder / "summary.json", text)))
+    return missing, not all(written)
+
+
+def _tried(loss: str, write: Callable[[], object]) -> bool:
+    """Write something; tell whether that went well, and say what is lost otherwise."""
+    from contarm_sim.cli.terminal import say
+
+    try:
+        write()
+    except (OSError, RenderingError) as error:
+        say(f"{loss}: {_reason(error)}")
+        return False
+    return True
 
 
 def _film(job: Any, folder: Path) -> str:
-    """Film the run; return the file's name, or why there is none: numbers are never lost for want of a picture."""
+    """Film the run; return the file's name, or why there is none: nothing is lost for want of a film."""
     from contarm_sim.cli.terminal import progress, say
     from contarm_sim.stopping import came
 
@@ -65,14 +81,22 @@ def _film(job: Any, folder: Path) -> str:
         with progress("filming") as on_frame:
             name = str(job.film(folder, on_frame))
         say_backend()
-    except RenderingError as error:
+    except Exception as error:  # whatever a renderer, an encoder or a full disk raises
         if came() is not None:  # a library made that of the interruption
             raise KeyboardInterrupt from None
-        say(f"no video: {error}")
-        return f"none: {error}"
+        say(f"no video: {_reason(error)}; it is drawn by: contarm render {folder}")
+        return f"none: {_reason(error)}"
     if name.endswith(".gif"):
-        say("no video encoder works here: an animated picture instead")
+        say("there is no video encoder: an animated picture instead")
     return name
+
+
+def _reason(error: Exception) -> str:
+    """Return what went wrong in a line."""
+    if isinstance(error, OSError) and error.strerror:
+        return f"cannot write: {error.strerror}"
+    said = one_line(str(error), MESSAGE)
+    return said if isinstance(error, ContarmError) else f"{type(error).__name__}{': ' if said else ''}{said}"
 
 
 def say_backend() -> None:

@@ -38,7 +38,7 @@ def muscle(arm: Arm, pressure: tuple[float, ...], section: int | None, out: str 
         if Path(out).suffix not in (".png", ".pdf", ".svg"):
             raise InputError("out", out, "a name that ends in .png, .pdf or .svg")
         check_output(Path(out))
-        from contarm_sim.view.report.figures import draw_muscle_law
+        from contarm_sim.view.report.study_figures import draw_muscle_law
         from contarm_sim.view.style import drawn, write
 
         with output_file(Path(out)) as scratch:

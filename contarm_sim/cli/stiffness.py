@@ -35,7 +35,7 @@ def stiffness(
     """
     from contarm_sim.cli.study import deliver, output_for, signed
     from contarm_sim.cli.terminal import say, track
-    from contarm_sim.view.report.figures import draw_stiffness
+    from contarm_sim.view.report.study_figures import draw_stiffness
     from contarm_sim.view.style import save
 
     target = output_for(out, "stiffness")

@@ -20,10 +20,10 @@ from contarm_sim.model.arm import Arm
 def view(arm: Arm, controller: Any, port: int | None, opened: bool, native: bool, as_json: bool) -> None:
     """Steer the simulated arm by hand, beside its analytic ghost, until Ctrl-C.
 
-    Serves a page on this machine alone (127.0.0.1): drag the ball over the dome of reachable tips, or use the sliders;
-    change controller, co-contraction, gravity and payload while it moves. From another machine, forward the port
-    first: ssh -L 8080:127.0.0.1:8080 HOST. The controller `tip` feeds the seen tip back here, without the plan that
-    `contarm run` makes beforehand.
+    Serves a page on this machine alone (127.0.0.1): drag the ring over the dome of reachable tips, or use the sliders;
+    change arm, controller, co-contraction, gravity and payload while it moves; record what it does, which leaves a
+    folder in runs/ as `contarm run` does. From another machine, forward the port first: ssh -L 8080:127.0.0.1:8080
+    HOST. The controller `tip` feeds the seen tip back here, without the plan that `contarm run` makes beforehand.
 
     With --native, the arrow keys bend the arm, Space pauses, Backspace starts again.
 
@@ -49,5 +49,5 @@ def view(arm: Arm, controller: Any, port: int | None, opened: bool, native: bool
         if opened:
             click.launch(url)
 
-    serve(arm, controller, port, ready)
+    serve(arm, controller, port, ready, say)
     say("ended")

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.errors import InputError
+from contarm_sim.errors import InputError, PressureError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import muscles
 from contarm_sim.mechanics.statics import Balance, balance, min_tensions
@@ -53,29 +53,44 @@ def balance_pressure(held: Balance, arm: Arm) -> tuple[Array, Array]:
 
 def section_pressures(held: Balance, arm: Arm) -> tuple[Array, Array]:
     """Return the same section by section, each of shape (..., S): of the muscles that end with it."""
-    lowest = muscles.each(arm, _min_pressure)
+    inflated, vented = ways_to_hold(held, arm)
+    least = inflated.copy()
+    for number, own in enumerate(vented):
+        for pressure, margin in own:
+            least[..., number] = np.minimum(least[..., number], np.where(margin >= 0, pressure, np.inf))
+    return inflated, least
+
+
+def ways_to_hold(held: Balance, arm: Arm) -> tuple[Array, list[list[tuple[Array, Array]]]]:
+    """Return the highest of the least pressures [Pa] that give a balance's tensions in each way that there is.
+
+    Returns:
+        with all muscles inflated, shape (..., S), inf where none does; and section by section, muscle by muscle, with
+        that muscle vented: (the highest pressure of the others, how far the least of them is above the lowest that
+        there is), each of shape (...). Below zero, or where it is no number, that way is not there.
+    """
+    lowest, vented = muscles.each(arm, _min_pressure), []
     with np.errstate(divide="ignore", invalid="ignore"):
         low = level_range(held, arm)[0]
         pressure = held.at(low) / held.per_pascal
-        inflated, least = np.empty_like(low), np.empty_like(low)
+        inflated = np.empty_like(low)
         for number, own in enumerate(held.own):
             pulling = (held.per_pascal[..., own] > 0).all(axis=-1)
             possible = pulling & (low[..., number] <= held.highest[..., number])
-            most = np.where(possible, pressure[..., own].max(axis=-1), np.inf)
-            inflated[..., number] = best = most
+            inflated[..., number] = np.where(possible, pressure[..., own].max(axis=-1), np.inf)
             # What the muscles of sections beyond pull here is that of their lowest levels.
             tensions = held.at(np.where(np.arange(len(held.own)) == number, 0.0, low))
-            free = held.cocontraction[..., number, :]
+            free, ways = held.cocontraction[..., number, :], []
             for i in range(own.start, own.stop):
                 level = -tensions[..., i] / free[..., i]
                 asked = (tensions + level[..., None] * free) / held.per_pascal
                 others = np.delete(asked[..., own], i - own.start, axis=-1)
                 enough = np.delete(lowest[own], i - own.start)
-                allowed = (others >= enough).all(axis=-1) & np.isfinite(others).all(axis=-1)
-                allowed &= pulling & (level <= held.highest[..., number])
-                best = np.minimum(best, np.where(allowed, others.max(axis=-1), np.inf))
-            least[..., number] = best
-    return inflated, least
+                margin = np.minimum((others - enough).min(axis=-1), held.highest[..., number] - level)
+                there = np.isfinite(others).all(axis=-1) & pulling
+                ways.append((others.max(axis=-1), np.where(there, margin, -np.inf)))
+            vented.append(ways)
+    return inflated, vented
 
 
 def holding_pressures(bend: Any, arm: Arm, share: float = 0.0, rate: Any = None) -> Array:
@@ -86,31 +101,38 @@ def holding_pressures(bend: Any, arm: Arm, share: float = 0.0, rate: Any = None)
         rate: velocity of the bend [rad/s], see `balance`.
 
     Raises:
-        InputError: the bend needs more than the highest pressure; says how much.
+        InputError: the bend needs more than the highest pressure (a `PressureError`, which says how much), or no
+            pressure holds it.
     """
     held = balance(bend, arm, rate)
     low, high = level_range(held, arm)
     refused = ~(low <= high)
     if refused.any():
-        raise InputError("bend", *_refusal(held, low, arm, int(np.argmax(refused.reshape(-1, low.shape[-1]).any(0)))))
+        raise _refusal(held, low, arm, int(np.argmax(refused.reshape(-1, low.shape[-1]).any(0))))
     return held.at(low + share * (high - low)) / held.per_pascal
 
 
-def _refusal(held: Balance, low: Array, arm: Arm, number: int) -> tuple[str, str]:
-    """Say what the first bend of a section that no pressures hold needs, and what is allowed."""
+def _refusal(held: Balance, low: Array, arm: Arm, number: int) -> InputError:
+    """Return what says what the first bend of a section that no pressures hold needs, and what is allowed."""
     group, own = arm.groups[number], held.own[number]
     of_section = "" if len(arm.sections) == 1 else f" for the muscles of section {number + 1}"
     lowest, highest = (pressure / 1e3 for pressure in group.law.pressure_limits)
     pressures = f"{lowest:.4g} to {highest:.4g} kPa{of_section}"
     if not np.all(held.per_pascal[..., own] > 0):
         shortest, longest = (1e3 * length for length in group.length_range)
-        return (
+        return InputError(
+            "bend",
             "one that asks a muscle for a length it cannot take",
             f"muscle lengths of {shortest:.1f} to {longest:.1f} mm{of_section}",
         )
     if np.any(low[..., number] > held.highest[..., number]):
-        return f"one that {pressures} buckle the arm at", "a stiffer arm, more links, or less of a bend"
-    return (
-        f"one that needs {float((held.at(low) / held.per_pascal)[..., own].max()) / 1e3:.0f} kPa",
+        return InputError(
+            "bend", f"one that {pressures} buckle the arm at", "a stiffer arm, more links, or less of a bend"
+        )
+    needed = float((held.at(low) / held.per_pascal)[..., own].max())
+    return PressureError(
+        "bend",
+        f"one that needs {needed / 1e3:.0f} kPa",
         f"bends that need no more than there is; available {pressures}",
+        needed,
     )

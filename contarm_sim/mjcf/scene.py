@@ -8,6 +8,7 @@ from collections.abc import Iterable
 import mujoco
 import numpy as np
 
+from contarm_sim.mjcf.framing import FOVY, Frame, axes, place
 from contarm_sim.mjcf.outline import outline
 from contarm_sim.model.arm import Arm
 
@@ -20,15 +21,23 @@ CLEARANCE = 0.15
 _OUTLINE = ((0.0, 1.0), (0.32, 0.94), (0.56, 0.78), (0.69, 0.53), (0.73, 0.31), (0.64, 0.0))
 """Radius and height of a surface of revolution around all centrelines bent by up to half a turn [lengths]."""
 
-_HORIZON = [0.94, 0.95, 0.965]
-_FLOOR = [0.92, 0.925, 0.935]
+HORIZON = (0.93, 0.945, 0.96)
+FLOOR = (0.76, 0.785, 0.81)
+LINES = (0.66, 0.69, 0.73)
 _HAZE = 0.5
-"""Colours of sky and floor, and the share of the distance drawn that haze takes."""
+"""Colours of sky and floor and of the lines on it, and the share of the distance drawn that haze takes."""
 
-_FOVY = 28.0
-_ASPECT = 1.4
-_MARGIN = 1.12
-"""Field of view [deg]; the narrowest picture, width over height, that shows all; room for a caption along the top."""
+CLEAR = 1 - _HAZE
+"""Share of the distance drawn up to which haze leaves a thing clear."""
+
+_LIGHTER = {"disk": (0.64, 0.67, 0.71), "plate": (0.33, 0.35, 0.39), "spine": (0.86, 0.87, 0.89)}
+"""Materials of the arm as they are lit here: dark disks would hide each other."""
+
+KEY = (-0.6, 0.5, -2.0)
+"""Direction of the light that casts shadows."""
+
+CAMERAS = {"front": (-62.0, 14.0), "side": (0.0, 6.0), "top": (-90.0, 89.0)}
+"""Azimuth and elevation of the cameras [deg]."""
 
 
 def base_quaternion(arm: Arm) -> np.ndarray:
@@ -61,28 +70,46 @@ def world_gravity(arm: Arm) -> np.ndarray:
     return base_rotation(arm) @ arm.gravity
 
 
+def line_spacing(arm: Arm) -> float:
+    """Return the distance between the lines on the floor [m]: a 1, 2 or 5, at most a third of the arm's length."""
+    power = 10.0 ** math.floor(math.log10(arm.length / 3))
+    return power * max(step for step in (1, 2, 5) if step * power <= arm.length / 3 * (1 + 1e-9))
+
+
+def base_position(arm: Arm) -> np.ndarray:
+    """Return where the base is in the world [m]: above the floor by what the arm can reach down to."""
+    return np.array([0.0, 0.0, arm.length * (CLEARANCE - _outlined(arm)[:, 2].min())])
+
+
+def workspace(arm: Arm) -> np.ndarray:
+    """Return points of the world about all that an arm can touch, and its foot [m], shape (T, 3)."""
+    base = base_position(arm)
+    return np.vstack([base + arm.length * _outlined(arm), [0.0, 0.0, max(0.0, base[2] - 0.4 * arm.length)]])
+
+
 def add_scene(spec: mujoco.MjSpec, arm: Arm) -> np.ndarray:
     """Add floor, mount, light and cameras; return where the base goes in the world [m]."""
-    length = arm.length
+    length, base, seen = arm.length, base_position(arm), workspace(arm)
     along = base_rotation(arm)[:, 2]
-    reach = _reach(along, arm.disk_radius / length, _OUTLINE if len(arm.sections) == 1 else outline(arm))
-    base = np.array([0.0, 0.0, length * (CLEARANCE - reach[:, 2].min())])
     spec.visual.global_.offwidth, spec.visual.global_.offheight = OFFSCREEN
     spec.visual.map.znear = 0.01
     spec.visual.map.shadowclip = 4.0  # wide: towards its edge the shadow map stains the floor, which haze hides
     spec.stat.extent = 1.2 * length
     spec.stat.center = base + 0.45 * length * along
-    _add_surroundings(spec)
+    for name, tone in _LIGHTER.items():
+        spec.material(name).rgba[:3] = tone
+    _add_surroundings(spec, arm)
     _add_lights(spec, spec.stat.center, length)
     _add_mount(spec, arm, base, along)
-    seen = np.vstack([base + length * reach, [0.0, 0.0, max(0.0, base[2] - 0.4 * length)]])
-    depth = max(
-        _add_camera(spec, name, seen, azimuth, elevation)
-        for name, azimuth, elevation in (("front", -62, 14), ("side", 0, 6), ("top", -90, 89))
-    )
-    clear = (1 - _HAZE) * spec.stat.extent  # up to so many of these the haze leaves a thing clear
-    spec.visual.map.zfar = max(8.0, math.ceil(depth / clear))
+    depth = max(_add_camera(spec, name, seen, *angles) for name, angles in CAMERAS.items())
+    spec.visual.map.zfar = max(8.0, math.ceil(depth / (CLEAR * spec.stat.extent)))
     return base
+
+
+def _outlined(arm: Arm) -> np.ndarray:
+    """Return points around all that an arm can touch, relative to the base [lengths], shape (T, 3)."""
+    along = base_rotation(arm)[:, 2]
+    return _reach(along, arm.disk_radius / arm.length, _OUTLINE if len(arm.sections) == 1 else outline(arm))
 
 
 def _reach(along: np.ndarray, thickness: float, outline: Iterable[tuple[float, float]]) -> np.ndarray:
@@ -96,46 +123,50 @@ def _reach(along: np.ndarray, thickness: float, outline: Iterable[tuple[float, f
     return np.vstack([radius * ring + height * along for radius, height in wider + longer])
 
 
-def _add_surroundings(spec: mujoco.MjSpec) -> None:
+def _add_surroundings(spec: mujoco.MjSpec, arm: Arm) -> None:
     """Add a floor that fades into a pale sky."""
     texture, kind = mujoco.mjtTexture, mujoco.mjtBuiltin
-    spec.visual.rgba.haze = [*_HORIZON, 1.0]
+    spec.visual.rgba.haze = [*HORIZON, 1.0]
     spec.visual.map.haze = _HAZE
     spec.add_texture(
         name="sky", type=texture.mjTEXTURE_SKYBOX, builtin=kind.mjBUILTIN_GRADIENT,
-        rgb1=[0.80, 0.86, 0.93], rgb2=_HORIZON, width=64, height=384,
+        rgb1=[0.72, 0.80, 0.89], rgb2=HORIZON, width=64, height=384,
     )  # fmt: skip
     spec.add_texture(
         name="floor", type=texture.mjTEXTURE_2D, builtin=kind.mjBUILTIN_FLAT, width=512, height=512,
-        rgb1=_FLOOR, rgb2=_FLOOR, mark=mujoco.mjtMark.mjMARK_EDGE, markrgb=[0.76, 0.78, 0.82],
+        rgb1=FLOOR, rgb2=FLOOR, mark=mujoco.mjtMark.mjMARK_EDGE, markrgb=LINES,
     )  # fmt: skip
-    floor = spec.add_material(name="floor", texuniform=True, texrepeat=[10, 10], specular=0.0)  # a line every 0.1 m
+    each = 1 / line_spacing(arm)
+    floor = spec.add_material(name="floor", texuniform=True, texrepeat=[each, each], specular=0.0)
     floor.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "floor"
     spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], material="floor")
 
 
 def _add_lights(spec: mujoco.MjSpec, centre: np.ndarray, length: float) -> None:
-    """Add a key light with shadow from the right, a weak one from the left, and light from the camera."""
-    spec.visual.headlight.ambient = [0.37, 0.37, 0.37]
-    spec.visual.headlight.diffuse = [0.14, 0.14, 0.14]
+    """Add a key light with shadow from the right, weak ones from the left and from the floor, and the camera's."""
+    spec.visual.headlight.ambient = [0.36, 0.36, 0.37]
+    spec.visual.headlight.diffuse = [0.16, 0.16, 0.16]
     spec.visual.headlight.specular = [0.05, 0.05, 0.05]
-    spec.visual.quality.shadowsize = 2048
-    for name, towards, strength, shadow in (
-        ("key", [-0.6, 0.5, -2.0], 0.50, True),
-        ("fill", [1.2, 0.9, -1.0], 0.24, False),
+    spec.visual.quality.shadowsize = 4096
+    for name, towards, tone, shadow in (
+        ("key", KEY, (0.50, 0.49, 0.47), True),
+        ("fill", (1.2, 0.9, -1.0), (0.20, 0.21, 0.23), False),
+        ("floor", (0.2, 0.5, 1.0), (0.30, 0.30, 0.31), False),
     ):
         direction = np.array(towards) / np.linalg.norm(towards)
         spec.worldbody.add_light(
             name=name, pos=centre - 3 * length * direction, dir=direction, castshadow=shadow,
-            type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, diffuse=[strength] * 3, specular=[0.5 * strength] * 3,
+            type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, diffuse=tone, specular=[0.5 * part for part in tone],
         )  # fmt: skip
 
 
 def _add_mount(spec: mujoco.MjSpec, arm: Arm, base: np.ndarray, along: np.ndarray) -> None:
     """Add a flange behind the base plate on a column from the floor, or from above if the arm points down."""
-    spec.add_material(name="mount", rgba=[0.40, 0.43, 0.47, 1], specular=0.3, shininess=0.4)
+    spec.add_material(name="mount", rgba=[0.47, 0.50, 0.54, 1], specular=0.3, shininess=0.4)
     radius, length, up = arm.disk_radius, arm.length, np.array([0.0, 0.0, 1.0])
     elbow = base - 0.1 * length * along
+    if along[2] > -0.1:
+        _add_rod(spec, "foot", 1.7 * radius, np.zeros(3), up, 0.02 * length)
     _add_rod(spec, "flange", 1.2 * radius, base - 0.005 * length * along, -along, 0.022 * length)
     _add_rod(spec, "mount", 0.55 * radius, base - 0.027 * length * along, -along, 0.073 * length)
     if along[2] > -0.1:
@@ -166,17 +197,9 @@ def _add_camera(spec: mujoco.MjSpec, name: str, seen: np.ndarray, azimuth: float
     Returns:
         how far before it the farthest of them is [m].
     """
-    a, e = math.radians(azimuth), math.radians(elevation)
-    back = np.array([math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)])
-    right = np.array([-math.sin(a), math.cos(a), 0.0])
-    frame = np.stack([right, np.cross(back, right), back])
-    place = frame @ seen.T
-    centre = 0.5 * (place.min(axis=1) + place.max(axis=1))
-    x, y, z = place - centre[:, None]
-    slope = math.tan(math.radians(0.5 * _FOVY))
-    distance = float(np.max(z + np.maximum(np.abs(y), np.abs(x) / _ASPECT) / slope))
+    turn = axes(azimuth, elevation)
+    pos = place(seen, 0.0, turn, Frame())
     quat = np.zeros(4)
-    mujoco.mju_mat2Quat(quat, frame.T.ravel())
-    pos = frame.T @ (centre + np.array([0.0, 0.0, _MARGIN * distance]))
-    spec.worldbody.add_camera(name=name, pos=pos, quat=quat, fovy=_FOVY)
-    return _MARGIN * distance - float(z.min())
+    mujoco.mju_mat2Quat(quat, turn.T.ravel())
+    spec.worldbody.add_camera(name=name, pos=pos, quat=quat, fovy=FOVY)
+    return float(((pos - seen) @ turn[2]).max())

@@ -91,6 +91,12 @@ class MuscleLaw(ABC):
         """Return the same law with another tension of the slackest muscle [N]."""
         return replace(self, min_tension=tension)  # type: ignore[call-arg]  # a field of most laws
 
+    def diameter_at(self, length: Any, rest_length: float) -> NDArray[float64]:
+        """Return the outer diameter [m] at lengths [m]: that at rest, unless a law says otherwise."""
+        import numpy as np
+
+        return np.full(np.shape(length), self.diameter)
+
     def check(self) -> None:
         """Check the fields' numbers, and that they fit together.
 

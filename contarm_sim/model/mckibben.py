@@ -85,6 +85,17 @@ class McKibben(PneumaticLaw):
         """Share of the braid in the force at rest length, by pressure [m^2]."""
         return math.pi * self.diameter**2 / 4 * 3 / math.tan(self.braid_angle) ** 2
 
+    def diameter_at(self, length: Any, rest_length: float) -> NDArray[float64]:
+        """Return the braid's diameter [m] at lengths [m]: it swells as it shortens, its fibres keeping their length.
+
+        sin(alpha) = (D/D0) sin(alpha0), cos(alpha) = (L/L_rest) cos(alpha0), as in `max_stretch`.
+        """
+        import numpy as np
+
+        cosine = np.asarray(length, dtype=float) / rest_length * math.cos(self.braid_angle)
+        swollen = self.diameter * np.sqrt(np.maximum(1 - cosine**2, 0.0)) / math.sin(self.braid_angle)
+        return np.maximum(swollen, self.braid_min_diameter)
+
     def force(self, pressure: Any, length: Any, rest_length: float) -> NDArray[float64]:
         """Return the pulling force [N] of a muscle at a gauge pressure [Pa] and a length [m].
 

@@ -16,10 +16,18 @@ from contarm_sim.results.trajectory import Trajectory
 
 
 def motion_part(trajectory: Trajectory, poses: int = 100, controller: Controller | None = None) -> tuple[Array, Array]:
-    """Return what motion adds: (times [s], distances [m]), each of shape (K,), K from `poses` to twice that.
+    """Return the sizes of what `moved_by_motion` returns: (times [s], distances [m]), each of shape (K,)."""
+    time, moved = moved_by_motion(trajectory, poses, controller)
+    return time, np.linalg.norm(moved, axis=-1)
 
-    Distances are from simulated tips, evenly picked, to where they would rest under the same commanded bend and
-    controller: inertia, damping and lag.
+
+def moved_by_motion(
+    trajectory: Trajectory, poses: int = 100, controller: Controller | None = None
+) -> tuple[Array, Array]:
+    """Return what motion adds: (times [s], shape (K,); ways [m], shape (K, 3)), K from `poses` to twice that.
+
+    Ways are to simulated tips, evenly picked, from where they would rest under the same commanded bend and controller:
+    inertia, damping and lag.
 
     Args:
         controller: what drove the arm; default the one of the trajectory's name.
@@ -39,4 +47,4 @@ def motion_part(trajectory: Trajectory, poses: int = 100, controller: Controller
         half = coarser(arm)
         coarse = poses_at_rest(half, reference, driven).tip
         rest = rest + richardson(arm.links, half.links) * (rest - coarse)
-    return trajectory.time[chosen], np.linalg.norm(trajectory.tip[chosen] - rest, axis=-1)
+    return trajectory.time[chosen], trajectory.tip[chosen] - rest

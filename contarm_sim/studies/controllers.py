@@ -66,11 +66,18 @@ class Followed:
 
 @dataclass(frozen=True)
 class NotFollowed:
-    """A controller that could not follow the spiral under one load; `failed` says why."""
+    """A controller that could not follow the spiral under one load.
+
+    Attributes:
+        load, controller: as in `Followed`.
+        failed: why.
+        needed_pressure_pa: that it takes, if it fails because its muscles have less [Pa]; None for other reasons.
+    """
 
     load: str
     controller: str
     failed: str
+    needed_pressure_pa: float | None = None
 
 
 @dataclass(frozen=True)
@@ -150,7 +157,7 @@ def _row(load: str, arm: Arm, controller: ControllerName, duration: float, reach
     try:
         samples = simulate(arm, spiral, controller)
     except (EquilibriumError, DivergenceError, InputError) as error:
-        return NotFollowed(load, controller, str(error))
+        return NotFollowed(load, controller, str(error), getattr(error, "needed", None))
     tips, after = samples.tip, time >= min(SETTLED, 0.5 * duration)
     offset = tips - targets
     along = np.einsum("tij,tj->ti", reach, offset[::EVERY])[after[::EVERY]]

@@ -11,7 +11,7 @@ from contarm_sim.errors import EquilibriumError, expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.parameters import check_count
-from contarm_sim.motion.lag import motion_part
+from contarm_sim.motion.lag import moved_by_motion
 from contarm_sim.results.compare import Comparison, compare
 from contarm_sim.results.document import HIDDEN, INLINE
 from contarm_sim.results.summary import ErrorSummary, Spread, known_spread, summarise
@@ -28,7 +28,8 @@ class JudgedRun:
 
     Attributes:
         comparison: sample by sample.
-        swing: times [s] and distances from the pose at rest [m], shape (K,) each; NaN where a pose has no rest.
+        swing: times [s], shape (K,), and the tip's ways from its pose at rest [m], shape (K, 3); NaN where some pose
+            has no rest.
         errors: the comparison in numbers.
         motion: how far the arm is from its pose at rest; None where some commanded pose has no rest.
         rod: what an ideal rod explains of the shape.
@@ -64,10 +65,10 @@ def judge_run(run: Trajectory, poses: int = 100, controller: Controller | None =
     check_count("poses", poses, 1)
     arm, comparison, interrupted = run.arm, compare(run), run.status == "interrupted"
     try:
-        swing = motion_part(run, poses, controller)
+        swing = moved_by_motion(run, poses, controller)
     except EquilibriumError:  # a pose that the loaded arm cannot rest in
-        swing = run.time[[0, -1]], np.full(2, np.nan)
-    errors, motion = summarise(run, comparison), known_spread(swing[1], arm.length)
+        swing = run.time[[0, -1]], np.full((2, 3), np.nan)
+    errors, motion = summarise(run, comparison), known_spread(np.linalg.norm(swing[1], axis=-1), arm.length)
     rod, step = explain(run, comparison, poses).summary(arm), step_summary(run)
     judged = verdict(run_checks(arm, errors, rod, motion, step))
     return JudgedRun(

@@ -105,7 +105,7 @@ def _level(arm: Arm, bend: Array, share: float) -> StiffnessLevel:
     held = equilibrium(arm, Load(muscles=muscles))
     slopes = force_slope(pressures, held.muscle_lengths, arm) + passive_slope(held.muscle_lengths, arm)
     closed = tip_compliance(bend, held.muscle_tensions, slopes, arm)
-    directions = _directions(arm, bend)
+    directions = directions_of(bend, arm)
     return StiffnessLevel(
         least_tension_n=float(held.muscle_tensions.min()),
         pressures_pa=pressures,
@@ -116,8 +116,8 @@ def _level(arm: Arm, bend: Array, share: float) -> StiffnessLevel:
     )
 
 
-def _directions(arm: Arm, bend: Array) -> Array:
-    """Return unit vectors of `DIRECTIONS`, base frame, shape (3, 3)."""
+def directions_of(bend: Array, arm: Arm) -> Array:
+    """Return unit vectors of `DIRECTIONS` at a bend [rad], shape (2 S,), in the base frame, shape (3, 3)."""
     if len(arm.sections) > 1:
         return _directions_of_sections(arm, bend)
     _, plane = arc.to_polar(bend)

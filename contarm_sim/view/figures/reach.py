@@ -1,4 +1,4 @@
-"""What several sections reach: slices of the workspace, how often and how well, and the poses that reach one point."""
+"""What several sections reach, in a plane through the axis: where tips can be, how often, and how well."""
 
 from __future__ import annotations
 
@@ -7,22 +7,67 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contarm_sim.errors import InputError
 from contarm_sim.kinematics import sections
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.backbone import Backbone
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
-from contarm_sim.view.colours import BLACK, PURPLE
+from contarm_sim.view.colours import BLACK, HELD, PURPLE, TARGET
+from contarm_sim.view.figures.common import once, upside_down
 from contarm_sim.view.sections import section_hex, section_places
 from contarm_sim.view.style import Sheet
-from contarm_sim.view.workspace import Workspace, folds, hull, planar_tips, workspace
+from contarm_sim.view.trim import trim
+from contarm_sim.view.workspace import Grid, Workspace, folds, hull, planar_tips, workspace
 
 MM = 1e3
 CELLS, POSES = 64, 1_000_000
 """Cells of a map in the length of the arm, and poses that it is drawn from."""
 
-_LOOK: dict[str, Any] = {"cmap": "viridis", "rasterized": True}
+_WIDTHS = (3.6, 2.4, 1.4)
+"""Of lines of sections, which are told apart without colours too [pt]."""
+
+_BY_THE_AXIS = 0.06
+"""Cells so near to the axis [share of the length] are too small to hold enough poses. What is shown is even over the
+distance from the axis, so flat there: they show the mean of all of them, or what the next one does.
+"""
+
+_workspace, _planar_tips, _hull = once(workspace), once(planar_tips), once(hull)
+
+
+class _Plane:
+    """A plane through the axis, the arm standing or hanging in it: distances from the axis and heights, in mm."""
+
+    def __init__(self, fig: Sheet, arm: Arm) -> None:
+        self.ax: Any = fig.subplots()
+        self.backbone, self._way = shape.backbone(arm), -MM if upside_down(arm) else MM
+        self._outer = _hull(self.backbone)
+        self._pulled = any(arm.gravity) and abs(abs(arm.gravity[2]) - np.linalg.norm(arm.gravity)) < 1e-9
+
+    def placed(self, distances: Array, heights: Array) -> tuple[Array, Array]:
+        """Return distances and heights [m] as they are drawn [mm]."""
+        return MM * distances, self._way * heights
+
+    def outline(self) -> tuple[Array, Array]:
+        """Return the edge of the convex hull of tips on one side."""
+        return self.placed(*self._outer.T)
+
+    def settle(self, fig: Sheet, most: float) -> None:
+        """Set limits and names of the axes, and draw gravity's direction."""
+        wide, heights = MM * self._outer[:, 0].max(), self._way * self._outer[:, 1]
+        edge, beside = 0.06 * wide, 0.12 * wide if self._pulled else 0.0
+        low, high = min(heights.min(), 0.0) - edge, max(heights.max(), 0.0) + edge
+        left = -wide - edge - beside
+        self.ax.set(xlim=(left, wide + edge), ylim=(low, high))
+        self.ax.set_aspect("equal", anchor="N")
+        self.ax.set_xlabel("distance from the axis [mm]")
+        self.ax.set_ylabel("height z [mm]" if self._pulled else "along the base's axis, z [mm]")
+        if self._pulled:
+            top, arrow = high - edge, {"arrowstyle": "-|>,head_width=0.25,head_length=0.5", "linewidth": 1.4}
+            ends = (left + edge, top - 0.5 * wide), (left + edge, top)
+            self.ax.annotate("", *ends, arrowprops=arrow | {"color": TARGET, "shrinkA": 0, "shrinkB": 0})
+            self.ax.annotate("gravity", ends[1], (4, 0), textcoords="offset points", color=TARGET, va="top",
+                             rotation=90)  # fmt: skip
+        trim(fig, most)
 
 
 def slices(fig: Sheet, arm: Arm) -> None:
@@ -30,62 +75,93 @@ def slices(fig: Sheet, arm: Arm) -> None:
 
     Of two sections also the curves at which poses fold or bends are at their limits: the edges are among them.
     """
-    backbone = shape.backbone(arm)
-    found, outer = workspace(backbone, 2 * CELLS, POSES), hull(backbone)
-    wide, low, high = MM * outer[:, 0].max(), *(MM * np.array([outer[:, 1].min(), outer[:, 1].max()]))
-    edge = 0.06 * wide
-    fig.tall(25.4 * (2.0 + 2.7 * (high - low) / wide))
-    ax = fig.subplots()
-    reached = _filled(found, backbone)
-    both = np.concatenate([reached[::-1], reached]).astype(float)
-    distances = MM * np.concatenate([-found.grid.distances[::-1], found.grid.distances])
-    ax.contourf(distances, MM * found.grid.heights, both.T, [0.5, 1.5], colors=["#DCE6F2"])
-    ax.fill([], [], color="#DCE6F2", label="reachable tips")
+    fig.heading("Reachable tips in a plane through the axis, and three poses")
+    plane = _Plane(fig, arm)
+    ax, backbone = plane.ax, plane.backbone
+    _fill(plane, HELD)
+    ax.fill([], [], color=HELD, label="reachable tips")
     for side in (-1, 1):
-        ax.plot(side * MM * outer[:, 0], MM * outer[:, 1], color=BLACK, linewidth=0.8, linestyle="--")
-    ax.plot([], [], color=BLACK, linewidth=0.8, linestyle="--", label="convex hull")
+        distances, heights = plane.outline()
+        ax.plot(side * distances, heights, color=BLACK, linewidth=0.9, linestyle=(0, (4, 2)))
+    ax.plot([], [], color=BLACK, linewidth=0.9, linestyle=(0, (4, 2)), label="convex hull")
     if len(backbone) == 2:
         for curve in folds(backbone):
-            ax.plot(*(MM * curve.T), color=PURPLE, linewidth=0.9)
+            ax.plot(*plane.placed(*curve.T), color=PURPLE, linewidth=0.9)
         ax.plot([], [], color=PURPLE, linewidth=0.9, label="folds and limits")
-    _draw_examples(ax, arm, backbone)
-    ax.set_aspect("equal", anchor="N")
-    ax.set_xlim(-wide - edge, wide + edge)
-    ax.set_ylim(low - edge, high + edge)
-    ax.set_xlabel("distance from the axis, in the plane [mm]")
-    ax.set_ylabel("height z [mm]")
-    fig.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=3)
-    fig.draw_without_rendering()  # axes of equal scales leave room below: cut it off
-    fig.set_size_inches(5.4, fig.get_figheight() - fig.get_tightbbox().y0 + 0.05)
+    _draw_examples(plane, arm)
+    beside = {"loc": "upper left", "bbox_to_anchor": (1.02, 1.0)}
+    ax.legend(**beside if fig.wide else {"loc": "lower left", "bbox_to_anchor": (-0.15, 1.0)})
+    plane.settle(fig, 105 if fig.wide else 135)
 
 
-def _filled(found: Workspace, backbone: Backbone) -> NDArray[np.bool_]:
-    """Return the cells that drawn poses reach, and planar ones, which find the edges."""
-    tips = np.insert(planar_tips(backbone), 1, 0.0, axis=1)
-    reached = found.reached.ravel().copy()
-    reached[found.grid.cell(tips)] = True
-    return reached.reshape(found.grid.shape)
+def _fill(plane: _Plane, colour: Any) -> Any:
+    """Fill what tips reach on both sides of the axis; return what draws it."""
+    heights, distances, both = _reached(plane.backbone, CELLS, POSES)
+    return plane.ax.contourf(*plane.placed(distances, heights), both.T, [0.5, np.inf], colors=[colour])
 
 
-def _draw_examples(ax: Any, arm: Arm, backbone: Backbone) -> None:
+@once
+def _reached(backbone: Backbone, cells: int, poses: int) -> tuple[Array, Array, Array]:
+    """Return heights, distances on both sides [m], and how much of such cells and those around tips reach (1: all).
+
+    Drawn poses reach them, or planar ones, which find the edges.
+    """
+    grid = Grid.over(backbone, 2 * cells)
+    reached = np.zeros(grid.shape, dtype=bool)
+    tips = np.insert(_planar_tips(backbone), 1, 0.0, axis=1)
+    reached.ravel()[grid.cell(tips)] = True
+    coarse = _workspace(backbone, cells, poses)
+    column = np.minimum((grid.distances / coarse.grid.size).astype(int), coarse.grid.shape[0] - 1)
+    row = ((grid.heights - coarse.grid.low) / coarse.grid.size).astype(int)
+    reached |= _inner(coarse.reached)[np.ix_(column, np.clip(row, 0, coarse.grid.shape[1] - 1))]
+    both = _smooth(_smooth(np.concatenate([reached[::-1], reached]).astype(float)))
+    return grid.heights, np.concatenate([-grid.distances[::-1], grid.distances]), both
+
+
+def _smooth(values: Array) -> Array:
+    """Return the means over each cell and its eight neighbours."""
+    padded = np.pad(values, 1)
+    rows = padded[:-2] + padded[1:-1] + padded[2:]
+    return (rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:]) / 9
+
+
+def _inner(reached: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the cells whose neighbours are all reached too; what is beyond the axis or the grid counts as reached."""
+    padded = np.pad(reached, 1, constant_values=False)
+    padded[0] = padded[1]
+    return padded[1:-1, 1:-1] & padded[:-2, 1:-1] & padded[2:, 1:-1] & padded[1:-1, :-2] & padded[1:-1, 2:]
+
+
+def _draw_examples(plane: _Plane, arm: Arm) -> None:
     """Draw three planar arms: straight, bent one way, bent one way and back."""
-    limits = np.array(backbone.limits)
+    limits, ax = np.array(plane.backbone.limits), plane.ax
     signs = np.where(np.arange(len(limits)) % 2, -1.0, 1.0)
     for angles in (0 * limits, 0.6 * limits / np.sqrt(len(limits)), -0.75 * limits * signs):
         bends = np.stack([angles, 0 * angles], axis=-1)
         for number, xi in enumerate(section_places(arm, 40)):
-            line = MM * sections.position(bends, backbone, xi)[:, [0, 2]]
-            ax.plot(*line.T, color=section_hex(number), linewidth=2.2)
-            ax.plot(*line[-1], "o", color=section_hex(number), markersize=3.5)
+            line = np.stack(plane.placed(*sections.position(bends, plane.backbone, xi)[:, [0, 2]].T))
+            ax.plot(*line, color=section_hex(number), linewidth=_WIDTHS[number % 3])
+            ax.plot(*line[:, -1], "o", color=section_hex(number), markersize=4)
     for number in range(len(limits)):
         limit = np.degrees(limits[number])
-        ax.plot([], [], color=section_hex(number), linewidth=2.2, label=f"section {number + 1}, to {limit:.0f}°")
+        ax.plot(
+            [],
+            [],
+            color=section_hex(number),
+            linewidth=_WIDTHS[number % 3],
+            label=f"section {number + 1}, to {limit:.0f}°",
+        )
 
 
 def density(fig: Sheet, arm: Arm) -> None:
     """Draw how much of all poses, drawn evenly from each section's disk of bends, have their tip in a volume."""
-    found = workspace(shape.backbone(arm), CELLS, POSES)
-    _draw_map(fig, found, 0.1 * found.density, "share of poses with their tip there [% per litre]")
+    fig.heading("Share of all poses whose tip is there")
+    backbone = shape.backbone(arm)
+    found = _workspace(backbone, CELLS, POSES)
+    near = found.grid.distances < _BY_THE_AXIS * backbone.length
+    volumes, values = found.grid.volumes[near], 0.1 * found.density
+    values[near] = (values[near] * volumes).sum(axis=0) / volumes.sum()
+    _draw_map(fig, arm, found, values, "share of poses [% per litre]")
 
 
 def dexterity(fig: Sheet, arm: Arm) -> None:
@@ -97,76 +173,37 @@ def dexterity(fig: Sheet, arm: Arm) -> None:
     moves least.
     """
     backbone = shape.backbone(arm)
-    found = workspace(backbone, CELLS if len(backbone) < 3 else CELLS // 2, POSES)
     if len(backbone) < 3:
-        _draw_map(fig, found, MM * found.slowest, "least tip motion, best pose [mm/rad]")
+        fig.heading("How far the best pose moves the tip where it moves it least")
+        found = _workspace(backbone, CELLS, POSES)
+        _draw_map(fig, arm, found, MM * found.slowest, "least tip motion [mm/rad]")
     else:
-        _draw_map(fig, found, 100 * found.directions, "tip directions reached [% of all]")
+        fig.heading("Share of all directions that the tip can have there")
+        found = _workspace(backbone, CELLS // 2, POSES)
+        values = 100 * found.directions
+        beside = int(np.argmax(found.grid.distances > 2 * _BY_THE_AXIS * backbone.length))
+        values[:beside] = np.maximum(values[:beside], values[beside])
+        _draw_map(fig, arm, found, values, "tip directions [% of all]")
 
 
-def _draw_map(fig: Sheet, found: Workspace, values: Array, label: str) -> None:
-    fig.tall(109)
-    ax = fig.subplots()
-    shown = np.where(found.reached, values, np.nan)
-    size = 0.5 * found.grid.size
-    edges = np.append(found.grid.distances - size, found.grid.distances[-1] + size)
-    heights = np.append(found.grid.heights - size, found.grid.heights[-1] + size)
-    top = float(np.nanpercentile(shown, 99.5))
-    mesh = ax.pcolormesh(MM * edges, MM * heights, shown.T, vmin=0, vmax=top, **_LOOK)
-    ax.set_aspect("equal")
-    ax.set_xlabel("distance from the axis [mm]")
-    ax.set_ylabel("height z [mm]")
-    fig.colorbar(mesh, ax=ax, label=label, extend="max")
-
-
-def elbow(fig: Sheet, arm: Arm) -> None:
-    """Draw the poses of two sections that reach one point: some arms, the curve of their elbows, and their bends.
-
-    Raises:
-        InputError: an arm of other than two sections.
-    """
+def _draw_map(fig: Sheet, arm: Arm, found: Workspace, values: Array, label: str) -> None:
+    """Draw values over what is reached, on both sides of the axis; its edge is that of `slices`."""
+    from matplotlib import colormaps
     from matplotlib.ticker import MaxNLocator
 
-    from contarm_sim.kinematics.inverse import family
-
-    backbone = shape.backbone(arm)
-    if len(backbone) != 2:
-        raise InputError("figure", "elbow", "an arm of two sections")
-    target = _seen_from_the_side(backbone)
-    found = family(target, backbone)
-    fig.tall(91)
-    left, right = fig.subfigures(1, 2, width_ratios=[1.25, 1])  # type: ignore[misc]
-    space = left.add_subplot(projection="3d", computed_zorder=False)
-    plain = right.subplots()
-    for curve in found.curve(121):
-        space.plot(*(MM * sections.frames(curve, backbone)[:, 1, :3, 3].T), color=PURPLE, linewidth=1.6)
-        for bends in curve[:: max(len(curve) // 10, 1)]:
-            for number, xi in enumerate(section_places(arm, 30)):
-                space.plot(*(MM * sections.position(bends, backbone, xi).T), color=section_hex(number), alpha=0.55)
-        share = np.linspace(0, 100, len(curve))
-        for number in range(2):
-            angle = np.degrees(np.hypot(*curve[:, number].T))
-            plain.plot(share, angle, color=section_hex(number), label=f"section {number + 1}")
-    space.plot([], [], color=PURPLE, label="elbow's curve")
-    space.plot(*(MM * target), "o", color=BLACK, markersize=5, label="target")
-    for axis in "xyz":
-        getattr(space, f"set_{axis}label")(f"{axis} [mm]")
-    space.set_aspect("equal")
-    space.set_box_aspect(None, zoom=0.86)
-    space.view_init(20, -60)
-    for axis in (space.xaxis, space.yaxis, space.zaxis):
-        axis.set_major_locator(MaxNLocator(4))
-    space.legend(loc="upper left")
-    plain.set_xlabel("along the curve [%]")
-    plain.set_ylabel("bend angle [deg]")
-    plain.set_xlim(0, 100)
-    plain.set_ylim(bottom=0)
-    names = dict(zip(*plain.get_legend_handles_labels()[::-1], strict=True))  # each once
-    plain.legend(names.values(), names.keys())
-
-
-def _seen_from_the_side(backbone: Backbone) -> Array:
-    """Return a place off the axis that many poses reach [m], shape (3,)."""
-    limits = np.array(backbone.limits)
-    bends = np.array([[0.45 * limits[0], 0.0], [0.25 * limits[1], 0.3 * limits[1]]])
-    return sections.position(bends, backbone)
+    plane, size = _Plane(fig, arm), found.grid.size
+    colours = colormaps["viridis"]
+    edge = _fill(plane, colours(0.0))
+    distances = size * np.arange(found.grid.shape[0] + 1, dtype=float)
+    heights = found.grid.heights - 0.5 * size
+    heights = np.append(heights, heights[-1] + size)
+    shown = np.where(found.reached, values, np.nan)
+    shown, distances = np.concatenate([shown[::-1], shown]), np.concatenate([-distances[:0:-1], distances])
+    top = float(np.nanpercentile(shown, 99.5))
+    places = plane.placed(distances, heights)
+    mesh = plane.ax.pcolormesh(*places, shown.T, vmin=0, vmax=top, cmap=colours, rasterized=True)
+    mesh.set_clip_path(edge.get_paths()[0], plane.ax.transData)
+    bar = plane.ax.inset_axes((1.03, 0.0, 0.045, 1.0))
+    marks = np.asarray(MaxNLocator(6).tick_values(0, top))
+    fig.colorbar(mesh, cax=bar, label=label, extend="max", ticks=marks[marks <= top])
+    plane.settle(fig, 105)

@@ -13,6 +13,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import shape
 from contarm_sim.view.live.inputs import slider, value
 from contarm_sim.view.live.session import Session
+from contarm_sim.view.live.words import DRAG
 
 On = Callable[[Any, Callable[[], None]], None]
 """Queues an action for whatever a person does with a control."""
@@ -20,6 +21,9 @@ On = Callable[[Any, Callable[[], None]], None]
 
 class Aims(Protocol):
     """Controls that aim a session's arm."""
+
+    def connect(self, on: On) -> None:
+        """Let what a person does aim the arm."""
 
     def follow(self) -> None:
         """Let the controls say what the session's goal is."""
@@ -31,7 +35,8 @@ class OneSection:
     def __init__(self, gui: Any, session: Session) -> None:
         self._session = session
         with gui.add_folder("Target"):
-            self._bend = _Bend(gui, LARGEST_BEND, "You can also drag the ball on the dome.")
+            gui.add_markdown(DRAG)
+            self._bend = _Bend(gui, LARGEST_BEND)
 
     def connect(self, on: On) -> None:
         """Let what a person does aim the arm."""
@@ -55,9 +60,10 @@ class SeveralSections:
         self._session, arm = session, session.arm
         self.redundancy = Redundancy(arm)
         with gui.add_folder("Target"):
+            gui.add_markdown(DRAG)
             self._taken = gui.add_dropdown(
-                "pulled tip", TAKEN, initial_value=TAKEN[0],
-                hint="Drag the ball. Of all poses that reach it: the one nearest to the pose before, or that with the "
+                "pose taken", TAKEN, initial_value=TAKEN[0],
+                hint="Of all poses that reach the ring: the one nearest to the pose before, or that with the "
                 "least sum of squares of bends.",
             )  # fmt: skip
             self._along: Any = None
@@ -65,14 +71,14 @@ class SeveralSections:
             if len(arm.sections) == 2:
                 self._along = slider(
                     gui, "same tip, other pose [%]", (0, 100), 0.5, 0.0,
-                    hint="Goes along all poses that reach the ball.",
+                    hint="Goes along all poses that reach the ring.",
                 )  # fmt: skip
             else:
                 self._kept = gui.add_dropdown("tip's direction", ("free", "kept"), initial_value="free")
         self._bends = []
         for number, limit in enumerate(self.redundancy.backbone.limits):
             with gui.add_folder(f"Section {number + 1}"):
-                self._bends.append(_Bend(gui, min(limit, LARGEST_BEND), None))
+                self._bends.append(_Bend(gui, min(limit, LARGEST_BEND)))
 
     def connect(self, on: On) -> None:
         """Let what a person does aim the arm."""
@@ -137,9 +143,9 @@ class SeveralSections:
 class _Bend:
     """Sliders of the angle and the plane of one section's bend."""
 
-    def __init__(self, gui: Any, largest: float, hint: str | None) -> None:
+    def __init__(self, gui: Any, largest: float) -> None:
         most = round(float(np.degrees(largest)))
-        self._angle = slider(gui, "bend angle [deg]", (0, most), 0.5, 0.0, hint=hint)
+        self._angle = slider(gui, "bend angle [deg]", (0, most), 0.5, 0.0)
         self._plane = slider(gui, "plane angle [deg]", (-180, 180), 1.0, 0.0, hint="0 is towards +X of the base.")
         self.controls = (self._angle, self._plane)
 

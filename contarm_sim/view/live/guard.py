@@ -28,6 +28,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request
 
 from contarm_sim.errors import GuardError
+from contarm_sim.view.live.dress import dressed
 from contarm_sim.view.live.messages import SAID, Said, Update, understood, worded
 
 _LOOPBACK = re.compile(r"(localhost|127\.0\.0\.1|\[::1\])(:[0-9]{1,5})?", re.IGNORECASE | re.ASCII)
@@ -112,6 +113,8 @@ class _Door:
         if not isinstance(said, Update):
             return True
         control, value = self.controls.get(said.uuid), said.updates.value
+        if getattr(control, "disabled", True):
+            return False
         if isinstance(control, viser.GuiSliderHandle):
             return isinstance(value, float)
         if isinstance(control, viser.GuiDropdownHandle):
@@ -123,7 +126,12 @@ def _answer(page: Callable[..., Any] | None, connection: web.ServerConnection, r
     """Refuse strangers; let viser answer others."""
     if not _from_here(request.headers):
         return connection.respond(HTTPStatus.FORBIDDEN, "This page is for browsers on its own machine.\n")
-    return page(connection, request) if page is not None else None
+    if page is None:
+        return None
+    if "Accept-Encoding" in request.headers:
+        del request.headers["Accept-Encoding"]  # nothing is gained on one machine, and plain text can be dressed
+    response = page(connection, request)
+    return response if response is None else dressed(response)
 
 
 def _from_here(headers: Headers) -> bool:

@@ -17,7 +17,8 @@ from contarm_sim.mechanics.shape import bends_of
 from contarm_sim.mjcf import scene_spec
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.live.session import Session
-from contarm_sim.view.rendering.draw import GHOST, TARGET
+from contarm_sim.view.rendering.draw import TARGET
+from contarm_sim.view.rendering.ghost import GHOST
 from contarm_sim.view.rendering.overlays import add_ball, add_line, placed
 from contarm_sim.view.rendering.window import window
 

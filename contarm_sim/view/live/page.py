@@ -6,16 +6,13 @@ import io
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from contarm_sim.errors import InputError, MissingError
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.view.live.keeping import Keeper
 from contarm_sim.view.live.session import Session
 from contarm_sim.view.live.wishes import Wishes
-
-if TYPE_CHECKING:
-    from contarm_sim.view.live.panel import Panel
-    from contarm_sim.view.live.scene import Scene
 
 HOST = "127.0.0.1"
 PORT = 8080
@@ -39,9 +36,55 @@ def free_port(port: int | None) -> int:
     raise InputError("port", port if port is not None else f"{PORT} to {PORT + _TRIED - 1}", "a port that is free")
 
 
+class Page:
+    """A page that shows a session.
+
+    Attributes:
+        server, scene, panel: of the page.
+        wishes: of the people who look at it.
+    """
+
+    def __init__(self, server: Any, session: Session, keeper: Keeper) -> None:
+        from contarm_sim.view.live.panel import Panel
+        from contarm_sim.view.live.scene import Scene
+
+        self.server, self.wishes = server, Wishes()
+        server.gui.configure_theme(show_logo=False, show_share_button=False)
+        self.scene = Scene(server, session)
+        self.panel = Panel(server, session, self.wishes.put, self.scene.turn, self._show_another, keeper)
+        self._let_drag()
+
+    def _show_another(self) -> None:
+        """Draw another arm."""
+        self.scene.clear()
+        self.scene.build()
+        self._let_drag()
+
+    def _let_drag(self) -> None:
+        self.scene.target.on_drag("left")(self._drag)
+
+    async def _drag(self, event: Any) -> None:
+        if event.phase != "end":
+            self.wishes.put(self._follow, event.client.camera.position, event.end_position)
+        else:
+            self.wishes.put(self._let_go, event.end_position)
+
+    def _follow(self, eye: Array, through: Array) -> None:
+        aims = self.panel.aims
+        if hasattr(aims, "pull"):
+            aims.pull(self.scene.in_base(through))
+        else:
+            self.panel.aim(self.scene.bend_seen(eye, through))
+
+    def _let_go(self, through: Array) -> None:
+        aims = self.panel.aims
+        if hasattr(aims, "let_go"):
+            aims.let_go(self.scene.in_base(through))
+
+
 @contextmanager
-def page(session: Session, port: int | None) -> Iterator[tuple[Any, Scene, Panel, Wishes]]:
-    """Serve a page that shows a session while inside; yields (server, scene, panel, wishes).
+def page(session: Session, port: int | None, keeper: Keeper) -> Iterator[Page]:
+    """Serve a page that shows a session while inside.
 
     Raises:
         MissingError: viser, which makes the page, is not installed.
@@ -52,37 +95,12 @@ def page(session: Session, port: int | None) -> Iterator[tuple[Any, Scene, Panel
         import viser  # noqa: F401
     except ImportError:
         raise MissingError("viser", "view") from None
-    from contarm_sim.view.live.aims import SeveralSections
     from contarm_sim.view.live.guard import open_server
-    from contarm_sim.view.live.panel import Panel
-    from contarm_sim.view.live.scene import Scene
 
-    wishes = Wishes()
     with redirect_stdout(io.StringIO()):  # its banner; stdout is for whoever asked for JSON
         server = open_server(HOST, free_port(port), "contarm_sim")
     try:
-        server.gui.configure_theme(show_logo=False, show_share_button=False)
-        scene = Scene(server, session)
-        panel = Panel(server, session, wishes.put, scene.turn)
-
-        def follow(eye: Array, through: Array) -> None:
-            if isinstance(panel.aims, SeveralSections):
-                panel.aims.pull(scene.in_base(through))
-            else:
-                panel.aim(scene.bend_seen(eye, through))
-
-        def let_go(through: Array) -> None:
-            if isinstance(panel.aims, SeveralSections):
-                panel.aims.let_go(scene.in_base(through))
-
-        async def drag(event: Any) -> None:
-            if event.phase != "end":
-                wishes.put(follow, event.client.camera.position, event.end_position)
-            else:
-                wishes.put(let_go, event.end_position)
-
-        scene.target.on_drag("left")(drag)
-        yield server, scene, panel, wishes
+        yield Page(server, session, keeper)
     finally:
         with redirect_stdout(io.StringIO()):
             server.stop()

@@ -11,14 +11,12 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.muscles import slices
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.colours import muscle_hex
+from contarm_sim.view.colours import ERROR
 from contarm_sim.view.live.session import Reading
 from contarm_sim.view.sections import pressure_limits, section_hex
 
 _SHOWN, _EVERY = 10.0, 0.05
 """Time that the plots show, and between their points [s]."""
-
-_WORDS = ("red", "blue", "amber", "teal", "brown", "pink")
-"""Colours of the muscles of a section, in their order."""
 
 
 class Plots:
@@ -33,22 +31,19 @@ class Plots:
         self._points: deque[tuple[float, ...]] = deque(maxlen=round(_SHOWN / _EVERY))
         self._rows: list[slice] = []
         self._plots: list[Any] = []
-        self._add(gui, "tip error [mm]", {"error": "#7526cc"}, 1.0)
+        self._add(gui, "tip error [mm]", {"tip error": ERROR}, 1.0, 135)
         for group, own in zip(arm.groups, self._groups, strict=True):
-            count = own.stop - own.start
-            muscles = {f"{i + 1}": muscle_hex(i) for i in range(count)}
-            said = ", ".join(f"{i + 1} {_WORDS[i % len(_WORDS)]}" for i in range(count))
-            title = f"section {group.section + 1}: tension [N]" if self._several else f"tension [N]: {said}"
-            self._add(gui, title, muscles, 10.0)
+            muscles = {f"muscle {i + 1}": muscle_hex(i) for i in range(own.stop - own.start)}
+            self._add(
+                gui, f"tension of section {group.section + 1} [N]" if self._several else "tension [N]", muscles, 10.0
+            )
         if not np.isfinite(pressure_limits(arm)).all():  # some muscles that no pressure drives
             return
         if self._several:
-            names = {f"{group.section + 1}": section_hex(group.section) for group in arm.groups}
-            self._add(gui, "pressure needed, by section [kPa]", names, 100.0)
-        else:
-            self._add(gui, "pressure needed [kPa]", {str(i + 1): muscle_hex(i) for i in range(len(muscles))}, 100.0)
+            muscles = {f"section {group.section + 1}": section_hex(group.section) for group in arm.groups}
+        self._add(gui, "highest pressure needed [kPa]" if self._several else "pressure needed [kPa]", muscles, 100.0)
 
-    def _add(self, gui: Any, title: str, lines: dict[str, str], least: float) -> None:
+    def _add(self, gui: Any, title: str, lines: dict[str, str], least: float, height: int = 150) -> None:
         from viser import uplot
 
         series = [uplot.Series(label="t [s]")]
@@ -57,9 +52,10 @@ class Plots:
         self._rows.append(slice(first, first + len(lines)))
         self._plots.append(
             gui.add_uplot(
-                (np.zeros(1),) * len(series), tuple(series), title=title, height=140, padding=(10, 24, 0, 0),
+                (np.zeros(1),) * len(series), tuple(series), title=title, height=height, padding=(10, 24, 0, 0),
                 scales={"x": uplot.Scale(time=False, auto=True), "y": {"range": _from_zero(least)}},
-                legend=uplot.Legend(show=False),
+                axes=(uplot.Axis(label="t [s]", labelSize=16, size=34), uplot.Axis(size=44)),
+                legend=uplot.Legend(show=len(lines) > 1, live=False),
             )
         )  # fmt: skip
 
@@ -76,10 +72,10 @@ class Plots:
             pressures = np.array([pressures[own].max() for own in self._groups])
         self._points.append((reading.time, 1e3 * reading.error, *reading.tensions, *pressures))
 
-    def show(self) -> None:
-        """Draw the points."""
+    def show(self, thinning: int = 1) -> None:
+        """Draw one of so many points; the newest is among them."""
         if self._points:
-            points: Array = np.array(self._points).T
+            points: Array = np.array(self._points)[::-thinning][::-1].T
             for plot, rows in zip(self._plots, self._rows, strict=True):
                 plot.data = (points[0], *points[rows])
 

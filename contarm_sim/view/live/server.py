@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import threading
 import time
 from collections.abc import Callable
 from typing import Any
@@ -10,72 +11,89 @@ from typing import Any
 from contarm_sim.engine.plant import engine_room
 from contarm_sim.errors import DivergenceError, InputError
 from contarm_sim.model.arm import Arm
-from contarm_sim.view.live.page import HOST, page
+from contarm_sim.view.live.keeping import Keeper
+from contarm_sim.view.live.pace import Pace
+from contarm_sim.view.live.page import HOST, Page, page
 from contarm_sim.view.live.session import Session
-from contarm_sim.view.live.wishes import Wishes
 
 _LOG = logging.getLogger(__name__)
-_PICTURES, _PLOTS = 1 / 30, 1 / 8
 _MOST_BEHIND = 0.25
 """Wall-clock time [s] that is made up for; more is given up, and said."""
 
 
 def serve(
-    arm: Arm, controller: str = "servo", port: int | None = None, on_ready: Callable[[str], None] | None = None
+    arm: Arm,
+    controller: str = "servo",
+    port: int | None = None,
+    on_ready: Callable[[str], object] = lambda url: None,
+    say: Callable[[str], object] = lambda news: None,
 ) -> None:
-    """Serve the page until Ctrl-C; `on_ready` is told its address.
+    """Serve the page until Ctrl-C; recordings are drawn to their end.
 
     Any number of browsers may come and go; all show and steer the same arm.
 
     Args:
         port: default the first free one from 8080 on.
+        on_ready: is told the page's address.
+        say: is told what is kept of recordings, and where.
 
     Raises:
         MissingError: viser, which makes the page, is not installed.
         InputError: the port is taken, or an unknown controller.
         GuardError: this viser cannot be kept to this machine.
     """
-    session = Session(arm, controller)
+    session, keeper = Session(arm, controller), Keeper(say)
     try:
-        with page(session, port) as (server, scene, panel, wishes), engine_room():
-            if on_ready is not None:
-                on_ready(f"http://{HOST}:{server.get_port()}")
-            _loop(session, scene, panel, server, wishes)
+        with page(session, port, keeper) as shown, engine_room():
+            on_ready(f"http://{HOST}:{shown.server.get_port()}")
+            threading.Thread(target=shown.scene.learn_shades, daemon=True).start()
+            _loop(session, shown)
     except KeyboardInterrupt:
-        pass
+        recording = session.recording
+        run = None if recording is None else recording.trajectory()
+        if run is not None:
+            keeper.keep(run)
+    finally:
+        keeper.finish()
 
 
-def _loop(session: Session, scene: Any, panel: Any, server: Any, wishes: Wishes) -> None:
+def _loop(session: Session, shown: Page) -> None:
     """Step as much as the clock asks for; send pictures only where somebody looks."""
-    due, before, next_picture, next_plot = 0.0, time.perf_counter(), 0.0, 0.0
-    busy, behind = 0.0, False
+    panel, before = shown.panel, time.perf_counter()
+    due, next_picture, next_curves, pace = 0.0, 0.0, 0.0, Pace(before)
     while True:
-        for wish in wishes.take():
-            try:
-                wish()
-            except InputError as error:
-                session.problem = str(error)
-            except Exception:  # whatever one person asks for, the others' arm goes on
-                _LOG.exception("a wish was given up")
-        now = time.perf_counter()
+        for wish in shown.wishes.take():
+            if _try(session, wish):
+                session.trouble = ""
+        now, lost = time.perf_counter(), 0.0
         due += 0.0 if panel.paused else panel.speed * (now - before)
-        before = now
-        if due > _MOST_BEHIND * panel.speed:
-            due, behind = 0.0, True
+        backlog, before = due / panel.speed, now
+        if backlog > _MOST_BEHIND:
+            due, lost = 0.0, backlog
         while due >= session.period:
             try:
                 session.tick()
             except DivergenceError as error:
-                session.problem = f"{error}; the simulation started again"
-            panel.note()
+                session.trouble = f"{error}; the simulation started again"
+            _try(session, panel.note)
             due -= session.period
-        if now >= next_picture and server.get_clients():
-            scene.show()
-            next_picture = now + _PICTURES
-            if now >= next_plot:
-                panel.show(busy, behind)
-                next_plot, behind = now + _PLOTS, False
-        spent = time.perf_counter() - now
-        rest = max(session.period / panel.speed - spent, 0.002)
-        busy += 0.05 * (spent / (spent + rest) - busy)
-        time.sleep(rest)
+        if now >= next_picture and shown.server.get_clients():
+            shown.scene.show()
+            next_picture = now + pace.picture
+            if now >= next_curves:
+                panel.show(pace.words(), pace.thinning)
+                next_curves = now + pace.curves
+        pace.note(now, backlog, lost)
+        time.sleep(max(session.period / panel.speed - (time.perf_counter() - now), 0.002))
+
+
+def _try(session: Session, action: Callable[[], Any]) -> bool:
+    """Do what somebody asked for, and return whether that could be done; the others' arm goes on in any case."""
+    try:
+        action()
+        return True
+    except InputError as error:
+        session.trouble = str(error)
+    except Exception:
+        _LOG.exception("a wish was given up")
+    return False

@@ -22,6 +22,7 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.motion.simulate import CONTROL_RATE
 from contarm_sim.motion.time_step import stable_substeps
 from contarm_sim.paths.reference import Reference
+from contarm_sim.view.live.recording import Recording
 
 PERIOD = 1 / CONTROL_RATE
 """Simulated time of a control tick of up to three sections [s]; of more it is twice that: a tick costs more time."""
@@ -75,16 +76,37 @@ class Session:
         period: simulated time of a tick [s].
         goal: bend asked for [rad], shape (2 S,) of S sections.
         problem: why the goal is not followed, or "".
+        trouble: what else went wrong, or "", for whoever shows it to say and to forget.
         reading: of the last tick.
+        recording: takes a sample of every tick, or None; `change`, `reset` and `restart` end it.
     """
 
     def __init__(self, arm: Arm, controller: str = "servo") -> None:
         self._feedback: Feedback | None = None
+        self.recording: Recording | None = None
+        self.trouble = ""
         self._start(arm, controller)
         self.reset()
 
+    def restart(self, arm: Arm) -> None:
+        """Take another arm, straight and still at time 0; with length servos if the controller does not suit it.
+
+        Raises:
+            InputError: an arm that no time step suits; nothing is changed.
+        """
+        try:
+            self._start(arm, self.controller)
+        except InputError:
+            self._start(arm, "servo")
+        self.reset()
+
+    def record(self) -> None:
+        """Begin to record."""
+        self.recording = Recording(self.plant, self._driver.about(), self.period)
+
     def reset(self) -> None:
         """Stand straight and still, at time 0, and stay so."""
+        self._end_recording()
         size = 2 * len(self.arm.sections)
         self.goal, self.problem = np.zeros(size), ""
         self._ahead, self._speed, self._feedback = np.zeros((3, size)), np.zeros(size), None
@@ -109,6 +131,7 @@ class Session:
         arm, controller = arm or self.arm, controller or self.controller
         if _joints(arm) != _joints(self.arm):
             raise InputError("links", arm.links, "the same joints as before: start again for others")
+        self._end_recording()
         before, same = self.plant, controller == self.controller
         self._start(arm, controller)
         for name in ("qpos", "qvel", "time"):
@@ -129,6 +152,11 @@ class Session:
         self._substeps = stable_substeps(plant, 1 / self.period, np.empty((0, 2)))
         plant.model.opt.timestep = self.period / self._substeps
         self.plant, self.arm, self.controller, self._driver = plant, arm, controller, driver
+
+    def _end_recording(self) -> None:
+        """A recording is of one arm, one controller, and one motion."""
+        if self.recording is not None:
+            self.recording.ended = True
 
     def _takes_over(self, before: Plant) -> Array:
         """Return set-points with which the arm is bent as by the plant before, whose controls were of another kind."""
@@ -167,6 +195,8 @@ class Session:
             control[:] = self._sent + i / self._substeps * (end - self._sent)
             mujoco.mj_step(model, data)
             if i == 0:
+                if self.recording is not None:
+                    self.recording.take(self._ahead[0], self._sent)
                 self.reading = self._read()
                 if plan is not None:
                     self._correct()

@@ -1,13 +1,19 @@
-"""Where the picture is taken from: fixed cameras of the scene, one that circles it, one that follows the tip."""
+"""Where the picture is taken from: at the angles of the scene's cameras, circling once, or following the tip."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics import shape
+from contarm_sim.model.arm import Arm
+from contarm_sim.view.sections import section_places
+
+if TYPE_CHECKING:
+    from contarm_sim.results.trajectory import Trajectory
 
 FIXED = ("front", "side", "top")
 MOVING = ("orbit", "tip")
@@ -17,8 +23,11 @@ _ELEVATION = 14.0
 _AZIMUTH = 118.0
 """Of the moving cameras [deg]: the circle starts where `front` stands."""
 
-_CLOSE = 0.9
+_CLOSE = 1.1
 """Distance of the camera that follows the tip, in lengths of the arm."""
+
+_MOMENTS, _AROUND = 60, 24
+"""How many moments of a run, and how many places of the circle, cameras are placed by."""
 
 
 def check_camera(name: str) -> str:
@@ -32,28 +41,84 @@ def check_camera(name: str) -> str:
     return name
 
 
-def eye(model: Any, name: str, tip: Array, share: float, length: float) -> Any:
-    """Return what the engine's renderer takes for a camera: a name, or a free camera posed for this frame.
+def extent(*runs: Trajectory) -> Array:
+    """Return points of the base frame about which all of some runs happens [m], shape (T, 3)."""
+    points = []
+    for run in runs:
+        some = np.unique(np.linspace(0, len(run) - 1, _MOMENTS).round().astype(int))
+        arcs = [shape.position(bend, run.arm, xi) for bend in run.bend[some] for xi in section_places(run.arm, 4)]
+        points += [run.stations[some].reshape(-1, 3), run.target, *arcs]
+    return np.vstack(points)
+
+
+class Camera:
+    """One camera, so placed that it shows points of the world, and the mount.
+
+    `cut_away` says that the mount stands between it and a hanging arm.
 
     Args:
-        tip: of the drawn arm, in the world [m], shape (3,).
-        share: of the film that has passed, 0 to 1: one turn of the circle.
-        length: of the arm [m].
+        name: front, side, top, orbit (one turn a film) or tip.
+        seen: points of the world [m], shape (T, 3); None: all that the arm can touch.
+        frame: the picture, an `mjcf.framing.Frame`.
     """
-    if name in FIXED:
-        return name
-    import mujoco
 
-    camera = mujoco.MjvCamera()
-    camera.type = mujoco.mjtCamera.mjCAMERA_FREE
-    camera.elevation = -_ELEVATION
-    if name == "orbit":
-        front = model.cam_pos[model.camera("front").id]
-        camera.lookat[:] = model.stat.center
-        camera.distance = float(np.linalg.norm(front - model.stat.center))
-        camera.azimuth = _AZIMUTH + 360.0 * share
-    else:
-        camera.lookat[:] = tip
-        camera.distance = _CLOSE * length
-        camera.azimuth = _AZIMUTH
-    return camera
+    def __init__(self, name: str, arm: Arm, seen: Array | None, frame: Any) -> None:
+        import mujoco
+
+        from contarm_sim.mjcf.framing import axes, place
+        from contarm_sim.mjcf.scene import CAMERAS as ANGLES
+        from contarm_sim.mjcf.scene import base_position, base_rotation, workspace
+
+        self.name, self._length = check_camera(name), arm.length
+        self._eye = mujoco.MjvCamera()
+        self._eye.type = mujoco.mjtCamera.mjCAMERA_FREE
+        base, along = base_position(arm), base_rotation(arm)[:, 2]
+        self.cut_away = name == "top" and along[2] < -0.1
+        radius = 0.0 if seen is None else 1.3 * arm.disk_radius
+        if seen is None:
+            seen = workspace(arm)
+        elif along[2] > 0.1:
+            seen = np.vstack([seen, base, [base[0], base[1], 0.0]])
+        else:
+            seen = np.vstack([seen, base - 0.1 * arm.length * along])
+        if name in FIXED:
+            azimuth, elevation = ANGLES[name]
+            self._look_from(place(seen, radius, axes(azimuth, elevation), frame), azimuth, elevation, seen.mean(axis=0))
+        elif name == "orbit":
+            middle = 0.5 * (seen.min(axis=0) + seen.max(axis=0))
+            turns = [axes(start, _ELEVATION) for start in np.linspace(0, 360, _AROUND, endpoint=False)]
+            flat = np.vstack([(seen - middle) @ turn.T for turn in turns])
+            self._middle, (_, self._rise, self._eye.distance) = middle, place(flat, radius, np.eye(3), frame)
+            self._eye.elevation = -_ELEVATION
+        else:
+            self._eye.elevation, self._eye.distance = -_ELEVATION, _CLOSE * arm.length
+
+    def _look_from(self, eye: Array, azimuth: float, elevation: float, near: Array) -> None:
+        """Stand at a point [m] and look at what is as far away as another point."""
+        from contarm_sim.mjcf.framing import axes
+
+        back = axes(azimuth, elevation)[2]
+        self._eye.distance = float((eye - near) @ back)
+        self._eye.lookat[:] = eye - self._eye.distance * back
+        self._eye.azimuth, self._eye.elevation = azimuth + 180.0, -elevation
+
+    def at(self, tip: Array, share: float) -> Any:
+        """Return what the engine's renderer takes for a camera, when the tip is at a point of the world [m].
+
+        Args:
+            share: of the film that has passed, 0 to 1.
+        """
+        from contarm_sim.mjcf.framing import axes
+
+        if self.name == "orbit":
+            self._eye.azimuth = _AZIMUTH + 360.0 * share
+            up = axes(self._eye.azimuth - 180.0, _ELEVATION)[1]
+            self._eye.lookat[:] = self._middle + self._rise * up
+        elif self.name == "tip":
+            self._eye.lookat[:], self._eye.azimuth = tip, _AZIMUTH
+        return self._eye
+
+    @property
+    def reach(self) -> float:
+        """How far away what it shows can be, floor and shadow among it [m]."""
+        return float(self._eye.distance) + 2.6 * self._length

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,10 @@ from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
-from contarm_sim.view.rendering.cameras import check_camera, eye
+from contarm_sim.view.colours import TARGET as ASKED
+from contarm_sim.view.colours import error_colours, rgb
+from contarm_sim.view.rendering.alpha import clear_away, cut_out
+from contarm_sim.view.rendering.cameras import Camera, check_camera
 from contarm_sim.view.rendering.context import open_renderer
 from contarm_sim.view.rendering.gl import choose_backend
 from contarm_sim.view.rendering.muscles import Muscles
@@ -22,30 +26,30 @@ from contarm_sim.view.rendering.overlays import (
     Colour,
     add_ball,
     add_line,
-    add_ring,
     add_triad,
-    add_tube,
     placed,
     thin,
 )
-from contarm_sim.view.sections import section_colour, section_places, tube_radii
+from contarm_sim.view.rendering.tubes import hidden
+from contarm_sim.view.sections import section_colour
 
 if TYPE_CHECKING:
+    from contarm_sim.mjcf.framing import Frame
     from contarm_sim.results.trajectory import Trajectory
 
 Pixels = NDArray[np.uint8]
-Quality = Literal["draft", "final"]
-QUALITIES: tuple[Quality, ...] = get_args(Quality)
 
-PATH: Colour = (0.30, 0.33, 0.40, 1.0)
-TRACE: Colour = (0.00, 0.78, 0.45, 1.0)
-TARGET: Colour = (0.46, 0.16, 0.80, 1.0)
-GHOST: Colour = (0.46, 0.16, 0.80, 0.40)
-RING: Colour = (0.46, 0.16, 0.80, 0.85)
+PATH: Colour = (*rgb(ASKED), 1.0)
+TARGET: Colour = PATH
+"""The planned path of the tip, and the target of a moment."""
 
-_NARROWEST = 1.4
-_GHOST_SEGMENTS, _LEAST_SEGMENTS = 24, 12
-"""Pieces that the ghost of an arm is made of, and of each section at least."""
+_PALER = 0.6
+
+_NEAREST = 0.05
+"""Distance before which nothing is drawn, in extents of the model: what lies on the floor needs exact depths."""
+
+_SAMPLES, _SLICES, _STACKS = 4, 28, 12
+"""Samples a pixel, and roundness of what the engine draws."""
 
 
 @dataclass(frozen=True)
@@ -77,32 +81,56 @@ class ArmRenderer:
         arm: its parameters.
         width, height: size of the picture [pixels].
         camera: front, side, top, orbit (one turn a film) or tip (follows it).
-        quality: `draft` for speed, `final` for smooth edges and sharp shadows.
+        seen: points of the base frame that the camera shows [m], shape (T, 3), such as `cameras.extent` of what is
+            filmed; default all that the arm can touch.
+        frame: what covers the picture, whose aspect does not count.
+        transparent: neither floor nor sky nor shadow; pictures have red, green, blue and opacity, shape (h, w, 4).
 
     Raises:
-        InputError: an unknown camera or quality, or a size that is no positive whole number.
+        InputError: an unknown camera, or a size that is no positive whole number.
         RenderingError: no GL library draws here, or none so large a picture.
     """
 
     def __init__(
-        self, arm: Arm, width: int = 1280, height: int = 720, camera: str = "front", quality: Quality = "draft"
-    ) -> None:
+        self, arm: Arm, width: int = 1280, height: int = 720, camera: str = "front", seen: Array | None = None,
+        frame: Frame | None = None, transparent: bool = False,
+    ) -> None:  # fmt: skip
         check_size(width, height)
-        if quality not in QUALITIES:
-            raise InputError("quality", repr(quality), ", ".join(QUALITIES))
+        check_camera(camera)
         choose_backend()
         import mujoco
 
         from contarm_sim.engine.index import ArmIndex
         from contarm_sim.mjcf import scene_spec
+        from contarm_sim.mjcf.framing import FOVY, Frame
+        from contarm_sim.mjcf.scene import CLEAR, base_position, base_rotation
+        from contarm_sim.view.rendering.backbone import Backbone
+        from contarm_sim.view.rendering.floor import Floor
+        from contarm_sim.view.rendering.ghost import Ghost
 
         self.arm = arm
-        self._model = _told_apart(scene_spec(arm), arm).compile()
-        self._camera = check_camera(camera)
-        _set_quality(self._model, quality)
-        _fit(self._model, width, height)
-        self._muscles, self._index = Muscles(self._model, arm), ArmIndex.of(self._model, arm)
-        self._data = mujoco.MjData(self._model)
+        spec = _told_apart(scene_spec(arm), arm)
+        self._floor, self._ghost = Floor(spec, arm), Ghost(spec, arm)
+        self._backbone, self._muscles = Backbone(spec, arm), Muscles(spec, arm)
+        world = None if seen is None else base_position(arm) + seen @ base_rotation(arm).T
+        self._camera = Camera(camera, arm, world, replace(frame or Frame(), aspect=width / height))
+        if self._camera.cut_away:
+            for part in ("flange", "mount", "elbow", "column"):
+                hidden(spec.geom(part))
+        _set_quality(spec)
+        spec.visual.global_.offwidth, spec.visual.global_.offheight, spec.visual.global_.fovy = width, height, FOVY
+        spec.visual.map.znear = _NEAREST
+        far = self._camera.reach / (CLEAR * spec.stat.extent)
+        spec.visual.map.zfar = max(spec.visual.map.zfar, math.ceil(far))
+        self._model = spec.compile()
+        self._transparent = transparent
+        if transparent:
+            clear_away(self._model)
+        self._index, self._data = ArmIndex.of(self._model, arm), mujoco.MjData(self._model)
+        self._floor.compiled(self._model)
+        self._ghost.compiled(self._model)
+        self._backbone.compiled(self._model, self._index)
+        self._muscles.compiled(self._model, self._index)
         self._renderer = open_renderer(self._model, width, height)
 
     def __enter__(self) -> ArmRenderer:
@@ -117,25 +145,27 @@ class ArmRenderer:
         Args:
             largest: tip error [m] that the trace shows as the worst; default the largest of the samples.
         """
-        self._pose(samples.qpos[index])
-        self._muscles.show(samples.muscle_tensions[index] / max(samples.muscle_tensions.max(), 1e-9))
-        self._look(index / max(len(samples) - 1, 1))
-        scene, pixel = self._renderer.scene, self._renderer.height / 720
+        tension = samples.muscle_tensions[index] / max(samples.muscle_tensions.max(), 1e-9)
+        self._show(samples.qpos[index], tension, index / max(len(samples) - 1, 1))
+        scene = self._renderer.scene
         if overlays.path:
-            add_line(scene, thin(self.to_world(samples.target)), 1.6 * pixel, PATH)
+            add_line(scene, thin(self.to_world(samples.target)), self._pixels(1.6), PATH)
         if overlays.trace:
             stride = -(-len(samples) // MAX_SEGMENTS)  # the same for all of a film, so that the line does not crawl
             tips = np.vstack([samples.stations[:index:stride, -1], samples.stations[index, -1]])
             error = samples.tip_error
-            tints = trace_colours(error[:index:stride], float(error.max()) if largest is None else largest)
-            add_line(scene, self.to_world(tips), 3.2 * pixel, TRACE, tints)
+            tints = error_colours(error[:index:stride], float(error.max()) if largest is None else largest)
+            add_line(scene, self.to_world(tips), self._pixels(3.2), PATH, tints)
         if overlays.target:
             add_ball(scene, self.to_world(samples.target[index]), 0.02 * self.arm.length, TARGET)
         if overlays.ghost:
-            self._add_ghost(samples.bend[index])
+            base = self._data.body("base")
+            self._ghost.show(self._renderer, base, samples.bend[index], samples.stations[index], self._pixels(1.0))
+        else:
+            self._ghost.hide(scene)
         if overlays.frames:
-            self._add_frames(1.6 * pixel)
-        return self._renderer.render()
+            self._add_frames(self._pixels(1.6))
+        return self._shot()
 
     def pose(self, qpos: Array, target: Array | None = None, share: float = 0.0) -> Pixels:
         """Draw the arm with joint angles [rad], shape (dofs,), and a ball at a target [m], if there is one.
@@ -143,12 +173,17 @@ class ArmRenderer:
         Args:
             share: of its turn that the camera `orbit` has made.
         """
-        self._pose(qpos)
-        self._muscles.show(np.ones(self._index.zero.size))
-        self._look(share)
+        self._show(qpos, np.ones(self._index.zero.size), share)
+        self._ghost.hide(self._renderer.scene)
         if target is not None:
             add_ball(self._renderer.scene, self.to_world(target), 0.02 * self.arm.length, TARGET)
-        return self._renderer.render()
+        return self._shot()
+
+    def stations(self, qpos: Array) -> Array:
+        """Return the stations of the arm with joint angles [rad], shape (dofs,), in the base frame [m], (T, 3)."""
+        self._pose(qpos)
+        base = self._data.body("base")
+        return np.asarray((self._data.xpos[self._index.stations] - base.xpos) @ base.xmat.reshape(3, 3))
 
     def bent(self, bend: Array) -> Array:
         """Return the joint angles [rad], shape (dofs,), of the arm with every joint of a section bent alike.
@@ -172,22 +207,35 @@ class ArmRenderer:
         """Return the width of a line [pixels] that is so wide in a picture of 720 rows."""
         return width * self._renderer.height / 720
 
-    @property
-    def _base_rotation(self) -> Array:
-        return self._data.body("base").xmat.reshape(3, 3)
+    def _shot(self) -> Pixels:
+        """Draw what is gathered."""
+        return cut_out(self._renderer) if self._transparent else self._renderer.render()
 
     def _pose(self, qpos: Array) -> None:
-        """Place every body, camera, light and muscle; no step is simulated."""
+        """Place every body, light and muscle; no step is simulated."""
         import mujoco
 
         self._data.qpos[:] = qpos
         for update in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_camlight, mujoco.mj_tendon):
             update(self._model, self._data)
 
-    def _look(self, share: float) -> None:
-        """Gather what the camera sees, `share` of the film having passed."""
-        tip = self._data.body("tip").xpos
-        self._renderer.update_scene(self._data, eye(self._model, self._camera, tip, share, self.arm.length))
+    def _show(self, qpos: Array, tension: Array, share: float) -> None:
+        """Pose the arm, and gather what the camera sees of it and of the floor.
+
+        Args:
+            tension: of each muscle, over the largest.
+            share: of the film that has passed.
+        """
+        from contarm_sim.mjcf.backbone import payload_radius
+
+        self._pose(qpos)
+        self._muscles.look(tension, self._data)
+        self._renderer.update_scene(self._data, self._camera.at(self._data.body("tip").xpos, share))
+        self._backbone.place(self._renderer.scene, self._data)
+        self._muscles.place(self._renderer.scene, self._data)
+        if not self._transparent:
+            self._floor.shade(self._renderer, self._data.xpos[self._index.stations], payload_radius(self.arm))
+            self._floor.add_lines(self._renderer.scene, self._pixels(1.0))
 
     def _add_frames(self, width: float) -> None:
         """Draw the axes of base and tip."""
@@ -195,29 +243,13 @@ class ArmRenderer:
             body = self._data.body(name)
             add_triad(self._renderer.scene, body.xpos, body.xmat.reshape(3, 3), 0.14 * self.arm.length, width)
 
-    def _add_ghost(self, bend: Array) -> None:
-        """Draw the analytic arcs as a glass tube about the arm."""
-        arm, pieces = self.arm, max(_GHOST_SEGMENTS // len(self.arm.sections), _LEAST_SEGMENTS)
-        for number, (xi, inside) in enumerate(zip(section_places(arm, pieces), tube_radii(arm), strict=True)):
-            points = self.to_world(shape.position(bend, arm, xi))
-            frames = self._base_rotation @ shape.rotation(bend, arm, xi)
-            add_tube(self._renderer.scene, points, frames, 1.25 * inside, GHOST)
-            if number < len(arm.sections) - 1:
-                add_ring(self._renderer.scene, points[-1], frames[-1], 1.25 * inside, self._pixels(2.0), RING)
-
-
-def trace_colours(error: Array, largest: float) -> Array:
-    """Return colours, shape (K, 3), of errors, shape (K,): green for none, over amber to red for the largest."""
-    share = np.clip(error / max(largest, 1e-12), 0, 1)[:, None]
-    good, middling, bad = (np.array(c) for c in (TRACE[:3], (0.95, 0.66, 0.10), (0.86, 0.12, 0.12)))
-    return np.where(share < 0.5, good + 2 * share * (middling - good), middling + (2 * share - 1) * (bad - middling))
-
 
 def still(arm: Arm, bend: Array, path: Path, width: int = 1280, height: int = 720, camera: str = "front") -> None:
     """Write a picture (.png) of the arm, every joint of a section bent alike; `bend` [rad], shape (2 S,)."""
     from PIL import Image
 
-    with ArmRenderer(arm, width, height, camera, "final") as renderer:
+    seen = shape.position(bend, arm, np.linspace(0, 1, 25))
+    with ArmRenderer(arm, width, height, camera, seen) as renderer:
         Image.fromarray(renderer.pose(renderer.bent(bend))).save(path, optimize=True)
 
 
@@ -232,14 +264,21 @@ def check_size(width: int, height: int) -> None:
             raise InputError(name, value, "a positive whole number [pixels]")
 
 
+def disk_colour(number: int) -> Array:
+    """Return red, green and blue of the disks of a section, numbered from 0: its colour, lighter."""
+    return _PALER * np.array(section_colour(number)) + (1 - _PALER)
+
+
 def _told_apart(spec: Any, arm: Arm) -> Any:
-    """Give the disks of each section but the first a colour of their own; return the spec."""
+    """Give the disks of each section a colour of their own where there are several; return the spec."""
     from contarm_sim.mjcf import names
 
+    if len(arm.sections) == 1:
+        return spec
     stations, starts = names.stations(arm), names.section_stations(arm)
-    for number in range(1, len(arm.sections)):
+    for number in range(len(arm.sections)):
         look = f"{names.of_section(arm, number)}disk"
-        spec.add_material(name=look, rgba=[*section_colour(number), 1.0], specular=0.3, shininess=0.4)
+        spec.add_material(name=look, rgba=[*disk_colour(number), 1.0], specular=0.3, shininess=0.4)
         for station in stations[starts[number] + 1 : starts[number + 1] + 1]:
             for part in ("disk", "guide"):
                 geom = spec.geom(f"{station}_{part}")
@@ -248,18 +287,7 @@ def _told_apart(spec: Any, arm: Arm) -> Any:
     return spec
 
 
-def _set_quality(model: Any, quality: Quality) -> None:
-    """Set samples a pixel, shadow size and roundness: together they decide the time of a frame in software GL."""
-    sight = model.vis.quality
-    if quality == "draft":
-        sight.offsamples, sight.shadowsize, sight.numslices, sight.numstacks = 0, 1024, 16, 6
-    else:
-        sight.offsamples, sight.shadowsize, sight.numslices, sight.numstacks = 4, 4096, 32, 14
-
-
-def _fit(model: Any, width: int, height: int) -> None:
-    """Make room for the picture, and show as much to the left and right in a narrow one as in a wide one."""
-    model.vis.global_.offwidth, model.vis.global_.offheight = width, height
-    narrow = max(1.0, _NARROWEST * height / width)
-    model.cam_fovy[:] = np.degrees(2 * np.arctan(narrow * np.tan(np.radians(0.5 * model.cam_fovy))))
-    model.vis.global_.fovy = model.cam_fovy[0]
+def _set_quality(spec: Any) -> None:
+    """Set samples a pixel and roundness: together with the floor they decide the time of a frame in software GL."""
+    sight = spec.visual.quality
+    sight.offsamples, sight.numslices, sight.numstacks = _SAMPLES, _SLICES, _STACKS

@@ -19,7 +19,7 @@ def show(
     """Show a trajectory as a film in the notebook that runs this, in a player with controls.
 
     Args:
-        look: size [pixels], camera, quality; default 640 x 360, seen from the front.
+        look: size [pixels], camera; default 640 x 360, seen from the front.
         fps: frames per second.
         speed: simulated over shown time.
         on_frame: called with the number of frames drawn and their total, for progress.

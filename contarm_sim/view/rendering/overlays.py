@@ -1,4 +1,4 @@
-"""What is drawn over the model: lines, balls and glass tubes, which exist in the picture only and cast no shadow."""
+"""What is drawn over the model: lines and balls, which exist in the picture only and cast no shadow."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ Colour = tuple[float, float, float, float]
 MAX_SEGMENTS = 200
 """Segments that a line is drawn with at most: more cost time and show nothing."""
 
-TUBE_SIDES = 18
-CLEAR = 0.06
-"""Opacity of a tube where it faces the camera, as a fraction of that at its outline."""
+_RING_SIDES = 36
+
+_FIRST = 1e4
+"""What lines say is their second size, which they have not: the engine draws glass by distance less largest size."""
 
 _ORIGIN, _UPRIGHT, _UNIT = np.zeros(3), np.eye(3).ravel(), np.ones(3)
 
@@ -35,11 +36,13 @@ def placed(body: Any, points: Array) -> Array:
     return body.xpos + points @ body.xmat.reshape(3, 3).T
 
 
-def add_line(scene: Any, points: Array, width: float, colour: Colour, colours: Array | None = None) -> None:
+def add_line(
+    scene: Any, points: Array, width: float, colour: Colour, colours: Array | None = None, rank: int = 0
+) -> None:
     """Draw a line through points of the world [m], shape (T, 3), `width` pixels wide: a fifth of a capsule's time.
 
-    Given `colours`, shape (T - 1, 3), each segment has its own. An opaque line would be drawn once more, brighter, for
-    the light that casts shadows.
+    Given `colours`, shape (T - 1, 3), each segment has its own. Lines of a higher rank cover those of a lower one, and
+    all other glass. None is opaque: it would come before all that is not.
     """
     import mujoco
 
@@ -48,6 +51,7 @@ def add_line(scene: Any, points: Array, width: float, colour: Colour, colours: A
         tint = colour[:3] if colours is None else colours[i]
         geom = _add(scene, kind, _UNIT, _ORIGIN, _UPRIGHT, (*tint, min(colour[3], 0.98)))
         mujoco.mjv_connector(geom, kind, width, start, end)
+        geom.size[1] = _FIRST + rank
 
 
 def add_triad(scene: Any, origin: Array, frame: Array, size: float, width: float) -> None:
@@ -65,39 +69,9 @@ def add_ball(scene: Any, centre: Array, radius: float, colour: Colour) -> None:
 
 def add_ring(scene: Any, centre: Array, frame: Array, radius: float, width: float, colour: Colour) -> None:
     """Draw a circle of a radius [m] about a point of the world [m], around the z axis of its frame, shape (3, 3)."""
-    turn = np.linspace(0.0, 2 * np.pi, TUBE_SIDES + 1)
-    rim = radius * np.stack([np.cos(turn), np.sin(turn), np.zeros(TUBE_SIDES + 1)], axis=1)
+    turn = np.linspace(0.0, 2 * np.pi, _RING_SIDES + 1)
+    rim = radius * np.stack([np.cos(turn), np.sin(turn), np.zeros(_RING_SIDES + 1)], axis=1)
     add_line(scene, centre + rim @ frame.T, width, colour)
-
-
-def add_tube(scene: Any, points: Array, frames: Array, radius: float, colour: Colour) -> None:
-    """Draw a glass tube along points of the world [m], shape (T, 3), each with its frame, shape (T, 3, 3).
-
-    It is clear in the middle and takes its colour towards its outline, so that what is inside stays visible. Only the
-    side that faces the camera is drawn, as triangles: see-through cylinders would show each other's lids.
-    """
-    import mujoco
-
-    turn = np.linspace(0.0, 2 * np.pi, TUBE_SIDES, endpoint=False)
-    outward = np.stack([np.cos(turn), np.sin(turn), np.zeros(TUBE_SIDES)], axis=1) @ frames.swapaxes(1, 2)
-    rim = points[:, None] + radius * outward
-    a, b, c, d = (_flat(edge) for edge in (rim[:-1], np.roll(rim, -1, 1)[:-1], rim[1:], np.roll(rim, -1, 1)[1:]))
-    normal = _unit(np.cross(b - a, c - a))
-    facing = np.sum(normal * _unit(np.mean([eye.pos for eye in scene.camera], axis=0) - 0.25 * (a + b + c + d)), axis=1)
-    opacity = colour[3] * (CLEAR + (1 - CLEAR) * (1 - facing) ** 2)
-    for corner, one, other in ((a, b - a, c - a), (d, c - d, b - d)):
-        sides = np.stack([one, other, normal], axis=2).reshape(-1, 9)
-        for i in np.flatnonzero(facing > 0):
-            tint = (*colour[:3], opacity[i])
-            _add(scene, mujoco.mjtGeom.mjGEOM_TRIANGLE, _UNIT, corner[i], sides[i], tint)
-
-
-def _flat(points: Array) -> Array:
-    return points.reshape(-1, 3)
-
-
-def _unit(vectors: Array) -> Array:
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
 def _add(scene: Any, kind: int, size: Array, centre: Array, matrix: Array, colour: Colour) -> Any:

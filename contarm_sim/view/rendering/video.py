@@ -1,4 +1,4 @@
-"""A simulation as a film: H.264 in MP4, an animated GIF or WebP; or one picture of it."""
+"""A simulation as a film (H.264, ProRes, VP9, GIF or WebP), as a folder of pictures, or one picture of it."""
 
 from __future__ import annotations
 
@@ -14,13 +14,16 @@ import numpy as np
 from contarm_sim.errors import InputError
 from contarm_sim.files import appearing
 from contarm_sim.view.rendering.draw import Pixels, check_size
-from contarm_sim.view.rendering.encode import encoder, encoding
+from contarm_sim.view.rendering.encode import CODECS, encoder, encoding
 from contarm_sim.view.rendering.film import Look, Progress, film, film_beside, frame_indices
 
 if TYPE_CHECKING:
     from contarm_sim.results.trajectory import Trajectory
 
 _PALETTE_FRAMES = 8
+
+_QUICK = 3
+"""How hard pictures of a sequence are pressed, of 9."""
 
 
 @dataclass(frozen=True)
@@ -31,9 +34,10 @@ class Shot:
         samples: a run.
         beside: another run to show on the right of it.
         names: of the two, for their captions.
+        notes: what is said of each whole run where there are two; of one, `look.note`.
         fps: frames per second; each shows the sample nearest to its time.
         speed: simulated over shown time.
-        look: size [pixels], camera, quality, plots.
+        look: size [pixels], camera, plots.
     """
 
     samples: Trajectory
@@ -42,16 +46,17 @@ class Shot:
     speed: float = 1.0
     beside: Trajectory | None = None
     names: tuple[str, str] = ("", "")
+    notes: tuple[str, str] = ("", "")
 
     def frames(self, on_frame: Progress | None = None, some: int | None = None) -> Generator[Pixels, None, None]:
         """Draw all frames one after the other, or `some` of them, evenly picked."""
         indices = frame_indices(self.samples, self.fps, self.speed)
         step = 1 if some is None else -(-len(indices) // some)
         if self.beside is None:
-            return film(self.samples, indices[::step], self.look, on_frame)
+            return film(self.samples, indices[::step], self.look, on_frame, None, self.speed)
         others = frame_indices(self.beside, self.fps, self.speed)
         one, other = (self.samples, indices[::step]), (self.beside, others[::step])
-        return film_beside(one, other, self.look, on_frame, self.names)
+        return film_beside(one, other, self.look, on_frame, self.names, self.notes, self.speed)
 
     @property
     def count(self) -> int:
@@ -70,7 +75,7 @@ class Shot:
 
 
 def write_video(shot: Shot, path: Path, on_frame: Progress | None = None) -> None:
-    """Write a video (.mp4, H.264); the file appears when it is complete.
+    """Write a video: .mp4 (H.264), .mov (ProRes 4444) or .webm (VP9); the file appears when it is complete.
 
     Args:
         path: the file, in an existing folder.
@@ -80,19 +85,36 @@ def write_video(shot: Shot, path: Path, on_frame: Progress | None = None) -> Non
         InputError: a value that cannot be used.
         RenderingError: no GL library draws here, or there is no working encoder.
     """
-    path = _checked(path, ".mp4")
-    width, height = shot.checked().look.width, shot.look.height
-    for name, value in (("width", width), ("height", height)):
+    path = _checked(path, *CODECS)
+    look, codec = shot.checked().look, CODECS[path.suffix]
+    if look.transparent and codec.clear is None:
+        clear = ", ".join(suffix for suffix, each in CODECS.items() if each.clear)
+        raise InputError("path", path, f"a kind of file that may be transparent: {clear}, .webp or pictures")
+    for name, value in (("width", look.width), ("height", look.height)):
         if value % 2:
-            raise InputError(name, value, "an even number [pixels]: H.264 halves the colours' resolution")
-    program = encoder()
+            raise InputError(name, value, "an even number [pixels]: videos halve the colours' resolution")
+    program = encoder(codec.name)
     with (
         appearing(path) as temporary,
         closing(shot.frames(on_frame)) as images,
-        encoding(program, temporary, (height, width), shot.fps) as add,
+        encoding(program, temporary, (look.height, look.width), shot.fps, look.transparent) as add,
     ):
         for image in images:
             add(image)
+
+
+def write_pictures(shot: Shot, folder: Path, on_frame: Progress | None = None) -> None:
+    """Write every frame as frame-00001.png and so on into a folder that is there; arguments as `write_video`.
+
+    Raises:
+        InputError: a value that cannot be used.
+        RenderingError: no GL library draws here.
+    """
+    from PIL import Image
+
+    with closing(shot.checked().frames(on_frame)) as images:
+        for number, image in enumerate(images, 1):
+            Image.fromarray(image).save(folder / f"frame-{number:05d}.png", compress_level=_QUICK)
 
 
 def write_gif(shot: Shot, path: Path, on_frame: Progress | None = None) -> None:
@@ -105,6 +127,8 @@ def write_gif(shot: Shot, path: Path, on_frame: Progress | None = None) -> None:
     from PIL import Image
 
     path = _checked(path, ".gif")
+    if shot.look.transparent:
+        raise InputError("path", path, "a kind of file whose edges may be transparent: .mov, .webm, .webp or pictures")
     if shot.fps > 50:
         raise InputError("fps", shot.fps, "1 to 50 in a GIF: browsers slow faster ones down")
     count = shot.checked().count
@@ -149,24 +173,24 @@ def write_still(shot: Shot, path: Path, time: float) -> None:
     if not samples.time[0] <= time <= samples.time[-1]:
         raise InputError("time", time, f"{samples.time[0]:g} to {samples.time[-1]:g} s")
     one, *beside = ((each, [int(np.abs(each.time - time).argmin())]) for each in (samples, shot.beside) if each)
-    images = film_beside(one, beside[0], shot.look, None, shot.names) if beside else film(*one, shot.look)
+    images = film_beside(one, beside[0], shot.look, None, shot.names, shot.notes) if beside else film(*one, shot.look)
     with appearing(path) as temporary, closing(images):
         Image.fromarray(next(images)).save(temporary, "PNG", optimize=True)
 
 
-WRITERS = {".mp4": write_video, ".gif": write_gif, ".webp": write_webp}
+WRITERS = {**dict.fromkeys(CODECS, write_video), ".gif": write_gif, ".webp": write_webp}
 """What writes a moving picture, by the ending of its name."""
 
 
-def _checked(path: Path, suffix: str) -> Path:
+def _checked(path: Path, *suffixes: str) -> Path:
     """Refuse a file that cannot be written.
 
     Raises:
         InputError: the name does not end as it must, or the folder does not exist.
     """
     path = Path(path)
-    if path.suffix != suffix:
-        raise InputError("path", path, f"a name that ends in {suffix}")
+    if path.suffix not in suffixes:
+        raise InputError("path", path, f"a name that ends in {' or '.join(suffixes)}")
     if not path.parent.is_dir():
         raise InputError("path", path, "a file in an existing folder")
     return path

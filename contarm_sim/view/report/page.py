@@ -21,15 +21,15 @@ PLOTLY = Path(__file__).parent / "vendor" / "plotly-gl3d.min.js.gz"
 
 CAPTIONS = {
     "path": "The path of the tip on the dome of reachable tips: targets, simulated tip, and the arm at the end.",
-    "budget": "Tip error over time and its parts, on a logarithmic scale; the orientation error below.",
-    "muscles": "Length changes, tensions and pressures of the muscles over time; those of the arc dotted.",
+    "budget": "Tip error over time: parts along it, which add up to it; sizes of the parts; the orientation error.",
+    "muscles": "Length changes of the muscles over time, what they differ from the arc's by, tensions, and pressures.",
 }
 _CAPTIONS_OF_SEVERAL = {
     "path": "The path of the tip in the hull of reachable tips: targets, simulated tip, and the sections at the end.",
-    "budget": "Tip error over time and its parts, and what the tip moves where one section alone has a part, on "
-    "logarithmic scales; the orientation error below.",
-    "muscles": "Length changes, tensions and pressures of the muscles over time, a column a section; those of the arcs "
-    "dotted.",
+    "budget": "Tip error over time: parts along it, which add up to it; sizes of the parts; what the tip moves where "
+    "one section alone has a part; the orientation error.",
+    "muscles": "Length changes of the muscles over time, what they differ from the arcs' by, tensions, and pressures, "
+    "a column a section.",
 }
 
 

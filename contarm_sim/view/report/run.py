@@ -16,7 +16,8 @@ from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.judged_run import judge_run
 from contarm_sim.versions import versions
 from contarm_sim.view.prints import PLAIN, Prints
-from contarm_sim.view.report.figures import draw_budget, draw_muscles, draw_path
+from contarm_sim.view.report.budget import draw_budget
+from contarm_sim.view.report.run_figures import draw_muscles, draw_path
 from contarm_sim.view.report.samples_csv import write_samples
 from contarm_sim.view.report.words import in_short
 from contarm_sim.view.style import save
@@ -61,19 +62,21 @@ class RunReport:
         write_page(folder, self._samples, self._comparison, summary)
 
     def film(self, folder: Path, on_frame: Callable[[int, int], object]) -> str:
-        """Write video.mp4 and return its name; where no encoder works, video.gif, smaller and slower.
+        """Write video.mp4 and return its name; where there is no encoder, video.gif, smaller and slower.
 
         Raises:
-            RenderingError: nothing draws here.
+            RenderingError: nothing draws here, or the encoder failed.
         """
+        from contarm_sim.view.rendering.encode import encoder
         from contarm_sim.view.rendering.film import Look
         from contarm_sim.view.rendering.video import Shot, write_gif, write_video
 
         look = Look(note=in_short(self.summary))
         try:
-            write_video(Shot(self._samples, look), folder / "video.mp4", on_frame)
-            return "video.mp4"
+            encoder()
         except EncodingError:
             small = replace(look, width=640, height=360)
             write_gif(Shot(self._samples, small, fps=10), folder / "video.gif", on_frame)
             return "video.gif"
+        write_video(Shot(self._samples, look), folder / "video.mp4", on_frame)
+        return "video.mp4"

@@ -9,8 +9,11 @@ import numpy as np
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.swing_error import SwingError
-from contarm_sim.view.colours import BLACK, BLUE, GREEN, ORANGE
+from contarm_sim.view.colours import BLACK, BLUE, DISCRETISATION, ERROR, GREEN, ORANGE, SKY
 from contarm_sim.view.style import Sheet
+
+TINY = 1e-9
+"""Smaller errors are drawn as this [% of length]."""
 
 
 def swing_columns(found: SwingError) -> tuple[str, Array]:
@@ -56,18 +59,28 @@ def swing_dict(found: SwingError) -> dict[str, Any]:
 def draw_swing(fig: Sheet, arm: Arm, found: SwingError) -> None:
     """Draw a released tip's coordinates, its error by cause, and the energy left."""
     swing = found.swing
-    fig.tall(137)
-    top, middle, bottom = fig.subplots(3, 1, sharex=True, height_ratios=[2, 1, 1])
-    for axis, colour in enumerate((BLUE, ORANGE, GREEN)):
+    fig.tall(130 if fig.wide else 140)
+    top, middle, bottom = panels = fig.subplots(3, 1, sharex=True, height_ratios=[2, 1.4, 1])
+    looks = zip("xyz", (BLUE, ORANGE, GREEN), ("-", (0, (4, 1.5)), (0, (1, 1))), strict=True)
+    for axis, (name, colour, dashes) in enumerate(looks):
         moved = 1e3 * (swing.tip[:, axis] - swing.tip[-1, axis])
-        top.plot(swing.time, moved, color=colour, label="xyz"[axis])
+        top.plot(swing.time, moved, color=colour, linestyle=dashes, label=name)
     top.set_ylabel("tip, from where\nit ends [mm]")
-    top.legend(ncols=3)
-    for what, colour in (("total", BLACK), ("step", BLUE), ("links", ORANGE)):
-        error = 100 * getattr(found, what) / arm.length
-        middle.semilogy(swing.time[1:], np.maximum(error[1:], 1e-9), color=colour, label=what)
+    most = 0.0
+    for what, words, colour, dashes in (
+        ("total", "both", ERROR, "-"),
+        ("step", "of the time step", SKY, (0, (4, 1.5))),
+        ("links", "of the links", DISCRETISATION, (0, (1, 1))),
+    ):
+        error = 100 * getattr(found, what)[1:] / arm.length
+        most = max(most, float(error.max()))
+        middle.semilogy(swing.time[1:], np.maximum(error, TINY), color=colour, linestyle=dashes, label=words)
+    middle.set_ylim(max(TINY, 1e-3 * most), max(2 * most, 10 * TINY))
     middle.set_ylabel("tip error\n[% of length]")
-    middle.legend(ncols=3)
+    for ax in (top, middle):
+        ax.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3)
     bottom.plot(swing.time, 1e3 * (swing.energy - swing.energy.min()), color=BLACK)
     bottom.set_ylabel("energy above\nthe least [mJ]")
     bottom.set_xlabel("time since release [s]")
+    fig.align_ylabels(panels)
+    fig.heading("A released arm: the tip's way, its error by cause, and energy")

@@ -13,9 +13,10 @@ from contarm_sim.studies.at_rest import Failure, Outcome
 from contarm_sim.studies.convergence import Convergence
 from contarm_sim.studies.validation import Validation
 from contarm_sim.view.prints import PLAIN, Prints
+from contarm_sim.view.report.error_maps import draw_error_maps
 from contarm_sim.view.report.errors_by_bend import draw_errors_by_bend
-from contarm_sim.view.report.figures import draw_convergence, draw_error_maps
 from contarm_sim.view.report.samples_csv import write_samples
+from contarm_sim.view.report.study_figures import draw_convergence
 from contarm_sim.view.report.words import curvature_words, simulation_words
 from contarm_sim.view.style import save
 
@@ -108,9 +109,11 @@ def write_outcomes(folder: Path, found: Validation) -> None:
 
 
 def draw_validation(folder: Path, found: Validation, prints: Prints = PLAIN) -> None:
-    """Draw the figure `error_maps`, and `convergence` where that was found."""
-    draw, outcomes = draw_error_maps if len(found.arm.sections) == 1 else draw_errors_by_bend, found.outcomes.values()
-    save(folder, "error_maps", lambda sheet: draw(sheet, found.arm, list(outcomes)), prints)
+    """Draw the figures `errors_by_bend`, of one section `error_maps`, and `convergence` where that was found."""
+    outcomes = list(found.outcomes.values())
+    save(folder, "errors_by_bend", lambda sheet: draw_errors_by_bend(sheet, found.arm, outcomes), prints)
+    if len(found.arm.sections) == 1:
+        save(folder, "error_maps", lambda sheet: draw_error_maps(sheet, found.arm, outcomes), prints)
     study = found.convergence
     if isinstance(study, Convergence):
-        save(folder, "convergence", lambda sheet: draw_convergence(sheet, found.arm, study), prints)
+        save(folder, "convergence", lambda sheet: draw_convergence(sheet, study), prints)

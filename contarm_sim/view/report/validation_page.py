@@ -17,7 +17,8 @@ from contarm_sim.view.report.validation import findings, notes, rows
 from contarm_sim.view.report.words import simulation_words
 
 _CAPTIONS = {
-    "error_maps": "Tip error over the poses of each scenario.",
+    "errors_by_bend": "Tip error at rest against bend, in every scenario, on a logarithmic scale.",
+    "error_maps": "Tip error at rest over the dome: bend angle outwards, bending plane around.",
     "convergence": "Largest tip error of arms of more and more links, without gravity: it falls with the square of "
     "their number where the simulation is right.",
 }

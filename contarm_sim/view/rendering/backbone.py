@@ -1,0 +1,66 @@
+"""How the backbone looks: a smooth spine, and all disks of one colour in one mesh with rounded rims.
+
+The engine's own cylinders and capsules have many times the triangles, which is what a frame's time goes to in software.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from contarm_sim.mjcf import names
+from contarm_sim.model.arm import Arm
+from contarm_sim.view.rendering.tubes import Tube, hidden, smooth
+
+_RINGS, _SIDES, _DISK_SIDES = 72, 12, 36
+"""Rings along the spine, about, and sides of spine and disks."""
+
+_ROUNDED = 0.5
+"""Radius of a rim over the thickness of a disk."""
+
+_PROFILE = ((0.0, 0.0, -1, -1.0), (1.0, -1.0, -1, -1.0), (1.0, 0.0, 0, 0.0), (1.0, -1.0, 1, 1.0), (0.0, 0.0, 1, 1.0))
+"""Outline of a disk, each point: radius [radii], and in roundings; height [half thicknesses]; normal along the axis."""
+
+
+class Backbone:
+    """The spine, disks and plates of an arm; changes a spec that is not compiled yet."""
+
+    def __init__(self, spec: Any, arm: Arm) -> None:
+        stations = names.stations(arm)
+        self._radii = np.array([hidden(spec.geom(f"{name}_spine"))[0] for name in stations])
+        self._pieces = max(2, round(_RINGS / len(stations)))
+        self._spine = Tube(
+            spec, "spine", names.BASE, self._pieces * (len(stations) - 1) + 1, _SIDES, spec.geom("base_spine").material
+        )
+        found: dict[str, list[tuple[int, float, float, float]]] = {}
+        for number, station in enumerate(stations):
+            for part in ("disk", "guide"):
+                geom = spec.geom(f"{station}_{part}")
+                if geom is not None:
+                    radius, half, _ = hidden(geom)
+                    found.setdefault(geom.material, []).append((number, geom.pos[2], radius, half))
+        self._disks = [(np.array(own), Tube(spec, f"{look}s", names.BASE, len(_PROFILE) * len(own), _DISK_SIDES, look))
+                       for look, own in found.items()]  # fmt: skip
+
+    def compiled(self, model: Any, index: Any) -> None:
+        """Find the meshes in the compiled model; `index`: its `ArmIndex`."""
+        self._stations = index.stations
+        for tube in (self._spine, *(tube for _, tube in self._disks)):
+            tube.compiled(model)
+
+    def place(self, scene: Any, data: Any) -> None:
+        """Put all where the engine's data have the links; after the engine has filled the scene."""
+        centres, turns = data.xpos[self._stations], data.xmat[self._stations].reshape(-1, 3, 3)
+        points, frames = smooth(centres, turns, self._pieces)
+        along = np.linspace(0, len(centres) - 1, len(points))
+        self._spine.show(scene, points, frames, np.interp(along, np.arange(len(centres)), self._radii))
+        radial, rounding, height, axial = (np.array(part) for part in zip(*_PROFILE, strict=True))
+        for own, tube in self._disks:
+            number = own[:, 0].astype(int)
+            radius, half = own[:, 2:3], own[:, 3:4]
+            outline = radial * radius + rounding * 2 * _ROUNDED * half
+            high = own[:, 1:2] + height * half
+            middle = centres[number, None] + high[:, :, None] * turns[number, None, :, 2]
+            frames = np.repeat(turns[number], len(_PROFILE), axis=0)
+            tube.show(scene, middle.reshape(-1, 3), frames, outline.ravel(), np.tile(axial, len(own)))

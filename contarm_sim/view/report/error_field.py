@@ -1,0 +1,27 @@
+"""Tip error at rest between the poses that were examined: the error vector is a smooth function of the bend."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.interpolate import RBFInterpolator
+
+from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.studies.at_rest import Outcome
+
+MANY = 600
+"""Of more poses, only the `NEAR` nearest ones tell what is between them."""
+
+NEAR = 60
+
+
+def error_field(outcome: Outcome, angle: Array, plane: Array) -> Array:
+    """Return tip errors [% of length] of one section at bend angles and planes [rad], shapes that go together.
+
+    Through the poses that were examined run cubic radial functions of the bend, one for each axis of the error.
+    """
+    bend, compared = outcome.samples.bend, outcome.comparison
+    vectors = 100 * (compared.simulated_tip - compared.analytic_tip) / outcome.scenario.arm.length
+    through = RBFInterpolator(bend, vectors, kernel="cubic", neighbors=NEAR if len(bend) > MANY else None)
+    asked = arc.from_polar(np.asarray(angle), np.asarray(plane))
+    return np.asarray(np.linalg.norm(through(asked.reshape(-1, 2)), axis=-1).reshape(asked.shape[:-1]))

@@ -1,0 +1,205 @@
+"""Three-dimensional axes of figures: the world, Z up, the arm as it stands or hangs, equal scales, which way is down.
+
+Without perspective, as plain lines on plane axes: nothing is cut off, and layouts treat it as any other panel.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mjcf.scene import base_rotation, world_gravity
+from contarm_sim.model.arm import Arm
+from contarm_sim.view.colours import FAINT, TARGET
+from contarm_sim.view.sections import reachable_tips
+from contarm_sim.view.style import Sheet
+
+MM = 1e3
+
+_AZIMUTH, _ELEVATION = math.radians(-56.0), math.radians(20.0)
+"""Where the eye is, seen from the middle."""
+
+_SCREEN = np.array(
+    [
+        [-math.sin(_AZIMUTH), math.cos(_AZIMUTH), 0.0],
+        [-math.sin(_ELEVATION) * math.cos(_AZIMUTH), -math.sin(_ELEVATION) * math.sin(_AZIMUTH), math.cos(_ELEVATION)],
+    ]
+)
+"""Right and up of the figure in the world, shape (2, 3)."""
+
+_GRID, _EDGE, _PLATE = "#E4E4E4", "#777777", "#9AA0A8"
+
+_RIM, _CORNERS = 0.04, (0.09, 0.09, 0.03)
+"""Room around what is drawn, and ends of x, y and z without numbers, where those of two would meet [share]."""
+
+_BESIDE = 0.07
+"""How far beside the box gravity is drawn [share of its width]."""
+
+_NUMBERS, _NAMES = 9.0, (22.5, 28.0)
+"""How far numbers of x and y, and their names, are from the axes [pt]."""
+
+
+class Space(Axes):
+    """Axes of the world, Z up, with the base at the origin, in mm: give points in the base frame [m], then `settle`.
+
+    The world is the base frame turned so that gravity points down, unless the arm states how it stands; without either
+    the two are one.
+    """
+
+    def __init__(self, *place: Any, arm: Arm, **given: Any) -> None:
+        super().__init__(*place, **given)
+        self._arm, self._turn, self._seen = arm, base_rotation(arm), [np.zeros((1, 3))]
+        self.set_axis_off()
+        self.set_aspect("equal", anchor="N")
+        self._plate()
+
+    def world(self, points: Array) -> Array:
+        """Return points of the base frame [m], shape (..., 3), in the world [mm]."""
+        return np.asarray(MM * np.asarray(points, dtype=float) @ self._turn.T)
+
+    @property
+    def broadside(self) -> float:
+        """Bending plane [rad] that is seen least foreshortened, towards the right."""
+        (x, y, z), up = (_SCREEN @ self._turn).T, np.array([0.0, 1.0])
+        seen = z if np.linalg.norm(z) > 1e-9 else up
+        out = math.atan2(seen[0] * y[1] - seen[1] * y[0], seen[0] * x[1] - seen[1] * x[0])
+        return out if math.cos(out) * x[0] + math.sin(out) * y[0] >= 0 else out + math.pi
+
+    def trace(self, points: Array, **look: Any) -> Line2D:
+        """Draw a line through points [m], shape (K, 3), later ones over earlier ones; `look` as `plot` takes it.
+
+        The line keeps what it shows as `line.world`, in mm.
+        """
+        placed = self.world(points)
+        self._seen.append(placed)
+        (line,) = self.plot(*(_SCREEN @ placed.T), **look)
+        line.world = placed  # type: ignore[attr-defined]
+        return line
+
+    def net(self, points: Array, **look: Any) -> None:
+        """Draw a net of thin lines through points [m], shape (rows, columns, 3)."""
+        look = {"color": FAINT, "linewidth": 0.4, "zorder": 1} | look
+        for line in (*points, *np.moveaxis(points, 1, 0)):
+            self.trace(line, **look)
+
+    def reachable(self, rows: int = 9, columns: int = 25) -> None:
+        """Draw the dome of reachable tips, or the hull of those of several sections, as a net."""
+        self.net(reachable_tips(self._arm, rows, columns))
+
+    def note(self, point: Array, words: str, away: Array, **look: Any) -> None:
+        """Write words beside a point [m], in a direction from it; `look` as matplotlib's texts take it."""
+        spot, way = _SCREEN @ self.world(point), _SCREEN @ self.world(away)
+        beside = 9.0 * way / max(float(np.linalg.norm(way)), 1e-12)
+        at: dict[str, Any] = {"ha": "center", "va": "center", "annotation_clip": False}
+        self.annotate(words, tuple(spot), tuple(beside), textcoords="offset points", **at | look)
+
+    def settle(self, legend: bool = True) -> None:
+        """Set the limits, draw axes, gravity and, beside the picture on a page or above it in a column, the legend."""
+        seen = np.concatenate(self._seen)
+        low, high = seen.min(axis=0), seen.max(axis=0)
+        span = float((high - low).max())
+        short = np.maximum(0.3 * span - (high - low), 0)
+        low, high = low - 0.5 * short - _RIM * span, high + 0.5 * short + _RIM * span
+        corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1)
+        (left, bottom), (right, top) = (_SCREEN @ corners).min(axis=1), (_SCREEN @ corners).max(axis=1)
+        self.set(xlim=(left, right), ylim=(bottom, top))
+        wide = self.figure.wide if isinstance(self.figure, Sheet) else False
+        self._box(low, high, (span / 5.0) if wide else (span / 3.2))
+        self._gravity(low, high)
+        if legend and self.get_legend_handles_labels()[0]:
+            look = {"loc": "upper right", "bbox_to_anchor": (-0.06, 1.0)}
+            self.legend(**look if wide else {"loc": "lower left", "bbox_to_anchor": (-0.1, 1.0)})
+
+    def _plate(self) -> None:
+        """Draw the base plate."""
+        turn = np.linspace(0, 2 * math.pi, 49)
+        rim = self._arm.disk_radius * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+        placed = self.world(rim)
+        self._seen.append(placed)
+        self.fill(*(_SCREEN @ placed.T), color=_PLATE, linewidth=0, zorder=1.5)
+
+    def _box(self, low: Array, high: Array, least_step: float) -> None:
+        """Draw floor and back walls with lines at the ticks, and the three axes with their numbers and names."""
+        steps = [_step(least_step)] * 2 + [_step((high[2] - low[2]) / 6.5)]
+        marks = [_ticks(*ends) for ends in zip(low, high, steps, _CORNERS, strict=True)]
+        back = (low[0], high[1], low[2])  # the walls that the eye sees the inside of
+        for along in range(3):
+            for across in range(3):
+                if along == across:
+                    continue
+                wall = 3 - along - across
+                for mark in (low[across], *marks[across], high[across]):
+                    ends = np.empty((2, 3))
+                    ends[:, along], ends[:, across], ends[:, wall] = (low[along], high[along]), mark, back[wall]
+                    self.plot(*(_SCREEN @ ends.T), color=_GRID, linewidth=0.5, zorder=0.5)
+        edges = (
+            ("x", np.array([[t, low[1], low[2]] for t in (low[0], high[0])])),
+            ("y", np.array([[high[0], t, low[2]] for t in (low[1], high[1])])),
+            ("z", np.array([[low[0], low[1], t] for t in (low[2], high[2])])),
+        )
+        for axis, (name, ends) in enumerate(edges):
+            self._axis(axis, name, ends, marks[axis])
+
+    def _axis(self, axis: int, name: str, ends: Array, marks: Array) -> None:
+        """Draw one edge of the box as an axis."""
+        start, end = (_SCREEN @ ends.T).T
+        self.plot(*zip(start, end, strict=True), color=_EDGE, linewidth=0.6, zorder=0.6)
+        way = (end - start) / np.linalg.norm(end - start)
+        out = np.array([-1.0, 0.0]) if axis == 2 else np.array([way[1], -way[0]])
+        look: dict[str, Any] = {"textcoords": "offset points", "annotation_clip": False}
+        for mark in marks:
+            place = ends[0].copy()
+            place[axis] = mark
+            spot = tuple(_SCREEN @ place)
+            self.annotate("", spot, tuple(3 * out), arrowprops={"arrowstyle": "-", "color": _EDGE, "linewidth": 0.6,
+                          "shrinkA": 0, "shrinkB": 0}, **look)  # fmt: skip
+            far, beside = (5.0, "right") if axis == 2 else (_NUMBERS, "center")
+            words = f"{mark:.6g}".replace("-", "\N{MINUS SIGN}")
+            self.annotate(words, spot, tuple(far * out), ha=beside, va="center", **look)
+        if axis == 2:
+            self.annotate(f"{name} [mm]", tuple(end), (0, 5), ha="center", va="bottom", **look)
+        else:
+            self.annotate(
+                f"{name} [mm]", tuple(0.5 * (start + end)), tuple(_NAMES[axis] * out), ha="center", va="center", **look
+            )
+
+    def _gravity(self, low: Array, high: Array) -> None:
+        """Draw an arrow along gravity beside the right edge."""
+        pull = world_gravity(self._arm)
+        if not pull.any():
+            return
+        way = 0.3 * float((high - low).max()) * (_SCREEN @ pull) / float(np.linalg.norm(pull))
+        left, right = self.get_xlim()
+        beside = _BESIDE * (right - left)
+        right += beside
+        self.set_xlim(left, right + beside)
+        start = np.array([right, (_SCREEN @ (0.5 * (low + high)))[1]]) - 0.5 * way - np.array([max(way[0], 0.0), 0.0])
+        arrow = {"arrowstyle": "-|>,head_width=0.25,head_length=0.5", "color": TARGET, "linewidth": 1.4,
+                 "shrinkA": 0, "shrinkB": 0}  # fmt: skip
+        self.annotate("", tuple(start + way), tuple(start), arrowprops=arrow, annotation_clip=False)
+        self.annotate("gravity", tuple(start), (0, 3), textcoords="offset points", color=TARGET, ha="center",
+                      va="bottom", annotation_clip=False)  # fmt: skip
+
+
+def space(sheet: Any, arm: Arm, *place: Any) -> Space:
+    """Add such axes to a sheet, at a place as `add_subplot` takes it."""
+    out = sheet.add_subplot(*place, axes_class=Space, arm=arm)
+    assert isinstance(out, Space)
+    return out
+
+
+def _step(least: float) -> float:
+    """Return the first of 1, 2, 5, 10, ... and their tenths that is at least so much."""
+    power = 10.0 ** math.floor(math.log10(least))
+    return next(power * first for first in (1, 2, 5, 10) if power * first >= 0.999 * least)
+
+
+def _ticks(low: float, high: float, step: float, clear: float) -> Array:
+    """Return multiples of a step between two limits, none within a share of their distance from them."""
+    rim = clear * (high - low)
+    return np.array(step * np.arange(math.ceil((low + rim) / step), math.floor((high - rim) / step) + 1))
