@@ -27,29 +27,30 @@ def write_film(path: Path, definition: Definition, policies: dict[str, Policy], 
         RenderingError: nothing can be drawn here, or there is no encoder.
     """
     shape = (SIDE, SIDE * len(policies))
-    with (
-        appearing(path) as scratch,
-        encoding(encoder(), scratch, shape, round(1 / CONTROL_PERIOD)) as add,
-    ):
+    widest = [[name, f"episode {seeds}", "error 9999.9 mm"] for name in policies]
+    caption = Caption(shape[1], shape[0], widest, {})
+    with appearing(path) as scratch, encoding(encoder(), scratch, shape, round(1 / CONTROL_PERIOD)) as add:
         for seed in range(seeds):
-            films = [_episode(definition, policy, name, seed) for name, policy in policies.items()]
-            for pictures in zip(*films, strict=True):
-                add(np.concatenate(pictures, axis=1))
+            films = [_episode(definition, policy, seed) for policy in policies.values()]
+            for frames in zip(*films, strict=True):
+                whole = np.concatenate([picture for picture, _ in frames], axis=1)
+                errors = [f"error {1e3 * error:.1f} mm" for _, error in frames]
+                told = zip(policies, errors, strict=True)
+                caption.write(whole, [[name, f"episode {seed + 1}", error] for name, error in told])
+                add(whole)
 
 
-def _episode(definition: Definition, policy: Policy, name: str, seed: int) -> Iterator[Any]:
+def _episode(definition: Definition, policy: Policy, seed: int) -> Iterator[tuple[Any, float]]:
+    """Yield a picture of every moment, and the error [m]."""
     env = ArmEnv(
         definition.task.name, definition.arm, definition.actions.mode, definition.reward, definition.variations,
         definition.ticks * CONTROL_PERIOD, "rgb_array", width=SIDE, height=SIDE,
     )  # fmt: skip
     try:
-        caption = Caption(SIDE, SIDE, f"{name}, episode {seed + 1}, error 9999.9 mm", {})
         observation, info = env.reset(seed=seed)
         ended = False
         while True:
-            picture = env.render()
-            caption.write(picture, f"{name}, episode {seed + 1}, error {1e3 * info['error']:.1f} mm")
-            yield picture
+            yield env.render(), info["error"]
             if ended:
                 return
             observation, _, _, ended, info = env.step(policy(observation[None])[0])
