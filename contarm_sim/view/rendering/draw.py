@@ -155,7 +155,7 @@ class ArmRenderer:
             tips = np.vstack([samples.stations[:index:stride, -1], samples.stations[index, -1]])
             error = samples.tip_error
             tints = error_colours(error[:index:stride], float(error.max()) if largest is None else largest)
-            add_line(scene, self.to_world(tips), self._pixels(3.2), PATH, tints)
+            add_line(scene, self.to_world(tips), self._pixels(3.2), PATH, tints, rank=1)
         if overlays.target:
             add_ball(scene, self.to_world(samples.target[index]), 0.02 * self.arm.length, TARGET)
         if overlays.ghost:

@@ -29,7 +29,7 @@ _SPREAD = 0.11
 _EDGE = 0.2
 """Share of half the shadow's square over which it fades towards the edge."""
 
-_LINES, _PARTS = 8, 6
+_LINES, _PARTS = 6, 4
 """Where lines end, in their distances, and the parts of each: they fade away from the base."""
 
 

@@ -88,8 +88,8 @@ class Ghost:
             everywhere.append(points[::2])
         line = np.concatenate(everywhere)
         towards = _CLOSER * max(self._radii) * _unit(eye - line)
-        add_line(scene, line + towards, 4.2 * pixel, _CASING, rank=1)
-        add_line(scene, line + 1.02 * towards, 2.2 * pixel, _LINE, rank=2)
+        add_line(scene, line + towards, 4.2 * pixel, _CASING, rank=2)
+        add_line(scene, line + 1.02 * towards, 2.2 * pixel, _LINE, rank=3)
 
     def _paint(self, number: int, base: Any, bend: Array, stations: Array, eye: Array) -> Array:
         """Paint a tube: clear where it faces the camera and where arc and arm agree; return its shares of colour."""
