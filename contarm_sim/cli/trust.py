@@ -60,9 +60,7 @@ def trust(arm: Arm, bend: float | None, within: float, planes: int, out: str | N
 
 
 def _show(found: studies.Trust, words: str) -> None:
-    import shutil
-
-    from contarm_sim.cli.terminal import table
+    from contarm_sim.cli.terminal import table, width
 
     bounds = [bend.within_percent for bend in found.loads[0].trusted.bends]
     columns = ["load", "weight/stiffness", *(f"within {bound:g} % [deg]" for bound in bounds), "worst plane [deg]"]
@@ -71,7 +69,7 @@ def _show(found: studies.Trust, words: str) -> None:
     caption = f"with twice the links, within {found.within_percent:g} %: {', '.join(finer)}" if finer else None
     rows = [_cells(found, each) for each in found.loads]
     table("largest bends at which constant curvature holds", columns, rows, caption)
-    click.echo(click.wrap_text(words, min(shutil.get_terminal_size((120, 24)).columns, 120)))
+    click.echo(click.wrap_text(words, min(width(), 120)))
 
 
 def _cells(found: studies.Trust, each: studies.TrustUnderLoad) -> list[str]:

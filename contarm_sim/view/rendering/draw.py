@@ -20,7 +20,6 @@ from contarm_sim.view.rendering.alpha import clear_away, cut_out
 from contarm_sim.view.rendering.cameras import Camera, check_camera
 from contarm_sim.view.rendering.context import open_renderer
 from contarm_sim.view.rendering.gl import choose_backend
-from contarm_sim.view.rendering.muscles import Muscles
 from contarm_sim.view.rendering.overlays import (
     MAX_SEGMENTS,
     Colour,
@@ -107,6 +106,7 @@ class ArmRenderer:
         from contarm_sim.view.rendering.backbone import Backbone
         from contarm_sim.view.rendering.floor import Floor
         from contarm_sim.view.rendering.ghost import Ghost
+        from contarm_sim.view.rendering.muscles import Muscles
 
         self.arm = arm
         spec = _told_apart(scene_spec(arm), arm)
