@@ -75,6 +75,6 @@ def _show(found: studies.Trust, words: str) -> None:
 def _cells(found: studies.Trust, each: studies.TrustUnderLoad) -> list[str]:
     own, under = each.trusted.bends, each.trusted.under
     bends = ["any" if bend.everywhere else f"{bend.least_deg:.1f}" for bend in own]
-    asked = next(bend for bend in own if bend.within_percent == found.within_percent)
+    asked = each.trusted.within(found.within_percent)
     worst = "" if asked.everywhere else f"{asked.towards_deg:.0f}"
     return [under.meaning, f"{under.weight_over_stiffness:.2f}", *bends, worst]

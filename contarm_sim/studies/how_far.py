@@ -114,7 +114,7 @@ def trust(
 
 def _twice_the_links(found: Trusted, angles: Array, within: float) -> float | None:
     """Return the least bend within a bound [deg] of an arm of twice the links, in the same plane."""
-    bend, arm = next(each for each in found.bends if each.within_percent == within), found.under.arm
+    bend, arm = found.within(within), found.under.arm
     if bend.everywhere or bend.least_deg == 0 or not can_double(arm):
         return None
     finer, plane = relinked(arm, double=True), math.radians(bend.towards_deg)

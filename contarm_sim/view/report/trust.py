@@ -42,7 +42,7 @@ def _mm(found: Trust) -> float:
 
 
 def _how_far(found: Trust, each: TrustUnderLoad) -> str:
-    own = next(bend for bend in each.trusted.bends if bend.within_percent == found.within_percent)
+    own = each.trusted.within(found.within_percent)
     return f"{each.trusted.under.meaning} {_bend(found, own)}" + ("." if each is found.loads[-1] else ",")
 
 
@@ -107,7 +107,7 @@ def draw_trust(sheet: Sheet, found: Trust) -> None:
             low, high = np.nanmin(shown, axis=1), np.nanmax(shown, axis=1)
             over.fill_between(bends, low, high, color=colour, alpha=0.3, linewidth=0)
             over.plot(bends, high, color=colour, linestyle=dashes)
-        own = next(bend for bend in each.trusted.bends if bend.within_percent == found.within_percent)
+        own = each.trusted.within(found.within_percent)
         if own.least_deg and not own.everywhere:
             over.plot(own.least_deg, found.within_percent, "o", color=colour)
         planes, largest = np.append(found.plane_deg, 360.0), np.append(own.bend_deg, own.bend_deg[0])
