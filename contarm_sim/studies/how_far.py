@@ -95,6 +95,8 @@ def trust(
     several = len(arm.sections) > 1
     most = LARGEST_OF_SECTIONS if several else LARGEST_BEND
     bend = as_number(wanted) if wanted is not None else WANTED / (1 + several)
+    if math.isnan(bend):
+        raise InputError("wanted", repr(wanted), "an angle [rad]")
     if not 0 < bend <= most:
         given = f"{bend:.6g} rad ({math.degrees(bend):.6g} deg)"
         raise InputError("wanted bend", given, f"more than 0, at most {math.degrees(most):.0f} deg")

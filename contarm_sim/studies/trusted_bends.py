@@ -61,6 +61,8 @@ class TrustedBend:
         least_deg: the least of them.
         towards_deg: the plane of that [deg].
         everywhere: whether no bend is beyond in any plane.
+        no_rest: why the arm has no pose at rest beyond the least bend, or its muscles do not hold one; None where it is
+            the tip error that is beyond.
     """
 
     within_percent: float
@@ -68,6 +70,7 @@ class TrustedBend:
     least_deg: float
     towards_deg: float
     everywhere: bool
+    no_rest: str | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +137,15 @@ def tip_error(arm: Arm, angle: float, plane: float) -> float:
     return float(tip_errors(arm, np.array([angle]), plane)[0])
 
 
+def why_no_rest(arm: Arm, angle: float, plane: float) -> str | None:
+    """Say why an arm has no pose at rest of a bend angle in a plane [rad]; None if it has one."""
+    try:
+        poses_at_rest(arm, Reference.from_bends(posed(arm, np.array([angle]), np.array([plane])), arm))
+    except (EquilibriumError, DivergenceError, PressureError) as error:
+        return str(error)
+    return None
+
+
 def trusted(under: LoadedArm, angles: Array, planes: Array, within: tuple[float, ...] = WITHIN) -> Trusted:
     """Return tip errors over bend angles, shape (A,), from 0, and planes [rad], shape (P,), and the largest bends."""
     arm = under.arm
@@ -147,7 +159,9 @@ def trusted(under: LoadedArm, angles: Array, planes: Array, within: tuple[float,
         found = np.degrees([bend(bound, column) for column in range(len(planes))])
         worst = int(found.argmin())
         everywhere = bool((errors <= bound).all())
-        bends.append(TrustedBend(bound, found, float(found[worst]), math.degrees(planes[worst]), everywhere))
+        least, plane = float(found[worst]), float(planes[worst])
+        reason = None if everywhere else why_no_rest(arm, math.radians(least) + 2 * CLOSE, plane)
+        bends.append(TrustedBend(bound, found, least, math.degrees(plane), everywhere, reason))
     return Trusted(under, errors, tuple(bends))
 
 

@@ -49,6 +49,8 @@ def _how_far(found: Trust, each: TrustUnderLoad) -> str:
 def _bend(found: Trust, bend: TrustedBend) -> str:
     if bend.everywhere:
         return f"{found.max_bend_deg:.0f} deg, the most that was tried"
+    if bend.least_deg and bend.no_rest:
+        return f"{bend.least_deg:.1f} deg, beyond which it has no pose at rest"
     return f"{bend.least_deg:.1f} deg" if bend.least_deg else "none, for it is off even when straight"
 
 
@@ -100,7 +102,7 @@ def draw_trust(sheet: Sheet, found: Trust) -> None:
     off_at_once = False
     for each in found.loads:
         (colour, dashes), errors = _LOOKS[each.trusted.under.load], each.trusted.error_percent
-        shown = np.maximum(np.where(np.isfinite(errors), errors, np.nan), _FLOOR)[1:]
+        shown = np.where(np.isfinite(errors) & (errors >= _FLOOR), errors, np.nan)[1:]
         rests = np.isfinite(shown).any(axis=1)
         bends, shown = found.bend_deg[1:][rests], shown[rests]
         if len(bends):
