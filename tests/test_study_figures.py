@@ -112,9 +112,9 @@ def test_parts_along_the_error_add_up_to_it(run):
 
 
 def test_muscles_stand_in_columns_with_their_limits_named(run):
-    samples, compared, _ = run
+    samples, _, _ = run
     arm, pneumatic = samples.arm, hasattr(samples.arm.groups[0].law, "max_pressure")
-    for sheet in sheets(lambda sheet: draw_muscles(sheet, samples, compared)):
+    for sheet in sheets(lambda sheet: draw_muscles(sheet, samples)):
         count = len(arm.groups)
         assert len(sheet.axes) == count * (4 if pneumatic else 3)
         drawn_tensions = [line.get_ydata() for line in sheet.axes[2 * count].lines[:3]]
@@ -131,7 +131,7 @@ def test_what_no_pressure_does_is_marked():
     pressure = samples.pressure.copy()
     pressure[1:, 1] = np.inf
     samples = replace(samples, pressure=pressure, time=np.arange(3.0))
-    for sheet in sheets(lambda sheet: draw_muscles(sheet, samples, compare(samples))):
+    for sheet in sheets(lambda sheet: draw_muscles(sheet, samples)):
         marks = [line for line in sheet.axes[3].lines if line.get_marker() == "^" and len(line.get_xdata())]
         assert [list(line.get_xdata()) for line in marks] == [[1, 2]]
         assert np.isfinite(sheet.axes[3].get_ylim()).all()

@@ -42,7 +42,7 @@ def draw_path(fig: Sheet, samples: Trajectory, comparison: Comparison) -> None:
     trim(fig, 110)
 
 
-def draw_muscles(fig: Sheet, samples: Trajectory, comparison: Comparison) -> None:
+def draw_muscles(fig: Sheet, samples: Trajectory) -> None:
     """Draw muscle lengths, how far they are off the arc's, tensions and, where there are any, pressures over time.
 
     Each section has a column.
