@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf.scene import base_rotation, world_gravity
 from contarm_sim.model.arm import Arm
-from contarm_sim.view.colours import FAINT, TARGET
+from contarm_sim.view.colours import FAINT, GRID, LIMIT, PLATE, TARGET
 from contarm_sim.view.sections import reachable_tips
 from contarm_sim.view.style import Sheet
 
@@ -31,8 +31,6 @@ _SCREEN = np.array(
     ]
 )
 """Right and up of the figure in the world, shape (2, 3)."""
-
-_GRID, _EDGE, _PLATE = "#E4E4E4", "#777777", "#9AA0A8"
 
 _RIM, _CORNERS = 0.04, (0.09, 0.09, 0.03)
 """Room around what is drawn, and ends of x, y and z without numbers, where those of two would meet [share]."""
@@ -121,7 +119,7 @@ class Space(Axes):
         rim = self._arm.disk_radius * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
         placed = self.world(rim)
         self._seen.append(placed)
-        self.fill(*(_SCREEN @ placed.T), color=_PLATE, linewidth=0, zorder=1.5)
+        self.fill(*(_SCREEN @ placed.T), color=PLATE, linewidth=0, zorder=1.5)
 
     def _box(self, low: Array, high: Array, least_step: float) -> None:
         """Draw floor and back walls with lines at the ticks, and the three axes with their numbers and names."""
@@ -136,7 +134,7 @@ class Space(Axes):
                 for mark in (low[across], *marks[across], high[across]):
                     ends = np.empty((2, 3))
                     ends[:, along], ends[:, across], ends[:, wall] = (low[along], high[along]), mark, back[wall]
-                    self.plot(*(_SCREEN @ ends.T), color=_GRID, linewidth=0.5, zorder=0.5)
+                    self.plot(*(_SCREEN @ ends.T), color=GRID, linewidth=0.5, zorder=0.5)
         edges = (
             ("x", np.array([[t, low[1], low[2]] for t in (low[0], high[0])])),
             ("y", np.array([[high[0], t, low[2]] for t in (low[1], high[1])])),
@@ -148,7 +146,7 @@ class Space(Axes):
     def _axis(self, axis: int, name: str, ends: Array, marks: Array) -> None:
         """Draw one edge of the box as an axis."""
         start, end = (_SCREEN @ ends.T).T
-        self.plot(*zip(start, end, strict=True), color=_EDGE, linewidth=0.6, zorder=0.6)
+        self.plot(*zip(start, end, strict=True), color=LIMIT, linewidth=0.6, zorder=0.6)
         way = (end - start) / np.linalg.norm(end - start)
         out = np.array([-1.0, 0.0]) if axis == 2 else np.array([way[1], -way[0]])
         look: dict[str, Any] = {"textcoords": "offset points", "annotation_clip": False}
@@ -156,7 +154,7 @@ class Space(Axes):
             place = ends[0].copy()
             place[axis] = mark
             spot = tuple(_SCREEN @ place)
-            self.annotate("", spot, tuple(3 * out), arrowprops={"arrowstyle": "-", "color": _EDGE, "linewidth": 0.6,
+            self.annotate("", spot, tuple(3 * out), arrowprops={"arrowstyle": "-", "color": LIMIT, "linewidth": 0.6,
                           "shrinkA": 0, "shrinkB": 0}, **look)  # fmt: skip
             far, beside = (5.0, "right") if axis == 2 else (_NUMBERS, "center")
             words = f"{mark:.6g}".replace("-", "\N{MINUS SIGN}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contarm_sim.mechanics import routing
 from contarm_sim.model.arm import Arm
 from contarm_sim.studies.scenarios import under_loads
-from contarm_sim.view.colours import HELD
+from contarm_sim.view.colours import HELD, HELD_EDGE
 from contarm_sim.view.figures.common import BROAD, THIN, Way, called, followed
 from contarm_sim.view.report.map import Map, draw_possibility
 from contarm_sim.view.stance import stance
@@ -26,8 +26,8 @@ def lengths_on_map(fig: Sheet, arm: Arm, way: Way | None = None) -> None:
     fig.heading(f"Lengths along {called(way)} inside those that are possible ({stance(arm)})")
     ax = fig.subplots()
     found.fill(ax, highest, HELD)
-    found.edge(ax, highest, colors="#9FB4CC", linewidths=0.8)
-    ax.fill([], [], facecolor=HELD, edgecolor="#9FB4CC", label=f"held by up to {highest / 1e3:.0f} kPa")
+    found.edge(ax, highest, colors=HELD_EDGE, linewidths=0.8)
+    ax.fill([], [], facecolor=HELD, edgecolor=HELD_EDGE, label=f"held by up to {highest / 1e3:.0f} kPa")
     found.frame(ax)
     walked, analytic = MM * (samples.muscle_lengths - arm.length), MM * routing.arc_deltas(samples.bend, arm)
     ax.plot(walked[:, 1], walked[:, 2], **BROAD)

@@ -14,7 +14,7 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.paths.reference import Reference
 from contarm_sim.studies.scenarios import HANGING
-from contarm_sim.view.colours import LIMIT
+from contarm_sim.view.colours import LIMIT, NOTE
 from contarm_sim.view.figures.common import bend_colours, once
 from contarm_sim.view.stance import stance
 from contarm_sim.view.style import Sheet
@@ -39,7 +39,7 @@ def sag(fig: Sheet, arm: Arm) -> None:
         ax.loglog(weights, each, color=colour, marker=marker, label=f"bend {degrees}°")
     ax.axvline(own, color=LIMIT, linestyle=(0, (4, 2)), linewidth=1.0)
     ax.axhline(1.0, color=LIMIT, linestyle=":", linewidth=1.0)
-    look: dict[str, Any] = {"textcoords": "offset points", "color": "#555555"}
+    look: dict[str, Any] = {"textcoords": "offset points", "color": NOTE}
     ax.annotate("1 % of length", (weights[0], 1.0), (0, 3), va="bottom", **look)
     ax.annotate(f"this arm: {own:.3g}", (own, 0.03), (-3, 4), xycoords=("data", "axes fraction"), ha="right",
                 va="bottom", **look)  # fmt: skip
