@@ -22,6 +22,10 @@ _COLOURS = ((0.30, 0.32, 0.36), (0.07, 0.45, 0.47), (0.55, 0.33, 0.12), (0.36, 0
             (0.55, 0.20, 0.33))  # fmt: skip
 """Dark enough for lines on white and for disks in the scene; none is a muscle's, the path's or the target's."""
 
+_DASHES: tuple[Any, ...] = ("-", (0, (4, 1.5)), (0, (4, 1.2, 1, 1.2)), (0, (1, 1)), (0, (7, 1.5)), (0, (2, 1)))
+_MARKS, _WIDTHS = "os^vDP", (3.6, 2.4, 1.4)
+"""They tell sections apart without colour."""
+
 
 def section_colour(number: int) -> tuple[float, float, float]:
     """Return red, green and blue of a section, numbered from 0."""
@@ -31,6 +35,27 @@ def section_colour(number: int) -> tuple[float, float, float]:
 def section_hex(number: int) -> str:
     """Return the same colour as #rrggbb."""
     return hex_colour(section_colour(number))
+
+
+def dashes(number: int) -> Any:
+    """Return the dashes of a line of a section, or of a muscle of one, numbered from 0."""
+    return _DASHES[number % len(_DASHES)]
+
+
+def section_look(number: int) -> dict[str, Any]:
+    """Return what a section's line looks like, as `plot` takes it."""
+    return {"color": section_hex(number), "linestyle": dashes(number)}
+
+
+def section_body(number: int) -> dict[str, Any]:
+    """Return what a section looks like where the arm itself is drawn: thinner and thinner, in no dashes."""
+    return {"color": section_hex(number), "linewidth": _WIDTHS[number % len(_WIDTHS)]}
+
+
+def section_marks(number: int) -> dict[str, Any]:
+    """Return what marks of a section look like, as `plot` takes it."""
+    return {"color": section_hex(number), "linestyle": "none", "marker": _MARKS[number % len(_MARKS)],
+            "fillstyle": "none"}  # fmt: skip
 
 
 def muscle_colours(arm: Arm) -> Array:

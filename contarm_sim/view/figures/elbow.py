@@ -11,8 +11,8 @@ from contarm_sim.kinematics.backbone import Backbone
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.colours import PURPLE, TARGET
-from contarm_sim.view.figures.common import section_look
-from contarm_sim.view.sections import section_places
+from contarm_sim.view.once import once
+from contarm_sim.view.sections import section_look, section_places
 from contarm_sim.view.space import space
 from contarm_sim.view.style import Sheet
 
@@ -23,19 +23,17 @@ def elbow(fig: Sheet, arm: Arm) -> None:
     Raises:
         InputError: an arm of other than two sections.
     """
-    from contarm_sim.kinematics.inverse import family
-
     backbone = shape.backbone(arm)
     if len(backbone) != 2:
         raise InputError("figure", "elbow", "an arm of two sections")
     fig.heading("Poses of two sections that reach one point: the elbow runs along a curve")
     target = _seen_from_the_side(backbone)
-    found = family(target, backbone)
+    curves = _poses(backbone)
     fig.tall(84 if fig.wide else 150)
     layout = {"width_ratios": [1.5, 1]} if fig.wide else {"height_ratios": [1.5, 1]}
     grid = fig.add_gridspec(*((1, 2) if fig.wide else (2, 1)), **layout)  # type: ignore[arg-type]
     ax, plain = space(fig, arm, grid[0]), fig.add_subplot(grid[1])
-    for curve in found.curve(121):
+    for curve in curves:
         for bends in curve[:: max(len(curve) // 10, 1)]:
             for number, xi in enumerate(section_places(arm, 30)):
                 line = sections.position(bends, backbone, xi)
@@ -55,6 +53,14 @@ def elbow(fig: Sheet, arm: Arm) -> None:
     plain.set_ylabel("bend angle [deg]")
     plain.set_xlim(0, 100)
     plain.set_ylim(bottom=0)
+
+
+@once
+def _poses(backbone: Backbone) -> list[Array]:
+    """Return curves of bends that reach that place [rad], each of shape (K, 2, 2)."""
+    from contarm_sim.kinematics.inverse import family
+
+    return list(family(_seen_from_the_side(backbone), backbone).curve(121))
 
 
 def _seen_from_the_side(backbone: Backbone) -> Array:

@@ -7,7 +7,7 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.studies.scenarios import under_loads
 from contarm_sim.view.colours import HELD, HELD_EDGE
 from contarm_sim.view.figures.common import BROAD, THIN, Way, called, followed
-from contarm_sim.view.report.map import Map, draw_possibility
+from contarm_sim.view.report.map import draw_possibility, map_of
 from contarm_sim.view.stance import stance
 from contarm_sim.view.style import Sheet
 from contarm_sim.view.trim import trim
@@ -22,7 +22,7 @@ def possibility(fig: Sheet, arm: Arm) -> None:
 
 def lengths_on_map(fig: Sheet, arm: Arm, way: Way | None = None) -> None:
     """Draw a path's lengths over the ellipse, the bends that pressure holds shaded."""
-    samples, highest, found = followed(arm, way), arm.pneumatics.max_pressure, Map.of(arm)
+    samples, highest, found = followed(arm, way), arm.pneumatics.max_pressure, map_of(arm)
     fig.heading(f"Lengths along {called(way)} inside those that are possible ({stance(arm)})")
     ax = fig.subplots()
     found.fill(ax, highest, HELD)

@@ -12,8 +12,8 @@ from contarm_sim.mechanics import routing
 from contarm_sim.model.arm import Arm
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.colours import DISCRETISATION, ERROR
-from contarm_sim.view.figures.common import BROAD, THIN, Way, called, followed, section_look
-from contarm_sim.view.sections import section_hex
+from contarm_sim.view.figures.common import BROAD, THIN, Way, called, followed
+from contarm_sim.view.sections import section_hex, section_look
 from contarm_sim.view.stance import stance
 from contarm_sim.view.style import Sheet
 

@@ -13,8 +13,8 @@ from contarm_sim.kinematics.backbone import Backbone
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.colours import BLACK, HELD, PURPLE, TARGET
-from contarm_sim.view.figures.common import once, upside_down
-from contarm_sim.view.sections import section_hex, section_places
+from contarm_sim.view.once import once
+from contarm_sim.view.sections import section_body, section_hex, section_places
 from contarm_sim.view.style import Sheet
 from contarm_sim.view.trim import trim
 from contarm_sim.view.workspace import Grid, Workspace, folds, hull, planar_tips, workspace
@@ -22,9 +22,6 @@ from contarm_sim.view.workspace import Grid, Workspace, folds, hull, planar_tips
 MM = 1e3
 CELLS, POSES = 64, 1_000_000
 """Cells of a map in the length of the arm, and poses that it is drawn from."""
-
-_WIDTHS = (3.6, 2.4, 1.4)
-"""Of lines of sections, which are told apart without colours too [pt]."""
 
 _BY_THE_AXIS = 0.06
 """Cells so near to the axis [share of the length] are too small to hold enough poses. What is shown is even over the
@@ -39,7 +36,7 @@ class _Plane:
 
     def __init__(self, fig: Sheet, arm: Arm) -> None:
         self.ax: Any = fig.subplots()
-        self.backbone, self._way = shape.backbone(arm), -MM if upside_down(arm) else MM
+        self.backbone, self._way = shape.backbone(arm), -MM if arm.world.up[2] < -0.9999 else MM
         self._outer = _hull(self.backbone)
         self._pulled = any(arm.gravity) and abs(abs(arm.gravity[2]) - np.linalg.norm(arm.gravity)) < 1e-9
 
@@ -140,17 +137,11 @@ def _draw_examples(plane: _Plane, arm: Arm) -> None:
         bends = np.stack([angles, 0 * angles], axis=-1)
         for number, xi in enumerate(section_places(arm, 40)):
             line = np.stack(plane.placed(*sections.position(bends, plane.backbone, xi)[:, [0, 2]].T))
-            ax.plot(*line, color=section_hex(number), linewidth=_WIDTHS[number % 3])
+            ax.plot(*line, **section_body(number))
             ax.plot(*line[:, -1], "o", color=section_hex(number), markersize=4)
     for number in range(len(limits)):
         limit = np.degrees(limits[number])
-        ax.plot(
-            [],
-            [],
-            color=section_hex(number),
-            linewidth=_WIDTHS[number % 3],
-            label=f"section {number + 1}, to {limit:.0f}°",
-        )
+        ax.plot([], [], **section_body(number), label=f"section {number + 1}, to {limit:.0f}°")
 
 
 def density(fig: Sheet, arm: Arm) -> None:

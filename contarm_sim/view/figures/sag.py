@@ -15,7 +15,8 @@ from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.paths.reference import Reference
 from contarm_sim.studies.scenarios import HANGING
 from contarm_sim.view.colours import LIMIT, NOTE
-from contarm_sim.view.figures.common import bend_colours, once
+from contarm_sim.view.figures.common import bend_colours
+from contarm_sim.view.once import once
 from contarm_sim.view.stance import stance
 from contarm_sim.view.style import Sheet
 

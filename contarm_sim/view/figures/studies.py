@@ -5,15 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.lag import moved_by_motion
-from contarm_sim.results.compare import compare
+from contarm_sim.results.compare import Comparison, compare
+from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies import convergence as refinement
 from contarm_sim.studies.at_rest import Failure, Outcome, attempt
 from contarm_sim.studies.controllers import compare_controllers
 from contarm_sim.studies.scenarios import dome_grid, scenarios
+from contarm_sim.studies.tip_stiffness import Stiffness
 from contarm_sim.studies.tip_stiffness import stiffness as tip_stiffness
-from contarm_sim.view.figures.common import DURATION, Way, followed, once
+from contarm_sim.view.figures.common import DURATION, Way, followed
+from contarm_sim.view.once import once
 from contarm_sim.view.report.budget import draw_parts
 from contarm_sim.view.report.error_maps import draw_error_maps
 from contarm_sim.view.report.errors_by_bend import draw_errors_by_bend
@@ -40,8 +44,13 @@ def _at_rest(arm: Arm, grid: int) -> list[Outcome | Failure]:
 
 def budget(fig: Sheet, arm: Arm, way: Way | None = None) -> None:
     """Draw the tip error along a path, and its parts along it, stacked."""
+    draw_parts(fig, *_split(arm, way))
+
+
+@once
+def _split(arm: Arm, way: Way | None) -> tuple[Trajectory, Comparison, tuple[Array, Array]]:
     samples = followed(arm, way)
-    draw_parts(fig, samples, compare(samples), moved_by_motion(samples))
+    return samples, compare(samples), moved_by_motion(samples)
 
 
 def convergence(fig: Sheet, arm: Arm) -> None:
@@ -64,4 +73,9 @@ _compared = once(compare_controllers)
 
 def stiffness(fig: Sheet, arm: Arm) -> None:
     """Draw tip stiffness against pressure at 60 degrees, closed form and simulated."""
-    draw_stiffness(fig, tip_stiffness(arm, arc.from_polar(np.pi / 3, 0.0)))
+    draw_stiffness(fig, _stiffness(arm))
+
+
+@once
+def _stiffness(arm: Arm) -> Stiffness:
+    return tip_stiffness(arm, arc.from_polar(np.pi / 3, 0.0))

@@ -12,14 +12,11 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.results.compare import Comparison
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.colours import DISCRETISATION, ERROR, MISS, MOTION, SERVO, SHAPE
-from contarm_sim.view.sections import section_hex
+from contarm_sim.view.sections import section_look
 from contarm_sim.view.style import Sheet
 
 LEAST = 1e-4
 """Foot of logarithmic axes [mm]."""
-
-DASHES: tuple[Any, ...] = ("-", (0, (4, 1.5)), (0, (4, 1.2, 1, 1.2)), (0, (1, 1)), (0, (7, 1.5)), (0, (2, 1)))
-"""They tell sections apart without colour."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,10 +184,7 @@ def _of_sections(panels: list[Any], time: Array, comparison: Comparison) -> list
     sizes = [1e3 * of for of in (comparison.section_discretisation, comparison.section_servo, comparison.section_shape)]
     drawn: list[Any] = []
     for ax, own in zip(panels, sizes, strict=True):
-        drawn = [
-            ax.plot(time, own[:, number], color=section_hex(number), linestyle=DASHES[number % len(DASHES)])[0]
-            for number in range(own.shape[1])
-        ]
+        drawn = [ax.plot(time, own[:, number], **section_look(number))[0] for number in range(own.shape[1])]
         ax.set_yscale("log")
         ax.set_ylim(LEAST, 2 * max(float(np.max(sizes)), LEAST))
     return drawn

@@ -13,7 +13,7 @@ from contarm_sim.studies.at_rest import Failure, Outcome
 from contarm_sim.studies.verdict import MODEL_LIMIT
 from contarm_sim.view.colours import LIMIT, SCENARIOS
 from contarm_sim.view.report.error_field import error_field
-from contarm_sim.view.sections import section_hex
+from contarm_sim.view.sections import section_marks
 from contarm_sim.view.style import Sheet
 
 LEAST = 1e-3
@@ -21,9 +21,6 @@ LEAST = 1e-3
 
 FINE, PLANES = 171, np.linspace(0, 2 * np.pi, 72, endpoint=False)
 """Bend angles, and planes [rad], that lines and bands are drawn of."""
-
-MARKS = "os^vDP"
-"""They tell scenarios, and sections, apart without colour."""
 
 HOLDS = f"below {MODEL_LIMIT:g} %: constant curvature holds"
 _HEADING = "Tip error at rest against bend"
@@ -76,7 +73,7 @@ def _scale(ax: Any, least: float, most: float) -> None:
     ax.set_yscale("log")
     ax.set_ylim(least, most)
     ax.yaxis.set_major_formatter("{x:g}")
-    ax.axhline(MODEL_LIMIT, color=LIMIT, linestyle="--", label=HOLDS)
+    ax.axhline(MODEL_LIMIT, color=LIMIT, linewidth=0.9, label=HOLDS)
 
 
 def _draw_poses(fig: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
@@ -100,7 +97,7 @@ def _draw_poses(fig: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> 
         largest = parts.argmax(axis=-1)
         for number in range(len(arm.sections)):
             own = largest == number
-            ax.plot(total[own], error[own], MARKS[number % len(MARKS)], color=section_hex(number), fillstyle="none")
+            ax.plot(total[own], error[own], **section_marks(number))
     for ax in panels.flat[len(outcomes) :]:
         ax.set_axis_off()
     for ax in panels[-1]:
@@ -108,8 +105,7 @@ def _draw_poses(fig: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> 
         ax.tick_params(labelbottom=True)
     for ax in panels[:, 0]:
         ax.set_ylabel("tip error vs arcs\n[% of length]")
-    marks = [panels[0, 0].plot([], [], MARKS[i % 6], color=section_hex(i), fillstyle="none")[0]
-             for i in range(len(arm.sections))]  # fmt: skip
+    marks = [panels[0, 0].plot([], [], **section_marks(i))[0] for i in range(len(arm.sections))]
     names = [f"section {i + 1} moves the tip most" for i in range(len(marks))]
     limit, _ = panels[0, 0].get_legend_handles_labels()
     fig.legend([*marks, limit[0]], [*names, HOLDS], loc="outside lower center", ncols=2 if fig.wide else 1)

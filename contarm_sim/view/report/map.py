@@ -15,6 +15,7 @@ from contarm_sim.mechanics.statics import balance
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.pneumatic_law import PneumaticLaw
 from contarm_sim.view.colours import ANALYTIC, BLACK
+from contarm_sim.view.once import once
 from contarm_sim.view.stance import stance
 from contarm_sim.view.style import Sheet
 
@@ -35,14 +36,6 @@ class Map:
 
     deltas: Array
     ways: tuple[tuple[Array, Array], ...]
-
-    @classmethod
-    def of(cls, arm: Arm) -> Map:
-        """Return the map of an arm."""
-        bend = arc.from_polar(_BENDS[:, None], _PLANES)
-        inflated, (vented,) = ways_to_hold(balance(bend, arm), arm)
-        always = np.full(inflated.shape[:-1], np.inf)
-        return cls(1e3 * routing.arc_deltas(bend, arm), ((inflated[..., 0], always), *vented))
 
     def room(self, pressure: float) -> Array:
         """Return what is left of a pressure [Pa] in the best way to hold a bend, shape (bends, planes).
@@ -74,6 +67,15 @@ class Map:
         return self.deltas[..., 1], self.deltas[..., 2]
 
 
+@once
+def map_of(arm: Arm) -> Map:
+    """Return the map of an arm."""
+    bend = arc.from_polar(_BENDS[:, None], _PLANES)
+    inflated, (vented,) = ways_to_hold(balance(bend, arm), arm)
+    always = np.full(inflated.shape[:-1], np.inf)
+    return Map(1e3 * routing.arc_deltas(bend, arm), ((inflated[..., 0], always), *vented))
+
+
 def no_map(arm: Arm) -> str | None:
     """Say what an arm would have to be for its map to be drawn, or None: it is of the paper's muscles."""
     if len(arm.sections) > 1:
@@ -103,7 +105,7 @@ def draw_possibility(fig: Sheet, arms: dict[str, Arm]) -> None:
     grid = fig.subplots(*shape, sharex=True, sharey=True, squeeze=False)
     panels = list(grid.flat)
     for ax, arm in zip(panels, arms.values(), strict=False):
-        found = Map.of(arm)
+        found = map_of(arm)
         for level, colour in zip(levels[:0:-1], colours[::-1], strict=True):  # each over the one before
             found.fill(ax, level, colour)
         found.edge(ax, arm.pneumatics.max_pressure, colors=BLACK, linewidths=1.0)

@@ -14,8 +14,7 @@ from contarm_sim.model.pneumatic_law import PneumaticLaw
 from contarm_sim.results.compare import Comparison
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.colours import LIMIT, SIMULATED, TARGET
-from contarm_sim.view.report.budget import DASHES
-from contarm_sim.view.sections import backbone_lines
+from contarm_sim.view.sections import backbone_lines, dashes
 from contarm_sim.view.space import space
 from contarm_sim.view.style import Sheet
 from contarm_sim.view.trim import trim
@@ -73,7 +72,7 @@ def draw_muscles(fig: Sheet, samples: Trajectory) -> None:
     fig.align_ylabels(panels[:, 0])
     most = max((group.routing.count for group in groups), default=0)
     for i in range(most):
-        panels[0, 0].plot([], [], color=muscle_hex(i), linestyle=DASHES[i % 6], label=f"muscle {i + 1}")
+        panels[0, 0].plot([], [], color=muscle_hex(i), linestyle=dashes(i), label=f"muscle {i + 1}")
     handles, labels = panels[0, 0].get_legend_handles_labels()
     if pneumatic and np.isinf(samples.pressure).any():
         handles.append(panels[3, 0].plot([], [], "k^", linestyle="none")[0])
@@ -85,7 +84,7 @@ def draw_muscles(fig: Sheet, samples: Trajectory) -> None:
 def _lines(ax: Any, time: Array, values: Array) -> None:
     """Draw a line a muscle through values of shape (T, n)."""
     for i in range(values.shape[1]):
-        ax.plot(time, values[:, i], color=muscle_hex(i), linestyle=DASHES[i % 6])
+        ax.plot(time, values[:, i], color=muscle_hex(i), linestyle=dashes(i))
 
 
 def _pressures(ax: Any, time: Array, pressure: Array, law: PneumaticLaw) -> None:
