@@ -300,8 +300,8 @@ def test_weight_over_stiffness_counts_the_payload():
 
 
 def test_own_paths_are_followed(contarm, tmp_path):
-    way = common.Way("the circle", Reference.from_path(named("circle", ARM.length, 2.0, max_bend=0.5), ARM))
-    ax = drawn(lambda sheet: FIGURES["angles"][1](sheet, ARM, way)).axes[0]
+    own = common.OwnPath("the circle", Reference.from_path(named("circle", ARM.length, 2.0, max_bend=0.5), ARM))
+    ax = drawn(lambda sheet: FIGURES["angles"][1](sheet, ARM, own)).axes[0]
     np.testing.assert_allclose(ax.lines[1].get_ydata(), np.degrees(0.5), atol=1e-6)
     given = ("--links", "8", "--figures", "svg", "--path", "circle", "--max-bend", "30deg", "--duration", "2")
     code, out, _ = contarm("figures", *given, "--out", "f")

@@ -108,6 +108,12 @@ def bend_words(bend: Any, arm: Arm) -> str:
     return ", ".join(words)
 
 
+def base_rim(arm: Arm, points: int = 49) -> Array:
+    """Return the rim of the base plate [m], shape (points, 3), the first again as the last."""
+    turn = np.linspace(0, 2 * np.pi, points)
+    return arm.disk_radius * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+
+
 def reachable_tips(arm: Arm, rows: int, columns: int, largest: float = np.pi - 1e-9) -> Array:
     """Return the dome of reachable tips, or the hull of those of several sections [m], shape (T, columns, 3).
 

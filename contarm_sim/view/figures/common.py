@@ -28,7 +28,7 @@ _BEND_MAP, _BEND_END = "viridis", 0.86
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class OwnPath:
     """What the arm follows in the figures of one's own path.
 
     Attributes:
@@ -41,22 +41,22 @@ class Way:
 
 
 @once
-def followed(arm: Arm, way: Way | None = None, project: dome.Projection = "refuse") -> Trajectory:
-    """Return the motion of an arm with the `servo` controller: the paper's spiral in ten seconds, or along a way.
+def followed(arm: Arm, own: OwnPath | None = None, project: dome.Projection = "refuse") -> Trajectory:
+    """Return the motion of an arm with the `servo` controller: the paper's spiral in ten seconds, or one's own path.
 
     Args:
         project: what becomes of the targets of the paper's spiral; unless targets must be reached, those on its shell.
     """
-    if way is not None:
-        return simulate(arm, way.reference)
+    if own is not None:
+        return simulate(arm, own.reference)
     name = "spiral" if project == "refuse" else "sphere-spiral"
     path = paths.named(name, arm.length, DURATION)
     return simulate(arm, Reference.from_path(path, arm, project=project))
 
 
-def called(way: Way | None) -> str:
+def called(own: OwnPath | None) -> str:
     """Return what a path is called in a heading."""
-    return "the spiral" if way is None else way.name
+    return "the spiral" if own is None else own.name
 
 
 def bend_colours(angles: ArrayLike) -> Any:

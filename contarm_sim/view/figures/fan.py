@@ -12,7 +12,7 @@ from contarm_sim.paths.reference import Reference
 from contarm_sim.view.colours import SIMULATED
 from contarm_sim.view.figures.common import bend_colours
 from contarm_sim.view.once import once
-from contarm_sim.view.space import space
+from contarm_sim.view.space import add_space
 from contarm_sim.view.stance import stance
 from contarm_sim.view.style import Sheet
 from contarm_sim.view.trim import trim
@@ -26,10 +26,10 @@ _OFF = (-15, 105, 225)
 _POINTS = np.linspace(0, 1, 60)
 
 
-def fan(fig: Sheet, arm: Arm) -> None:
+def fan(sheet: Sheet, arm: Arm) -> None:
     """Draw arcs of growing bend in three planes, and in one of these the simulated arm at rest under its own loads."""
-    fig.heading(f"Arcs of constant curvature by bend, and the simulated arm at rest ({stance(arm)})")
-    ax = space(fig, arm)
+    sheet.heading(f"Arcs of constant curvature by bend, and the simulated arm at rest ({stance(arm)})")
+    ax = add_space(sheet, arm)
     planes = ax.broadside + np.radians(_OFF)
     shown = float(planes[0])
     for plane in planes[::-1]:
@@ -44,7 +44,7 @@ def fan(fig: Sheet, arm: Arm) -> None:
         before, tip = arc.position(bend, arm.length, np.array([0.99, 1.0]))
         ax.note(tip, f"{degrees}°", away=tip - before)
     ax.settle()
-    trim(fig, 105)
+    trim(sheet, 105)
 
 
 @once

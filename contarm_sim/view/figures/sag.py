@@ -26,16 +26,16 @@ BENDS = (30, 90, 150)
 _MARKS = ("o", "s", "D")
 
 
-def sag(fig: Sheet, arm: Arm) -> None:
+def sag(sheet: Sheet, arm: Arm) -> None:
     """Draw how far weight moves the resting tip with perfect lengths, against weight over stiffness, at three bends.
 
     The weight is that of the arm and its payload; an arm without gravity hangs.
     """
     weights, own, moved = _moved(arm)
     pulled = _pulled(arm)
-    fig.heading(f"How far weight moves the resting tip, by bend ({stance(pulled)})")
-    fig.tall(92 if fig.wide else 80)
-    ax = fig.subplots()
+    sheet.heading(f"How far weight moves the resting tip, by bend ({stance(pulled)})")
+    sheet.tall(92 if sheet.wide else 80)
+    ax = sheet.subplots()
     for degrees, colour, marker, each in zip(BENDS, bend_colours(BENDS), _MARKS, moved, strict=True):
         ax.loglog(weights, each, color=colour, marker=marker, label=f"bend {degrees}°")
     ax.axvline(own, color=LIMIT, linestyle=(0, (4, 2)), linewidth=1.0)

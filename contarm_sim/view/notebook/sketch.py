@@ -117,9 +117,9 @@ def _scale(scale: float, span: float, height: int) -> str:
 def _arrow(width: int, height: int, pull: Array) -> str:
     """Return an arrow that points as gravity does in the picture, in its corner."""
     x, y, turn = width - 14, height - 20, math.degrees(math.atan2(pull[1], pull[0])) - 90
-    way = f'<path d="M{x} {y - 14}v26m-4 -6l4 7l4 -7" stroke="{INK}" stroke-width="1.3"'
-    way += f' transform="rotate({turn:.0f} {x} {y})"/>' if abs(turn) > 0.5 else "/>"
-    return way + f'<text x="{x - 24}" y="{y + 2}" font-size="12" font-style="italic" fill="{INK}">g</text>'
+    arrow = f'<path d="M{x} {y - 14}v26m-4 -6l4 7l4 -7" stroke="{INK}" stroke-width="1.3"'
+    arrow += f' transform="rotate({turn:.0f} {x} {y})"/>' if abs(turn) > 0.5 else "/>"
+    return arrow + f'<text x="{x - 24}" y="{y + 2}" font-size="12" font-style="italic" fill="{INK}">g</text>'
 
 
 def _svg(width: int, height: int, parts: Sequence[Any], words: str) -> str:

@@ -26,7 +26,7 @@ HOLDS = f"below {MODEL_LIMIT:g} %: constant curvature holds"
 _HEADING = "Tip error at rest against bend"
 
 
-def draw_errors_by_bend(fig: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
+def draw_errors_by_bend(sheet: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
     """Draw tip error against bend angle, a line a scenario: the median of all bending planes in a band of their spread.
 
     Marks are medians of poses that were examined; the error between those is `error_field`'s.
@@ -35,10 +35,10 @@ def draw_errors_by_bend(fig: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failu
     whose shape or links move the tip most. A scenario without rest poses says so.
     """
     if len(arm.sections) > 1:
-        _draw_poses(fig, arm, outcomes)
+        _draw_poses(sheet, arm, outcomes)
         return
-    fig.tall(100 if fig.wide else 106)
-    ax = fig.subplots()
+    sheet.tall(100 if sheet.wide else 106)
+    ax = sheet.subplots()
     most = 2.0
     for outcome in outcomes:
         colour, dashes, mark = SCENARIOS[outcome.scenario.name]
@@ -58,8 +58,8 @@ def draw_errors_by_bend(fig: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failu
     _scale(ax, LEAST, 1.5 * most)
     ax.set_xlabel("bend angle [deg]")
     ax.set_ylabel("tip error vs arc [% of length]")
-    fig.legend(loc="outside lower center", ncols=2 if fig.wide else 1)
-    fig.heading(f"{_HEADING}: median of all bending planes; bands are their spread")
+    sheet.legend(loc="outside lower center", ncols=2 if sheet.wide else 1)
+    sheet.heading(f"{_HEADING}: median of all bending planes; bands are their spread")
 
 
 def _total(outcome: Outcome) -> Array:
@@ -76,11 +76,11 @@ def _scale(ax: Any, least: float, most: float) -> None:
     ax.axhline(MODEL_LIMIT, color=LIMIT, linewidth=0.9, label=HOLDS)
 
 
-def _draw_poses(fig: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
-    columns = 2 if fig.wide else 1
+def _draw_poses(sheet: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
+    columns = 2 if sheet.wide else 1
     rows = -(-len(outcomes) // columns)
-    fig.tall((58 if fig.wide else 48) * rows + 24)
-    panels = fig.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    sheet.tall((58 if sheet.wide else 48) * rows + 24)
+    panels = sheet.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     rested = [outcome.comparison.tip_error for outcome in outcomes if isinstance(outcome, Outcome)]
     found = 100 * np.concatenate([*rested, np.zeros(0)]) / arm.length
     found = np.append(found[found > LEAST], MODEL_LIMIT)
@@ -108,5 +108,5 @@ def _draw_poses(fig: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> 
     marks = [panels[0, 0].plot([], [], **section_marks(i))[0] for i in range(len(arm.sections))]
     names = [f"section {i + 1} moves the tip most" for i in range(len(marks))]
     limit, _ = panels[0, 0].get_legend_handles_labels()
-    fig.legend([*marks, limit[0]], [*names, HOLDS], loc="outside lower center", ncols=2 if fig.wide else 1)
-    fig.heading(f"{_HEADING} of all sections")
+    sheet.legend([*marks, limit[0]], [*names, HOLDS], loc="outside lower center", ncols=2 if sheet.wide else 1)
+    sheet.heading(f"{_HEADING} of all sections")

@@ -14,7 +14,7 @@ from contarm_sim.results.compare import Comparison
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.colours import ANALYTIC, DARK_PAGE, FAINT, LIMIT, SIMULATED, TARGET, error_scale
 from contarm_sim.view.report.contrast import lightened
-from contarm_sim.view.sections import backbone_lines, reachable_tips
+from contarm_sim.view.sections import backbone_lines, base_rim, reachable_tips
 
 POINTS = 600
 """Points of a line, at most."""
@@ -73,9 +73,7 @@ def _traces(samples: Trajectory, comparison: Comparison) -> list[dict[str, Any]]
 
 def _base(arm: Arm) -> dict[str, Any]:
     """Return the rim of the base plate."""
-    turn = np.linspace(0, 2 * np.pi, 37)
-    rim = arm.disk_radius * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
-    return _line("base", rim, {"color": LIMIT, "width": 6})
+    return _line("base", base_rim(arm, 37), {"color": LIMIT, "width": 6})
 
 
 def _gravity(arm: Arm, dome: Array) -> list[dict[str, Any]]:
