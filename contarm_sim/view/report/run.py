@@ -53,7 +53,7 @@ class RunReport:
         given = self._samples, self._comparison
         save(folder, "path", lambda sheet: draw_path(sheet, *given), prints)
         save(folder, "budget", lambda sheet: draw_budget(sheet, *given, self._motion), prints)
-        save(folder, "muscles", lambda sheet: draw_muscles(sheet, *given), prints)
+        save(folder, "muscles", lambda sheet: draw_muscles(sheet, self._samples), prints)
 
     def write_page(self, folder: Path, summary: dict[str, Any]) -> None:
         """Write report.html around the figures and the film that are there; `summary` has more than the report's."""

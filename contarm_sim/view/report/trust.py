@@ -9,10 +9,8 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.studies.how_far import Trust, TrustUnderLoad
 from contarm_sim.studies.what_it_takes import Change
-from contarm_sim.view.colours import BLUE, GREEN, LIMIT, ORANGE, RED
+from contarm_sim.view.colours import LIMIT, SCENARIOS
 from contarm_sim.view.style import Sheet
-
-_LOOKS = {"free": (BLUE, ":"), "gravity": (ORANGE, "-"), "payload": (RED, "--"), "upright": (GREEN, "-.")}
 
 _FLOOR = 1e-3
 """Least tip error that is drawn [% of length]."""
@@ -98,7 +96,7 @@ def draw_trust(sheet: Sheet, found: Trust) -> None:
         over, around = sheet.subplots(2, 1, height_ratios=[1.5, 1])
     off_at_once = False
     for each in found.loads:
-        (colour, dashes), errors = _LOOKS[each.trusted.under.load], each.trusted.error_percent
+        (colour, dashes, mark), errors = SCENARIOS[each.trusted.under.load], each.trusted.error_percent
         shown = np.where(np.isfinite(errors) & (errors >= _FLOOR), errors, np.nan)[1:]
         rests = np.isfinite(shown).any(axis=1)
         bends, shown = found.bend_deg[1:][rests], shown[rests]
@@ -108,10 +106,10 @@ def draw_trust(sheet: Sheet, found: Trust) -> None:
             over.plot(bends, high, color=colour, linestyle=dashes)
         own = each.trusted.within(found.within_percent)
         if own.least_deg and not own.everywhere and not own.no_rest:
-            over.plot(own.least_deg, found.within_percent, "o", color=colour)
+            over.plot(own.least_deg, found.within_percent, mark, color=colour)
         planes, largest = np.append(found.plane_deg, 360.0), np.append(own.bend_deg, own.bend_deg[0])
         around.plot(planes, np.where(largest > 0, largest, np.nan), color=colour, linestyle=dashes)
-        over.plot([], [], color=colour, linestyle=dashes, label=each.trusted.under.meaning)
+        over.plot([], [], color=colour, linestyle=dashes, marker=mark, label=each.trusted.under.meaning)
         off_at_once |= not own.least_deg
     if off_at_once:
         note = "not drawn where the straight\narm is off by more already"
