@@ -542,6 +542,7 @@ def test_each_of_two_runs_is_on_its_own_side(gl, arm):
 @pytest.mark.parametrize("longer_first", [True, False])
 def test_a_gif_of_two_runs_is_as_long_as_the_longer(gl, arm, tmp_path, longer_first):
     from PIL import Image
+    from PIL.GifImagePlugin import GifImageFile
 
     runs = samples_of(arm, np.full((101, 2), 0.8)), spiral(arm)
     one, other = runs if longer_first else runs[::-1]
@@ -549,6 +550,7 @@ def test_a_gif_of_two_runs_is_as_long_as_the_longer(gl, arm, tmp_path, longer_fi
     assert both.count == 11
     write_gif(both, tmp_path / "v.gif")
     with Image.open(tmp_path / "v.gif") as film:
+        assert isinstance(film, GifImageFile)
         assert film.n_frames == 11
 
 

@@ -20,7 +20,7 @@ from contarm_sim.view.report.budget import draw_budget
 from contarm_sim.view.report.run_figures import draw_muscles, draw_path
 from contarm_sim.view.report.samples_csv import write_samples
 from contarm_sim.view.report.words import in_short
-from contarm_sim.view.style import save
+from contarm_sim.view.style import Draw, save
 
 
 class RunReport:
@@ -48,12 +48,20 @@ class RunReport:
         (folder / "arm.xml").write_text(exact_xml(arm_spec(samples.arm, "pressures" if self._pressures else "lengths")))
         (folder / "arm.toml").write_text(arm_to_toml(samples.arm))
 
-    def draw(self, folder: Path, prints: Prints = PLAIN) -> None:
-        """Draw the figures `path`, `budget` and `muscles`, each file whole or not at all."""
+    @property
+    def figures(self) -> dict[str, Draw]:
+        """What draws the figures, by their names: `path`, `budget`, `muscles`."""
         given = self._samples, self._comparison
-        save(folder, "path", lambda sheet: draw_path(sheet, *given), prints)
-        save(folder, "budget", lambda sheet: draw_budget(sheet, *given, self._motion), prints)
-        save(folder, "muscles", lambda sheet: draw_muscles(sheet, *given), prints)
+        return {
+            "path": lambda sheet: draw_path(sheet, *given),
+            "budget": lambda sheet: draw_budget(sheet, *given, self._motion),
+            "muscles": lambda sheet: draw_muscles(sheet, *given),
+        }
+
+    def draw(self, folder: Path, prints: Prints = PLAIN) -> None:
+        """Draw all figures, each file whole or not at all."""
+        for stem, draw in self.figures.items():
+            save(folder, stem, draw, prints)
 
     def write_page(self, folder: Path, summary: dict[str, Any]) -> None:
         """Write report.html around the figures and the film that are there; `summary` has more than the report's."""
