@@ -5,7 +5,7 @@ All are told apart by the colour-blind and in grey (Okabe and Ito's set, and vio
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,8 +30,26 @@ ERROR = BLACK
 DISCRETISATION, SERVO, SHAPE, MOTION, MISS = BLUE, GREEN, ORANGE, PURPLE, RED
 """Parts of the tip error."""
 
-FREE, LOADED = BLUE, ORANGE
-"""An arm without and with what loads it."""
+
+class Line(NamedTuple):
+    """What tells a line from others, without colour too: #rrggbb, matplotlib's dashes and its mark."""
+
+    colour: str
+    dashes: str
+    mark: str
+
+
+_FREE = Line(BLUE, ":", "o")
+
+LOADS = {
+    "free": _FREE,
+    "ideal": _FREE,
+    "naive": Line(SKY, "-", "s"),
+    "gravity": Line(ORANGE, "-", "^"),
+    "payload": Line(RED, "--", "v"),
+    "upright": Line(GREEN, "-.", "D"),
+}
+"""What loads an arm, by the names of loads and of scenarios; both mean the same by them."""
 
 LIMIT = "#777777"
 """Highest and lowest values that are allowed."""

@@ -15,15 +15,12 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.shape import backbone, bends_of
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.colours import muscle_colour, muscle_hex
+from contarm_sim.view.colours import SIMULATED
 from contarm_sim.view.workspace import around, hull
 
 _COLOURS = ((0.30, 0.32, 0.36), (0.07, 0.45, 0.47), (0.55, 0.33, 0.12), (0.36, 0.27, 0.55), (0.16, 0.42, 0.20),
             (0.55, 0.20, 0.33))  # fmt: skip
 """Dark enough for lines on white and for disks in the scene; none is a muscle's, the path's or the target's."""
-
-
-_BACKBONE = "#0072B2"
-"""Of an arm of one section."""
 
 
 def section_colour(number: int) -> tuple[float, float, float]:
@@ -103,7 +100,7 @@ def reachable_tips(arm: Arm, rows: int, columns: int, largest: float = np.pi - 1
 def backbone_lines(stations: Array, arm: Arm) -> list[tuple[str, str, Array]]:
     """Return name, colour (#rrggbb) and stations of each section of a backbone with stations of shape (N + 1, 3)."""
     if len(arm.sections) == 1:
-        return [("backbone", _BACKBONE, stations)]
+        return [("backbone", SIMULATED, stations)]
     ends = np.cumsum([0, *(section.links for section in arm.sections)])
     return [
         (f"section {number + 1}", section_hex(number), stations[start : end + 1])

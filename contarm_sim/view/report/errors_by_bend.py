@@ -11,7 +11,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.studies.at_rest import Failure, Outcome
 from contarm_sim.studies.verdict import MODEL_LIMIT
-from contarm_sim.view.colours import BLUE, LIMIT, ORANGE, PURPLE, RED, SKY
+from contarm_sim.view.colours import LIMIT, LOADS
 from contarm_sim.view.report.error_field import error_field
 from contarm_sim.view.sections import section_hex
 from contarm_sim.view.style import Sheet
@@ -23,10 +23,7 @@ FINE, PLANES = 171, np.linspace(0, 2 * np.pi, 72, endpoint=False)
 """Bend angles, and planes [rad], that lines and bands are drawn of."""
 
 MARKS = "os^vDP"
-"""They tell scenarios, and sections, apart without colour."""
-
-_LOOKS = {"ideal": (BLUE, "o"), "naive": (SKY, "s"), "gravity": (ORANGE, "^"), "payload": (RED, "v"),
-          "upright": (PURPLE, "D")}  # fmt: skip
+"""They tell sections apart without colour."""
 
 HOLDS = f"below {MODEL_LIMIT:g} %: constant curvature holds"
 _HEADING = "Tip error at rest against bend"
@@ -47,7 +44,7 @@ def draw_errors_by_bend(fig: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failu
     ax = fig.subplots()
     most = 2.0
     for outcome in outcomes:
-        colour, mark = _LOOKS[outcome.scenario.name]
+        colour, dashes, mark = LOADS[outcome.scenario.name]
         words = outcome.scenario.meaning
         if isinstance(outcome, Failure):
             ax.plot([], [], " ", label=f"{words}: {outcome.verdict}")
@@ -56,10 +53,10 @@ def draw_errors_by_bend(fig: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failu
         at = np.linspace(0, np.radians(angle.max()), FINE)
         low, middle, high = np.quantile(error_field(outcome, at[:, None], PLANES), (0, 0.5, 1), axis=1)
         ax.fill_between(np.degrees(at), low, high, color=colour, alpha=0.3, linewidth=0)
-        ax.plot(np.degrees(at), middle, color=colour)
+        ax.plot(np.degrees(at), middle, color=colour, linestyle=dashes)
         rings = np.unique(angle)
         ax.plot(rings, [np.median(error[angle == ring]) for ring in rings], mark, color=colour, linestyle="none")
-        ax.plot([], [], mark, color=colour, linestyle="-", label=words)
+        ax.plot([], [], mark, color=colour, linestyle=dashes, label=words)
         most = max(most, float(high.max()))
     _scale(ax, LEAST, 1.5 * most)
     ax.set_xlabel("bend angle [deg]")

@@ -9,10 +9,8 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.studies.how_far import Trust, TrustUnderLoad
 from contarm_sim.studies.trusted_bends import TrustedBend
 from contarm_sim.studies.what_it_takes import Change
-from contarm_sim.view.colours import BLUE, GREEN, LIMIT, ORANGE, RED
+from contarm_sim.view.colours import LIMIT, LOADS
 from contarm_sim.view.style import Sheet
-
-_LOOKS = {"free": (BLUE, ":"), "gravity": (ORANGE, "-"), "payload": (RED, "--"), "upright": (GREEN, "-.")}
 
 _FLOOR = 1e-3
 """Least tip error that is drawn [% of length]."""
@@ -99,7 +97,7 @@ def draw_trust(sheet: Sheet, found: Trust) -> None:
         over, around = sheet.subplots(2, 1, height_ratios=[1.5, 1])
     off_at_once = False
     for each in found.loads:
-        (colour, dashes), errors = _LOOKS[each.trusted.under.load], each.trusted.error_percent
+        (colour, dashes, _), errors = LOADS[each.trusted.under.load], each.trusted.error_percent
         shown = np.maximum(np.where(np.isfinite(errors), errors, np.nan), _FLOOR)[1:]
         rests = np.isfinite(shown).any(axis=1)
         bends, shown = found.bend_deg[1:][rests], shown[rests]
