@@ -20,8 +20,9 @@ from contarm_sim.view.colours import ERROR, error_colours, rgb
 from contarm_sim.view.rendering.caption import PAPER, Caption
 from contarm_sim.view.rendering.draw import ArmRenderer
 from contarm_sim.view.rendering.encode import CODECS, encoder, encoding
-from contarm_sim.view.rendering.film import Look, Scale, film
+from contarm_sim.view.rendering.film import film
 from contarm_sim.view.rendering.insets import error_plot, inset_cards, muscle_plot
+from contarm_sim.view.rendering.look import Look, Scale
 from contarm_sim.view.rendering.panel import LETTERS, Plot, card, fits
 from contarm_sim.view.rendering.video import Shot, write_gif, write_pictures, write_still, write_video, write_webp
 

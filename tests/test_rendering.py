@@ -18,11 +18,13 @@ from contarm_sim.mjcf.framing import Frame
 from contarm_sim.model.arm import Arm
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.rendering.cameras import Camera, extent
-from contarm_sim.view.rendering.draw import ArmRenderer, Overlays, still
+from contarm_sim.view.rendering.draw import ArmRenderer, Overlays
 from contarm_sim.view.rendering.encode import encoder, encoding
-from contarm_sim.view.rendering.film import Look, Scale, film, film_beside, frame_indices
+from contarm_sim.view.rendering.film import film, film_beside
 from contarm_sim.view.rendering.gl import choose_backend
+from contarm_sim.view.rendering.look import Look, Scale, frame_indices
 from contarm_sim.view.rendering.overlays import thin
+from contarm_sim.view.rendering.still import still
 from contarm_sim.view.rendering.video import Shot, write_gif, write_still, write_video, write_webp
 
 NOTHING = Overlays(path=False, trace=False, target=False, ghost=False, frames=False)

@@ -25,8 +25,9 @@ from contarm_sim.view.live.redundancy import Redundancy
 from contarm_sim.view.live.session import Session
 from contarm_sim.view.prints import Prints
 from contarm_sim.view.rendering.draw import ArmRenderer, Overlays
-from contarm_sim.view.rendering.film import Look, film
+from contarm_sim.view.rendering.film import film
 from contarm_sim.view.rendering.gl import choose_backend
+from contarm_sim.view.rendering.look import Look
 from contarm_sim.view.report.budget import draw_budget
 from contarm_sim.view.report.run_figures import draw_muscles, draw_path
 from contarm_sim.view.report.samples_csv import write_samples

@@ -13,9 +13,11 @@ import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.files import appearing
-from contarm_sim.view.rendering.draw import Pixels, check_size
+from contarm_sim.view.rendering.draw import Pixels
 from contarm_sim.view.rendering.encode import CODECS, encoder, encoding
-from contarm_sim.view.rendering.film import Look, Progress, film, film_beside, frame_indices
+from contarm_sim.view.rendering.film import Progress, film, film_beside
+from contarm_sim.view.rendering.formats import FPS, check_size
+from contarm_sim.view.rendering.look import Look, frame_indices
 
 if TYPE_CHECKING:
     from contarm_sim.results.trajectory import Trajectory
@@ -42,7 +44,7 @@ class Shot:
 
     samples: Trajectory
     look: Look
-    fps: float = 30
+    fps: float = FPS
     speed: float = 1.0
     beside: Trajectory | None = None
     names: tuple[str, str] = ("", "")
