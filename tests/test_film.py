@@ -412,3 +412,14 @@ def test_a_disk_that_fills_up_while_drawing_keeps_the_numbers(contarm, monkeypat
     assert "no report.html: cannot write: No space left on device" in err
     assert "Traceback" not in err
     assert set(os.listdir(tmp_path / "r")) == {"summary.json", "samples.csv", "trajectory.npz", "arm.xml", "arm.toml"}
+
+
+def test_sizes_and_rates_unless_given_are_the_same_for_all_ways_to_film():
+    from contarm_sim.cli.render import render
+    from contarm_sim.view.rendering.formats import SIZES, USUAL, usual_fps
+
+    default = next(each.default for each in render.params if each.name == "size")
+    assert SIZES[default] == SIZES[USUAL] == (Look().width, Look().height)
+    assert Shot(spiral(Arm()), Look()).fps == usual_fps(".mp4", True)
+    given = [usual_fps(".gif", True), usual_fps(".webp", True), usual_fps(".gif", False), usual_fps(".mp4", True, True)]
+    assert given == [15.0, 15.0, 2.0, 20.0]

@@ -215,3 +215,23 @@ def test_a_page_without_figures_says_why(tmp_path, kinds, said):
     text = (tmp_path / "report.html").read_text()
     assert text.count(said) == 1
     assert "<figure>" not in text
+
+
+def test_what_a_run_was_asked_is_told_with_its_own_rate_and_duration():
+    arm = Arm()
+    run = simulate(arm, along(arm, "circle", 0.3))
+    report = RunReport(run, poses=2)
+    told = report.told("circle", command="contarm run")
+    assert told.items() >= report.summary.items()
+    assert {key: told[key] for key in told.keys() - report.summary.keys()} == {
+        "path": "circle",
+        "duration": pytest.approx(0.3),
+        "path_parameters": {},
+        "project": "refuse",
+        "timestep": run.timestep,
+        "rate": 100.0,
+        "command": "contarm run",
+        "video": "not asked for",
+    }
+    asked = report.told("x", command="", duration=2.0, direction=(0, 0, 1), video="video.mp4")
+    assert (asked["duration"], asked["direction"], asked["video"]) == (2.0, (0, 0, 1), "video.mp4")
