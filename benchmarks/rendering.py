@@ -38,7 +38,8 @@ def _bare(shot: Shot, path: Path, shadow: bool = False) -> None:
     ):
         for i in frame_indices(samples, shot.fps):
             data.qpos[:] = samples.qpos[i]
-            mujoco.mj_forward(model, data)
+            for update in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_camlight, mujoco.mj_tendon):
+                update(model, data)
             renderer.update_scene(data, look.camera)
             add(renderer.render())
 

@@ -163,3 +163,15 @@ def test_bad_arguments_are_refused():
     for given in ({"wanted": 4.0}, {"within": -1.0}, {"planes": 0}, {"wanted": float("nan")}):
         with pytest.raises(InputError):
             studies.trust(ARM, **given)
+
+
+def test_what_muscles_cannot_hold_is_not_taken_for_an_error_of_the_model():
+    stiff = Arm(links=6, bending_stiffness=0.5)
+    found = studies.trust(stiff, planes=1)
+    free = _load(found, "free").trusted
+    (bend,) = (each for each in free.bends if each.within_percent == 5.0)
+    assert 90 < bend.least_deg < 170
+    assert "limit of 177 N" in bend.no_rest
+    assert np.nanmax(free.error_percent[np.isfinite(free.error_percent)]) < 5.0
+    assert free.bends[0].no_rest is None
+    assert "has no pose at rest" in paragraph(studies.trust(stiff, within=5.0, planes=1))

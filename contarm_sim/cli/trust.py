@@ -66,7 +66,10 @@ def _show(found: studies.Trust, words: str) -> None:
     columns = ["load", "weight/stiffness", *(f"within {bound:g} % [deg]" for bound in bounds), "worst plane [deg]"]
     finer = [f"{each.trusted.under.meaning} {each.twice_the_links_deg:.1f} deg"
              for each in found.loads if each.twice_the_links_deg is not None]  # fmt: skip
-    caption = f"with twice the links, within {found.within_percent:g} %: {', '.join(finer)}" if finer else None
+    captions = [f"with twice the links, within {found.within_percent:g} %: {', '.join(finer)}"] if finer else []
+    if any(bend.no_rest for each in found.loads for bend in each.trusted.bends):
+        captions.append("* beyond it the arm has no pose at rest, or its muscles do not hold one")
+    caption = "\n".join(captions) or None
     rows = [_cells(found, each) for each in found.loads]
     table("largest bends at which constant curvature holds", columns, rows, caption)
     click.echo(click.wrap_text(words, min(width(), 120)))
@@ -74,7 +77,7 @@ def _show(found: studies.Trust, words: str) -> None:
 
 def _cells(found: studies.Trust, each: studies.TrustUnderLoad) -> list[str]:
     own, under = each.trusted.bends, each.trusted.under
-    bends = ["any" if bend.everywhere else f"{bend.least_deg:.1f}" for bend in own]
-    asked = next(bend for bend in own if bend.within_percent == found.within_percent)
+    bends = ["any" if bend.everywhere else f"{bend.least_deg:.1f}{'*' * bool(bend.no_rest)}" for bend in own]
+    asked = each.trusted.within(found.within_percent)
     worst = "" if asked.everywhere else f"{asked.towards_deg:.0f}"
     return [under.meaning, f"{under.weight_over_stiffness:.2f}", *bends, worst]

@@ -95,6 +95,8 @@ def trust(
     several = len(arm.sections) > 1
     most = LARGEST_OF_SECTIONS if several else LARGEST_BEND
     bend = as_number(wanted) if wanted is not None else WANTED / (1 + several)
+    if math.isnan(bend):
+        raise InputError("wanted", repr(wanted), "an angle [rad]")
     if not 0 < bend <= most:
         given = f"{bend:.6g} rad ({math.degrees(bend):.6g} deg)"
         raise InputError("wanted bend", given, f"more than 0, at most {math.degrees(most):.0f} deg")
@@ -114,7 +116,7 @@ def trust(
 
 def _twice_the_links(found: Trusted, angles: Array, within: float) -> float | None:
     """Return the least bend within a bound [deg] of an arm of twice the links, in the same plane."""
-    bend, arm = next(each for each in found.bends if each.within_percent == within), found.under.arm
+    bend, arm = found.within(within), found.under.arm
     if bend.everywhere or bend.least_deg == 0 or not can_double(arm):
         return None
     finer, plane = relinked(arm, double=True), math.radians(bend.towards_deg)

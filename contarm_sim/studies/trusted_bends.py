@@ -8,14 +8,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from contarm_sim.errors import DivergenceError, EquilibriumError, InputError
+from contarm_sim.errors import DivergenceError, EquilibriumError, PressureError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.document import HIDDEN, INLINE
-from contarm_sim.studies.scenarios import UPRIGHT, under_loads
+from contarm_sim.studies.scenarios import UPRIGHT, under_loads, weight_over_stiffness
 
 WITHIN = (0.1, 1.0, 5.0)
 """Tip errors that are asked about [% of length]."""
@@ -61,6 +61,8 @@ class TrustedBend:
         least_deg: the least of them.
         towards_deg: the plane of that [deg].
         everywhere: whether no bend is beyond in any plane.
+        no_rest: why the arm has no pose at rest beyond the least bend, or its muscles do not hold one; None where it is
+            the tip error that is beyond.
     """
 
     within_percent: float
@@ -68,6 +70,7 @@ class TrustedBend:
     least_deg: float
     towards_deg: float
     everywhere: bool
+    no_rest: str | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +88,14 @@ class Trusted:
     error_percent: Array
     bends: tuple[TrustedBend, ...]
 
+    def within(self, percent: float) -> TrustedBend:
+        """Return the largest bends within one of the bounds [% of length].
+
+        Raises:
+            StopIteration: it was not asked about.
+        """
+        return next(bend for bend in self.bends if bend.within_percent == percent)
+
 
 def loaded_arms(arm: Arm) -> list[LoadedArm]:
     """Return an arm free, under gravity and with a payload; one without gravity of its own hanging and upright."""
@@ -101,12 +112,6 @@ def loaded_arms(arm: Arm) -> list[LoadedArm]:
     return [LoadedArm(load, named[load], each, weight_over_stiffness(each)) for load, each in loads.items()]
 
 
-def weight_over_stiffness(arm: Arm) -> float:
-    """Return (m + payload) g L^2/EI [-]; of several sections, L/EI is the sum of theirs."""
-    weight = (arm.mass + arm.payload) * math.hypot(*arm.gravity)
-    return sum(weight * arm.length * section.length / section.bending_stiffness for section in arm.sections)
-
-
 def posed(arm: Arm, angle: Array, plane: Array) -> Array:
     """Return bends [rad], shape (..., 2 S), in which every section has the same bend angle and plane [rad]."""
     return np.tile(arc.from_polar(angle, plane), len(arm.sections))
@@ -120,7 +125,7 @@ def tip_errors(arm: Arm, angles: Array, plane: float) -> Array:
     bends = posed(arm, angles, np.full(len(angles), plane))
     try:
         return 100 * poses_at_rest(arm, Reference.from_bends(bends, arm)).tip_error / arm.length
-    except (EquilibriumError, DivergenceError, InputError):
+    except (EquilibriumError, DivergenceError, PressureError):
         if len(angles) == 1:
             return np.array([NO_REST])
         half = len(angles) // 2
@@ -130,6 +135,15 @@ def tip_errors(arm: Arm, angles: Array, plane: float) -> Array:
 def tip_error(arm: Arm, angle: float, plane: float) -> float:
     """Return the tip error [% of length] of one bend angle in a plane [rad], as `tip_errors`."""
     return float(tip_errors(arm, np.array([angle]), plane)[0])
+
+
+def why_no_rest(arm: Arm, angle: float, plane: float) -> str | None:
+    """Say why an arm has no pose at rest of a bend angle in a plane [rad]; None if it has one."""
+    try:
+        poses_at_rest(arm, Reference.from_bends(posed(arm, np.array([angle]), np.array([plane])), arm))
+    except (EquilibriumError, DivergenceError, PressureError) as error:
+        return str(error)
+    return None
 
 
 def trusted(under: LoadedArm, angles: Array, planes: Array, within: tuple[float, ...] = WITHIN) -> Trusted:
@@ -145,7 +159,9 @@ def trusted(under: LoadedArm, angles: Array, planes: Array, within: tuple[float,
         found = np.degrees([bend(bound, column) for column in range(len(planes))])
         worst = int(found.argmin())
         everywhere = bool((errors <= bound).all())
-        bends.append(TrustedBend(bound, found, float(found[worst]), math.degrees(planes[worst]), everywhere))
+        least, plane = float(found[worst]), float(planes[worst])
+        reason = None if everywhere else why_no_rest(arm, math.radians(least) + 2 * CLOSE, plane)
+        bends.append(TrustedBend(bound, found, least, math.degrees(plane), everywhere, reason))
     return Trusted(under, errors, tuple(bends))
 
 

@@ -87,11 +87,11 @@ def what_it_takes(found: Trusted, angles: Array, planes: Array, bend: float, wit
     worst = max(worst, float(found.error_percent[: len(below)].max(initial=0.0)))
     if worst <= within:
         return None
-    free = max(float(tip_errors(arm.unloaded, tried, plane).max()) for plane in planes)
+    free = max(float(tip_errors(_strong(arm.unloaded, 1.0), tried, plane).max()) for plane in planes)
     why = None
-    if free > within or not any(arm.gravity):
-        said = "no rest" if math.isinf(free) else f"a tip error of {free:.3g} % of length"
-        why = f"without any weight its {arm.links} links alone leave {said}: it takes more links"
+    if free > within:
+        why = f"without any weight its {arm.links} links alone leave a tip error of {free:.3g} % of length"
+        why = "it has no rest there without any weight" if math.isinf(free) else f"{why}: it takes more links"
 
     def change(changed: Changed, value: Callable[[Arm], float | None], sign: int, otherwise: str) -> Change:
         if why is not None:

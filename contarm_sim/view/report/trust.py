@@ -40,13 +40,15 @@ def _mm(found: Trust) -> float:
 
 
 def _how_far(found: Trust, each: TrustUnderLoad) -> str:
-    own = next(bend for bend in each.trusted.bends if bend.within_percent == found.within_percent)
+    own = each.trusted.within(found.within_percent)
     return f"{each.trusted.under.meaning} {_bend(found, own)}" + ("." if each is found.loads[-1] else ",")
 
 
 def _bend(found: Trust, bend: TrustedBend) -> str:
     if bend.everywhere:
         return f"{found.max_bend_deg:.0f} deg, the most that was tried"
+    if bend.least_deg and bend.no_rest:
+        return f"{bend.least_deg:.1f} deg, beyond which it has no pose at rest"
     return f"{bend.least_deg:.1f} deg" if bend.least_deg else "none, for it is off even when straight"
 
 
@@ -98,14 +100,14 @@ def draw_trust(sheet: Sheet, found: Trust) -> None:
     off_at_once = False
     for each in found.loads:
         (colour, dashes, _), errors = LOADS[each.trusted.under.load], each.trusted.error_percent
-        shown = np.maximum(np.where(np.isfinite(errors), errors, np.nan), _FLOOR)[1:]
+        shown = np.where(np.isfinite(errors) & (errors >= _FLOOR), errors, np.nan)[1:]
         rests = np.isfinite(shown).any(axis=1)
         bends, shown = found.bend_deg[1:][rests], shown[rests]
         if len(bends):
             low, high = np.nanmin(shown, axis=1), np.nanmax(shown, axis=1)
             over.fill_between(bends, low, high, color=colour, alpha=0.3, linewidth=0)
             over.plot(bends, high, color=colour, linestyle=dashes)
-        own = next(bend for bend in each.trusted.bends if bend.within_percent == found.within_percent)
+        own = each.trusted.within(found.within_percent)
         if own.least_deg and not own.everywhere:
             over.plot(own.least_deg, found.within_percent, "o", color=colour)
         planes, largest = np.append(found.plane_deg, 360.0), np.append(own.bend_deg, own.bend_deg[0])
