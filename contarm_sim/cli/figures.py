@@ -11,7 +11,7 @@ from contarm_sim.cli.figure_options import figure_options
 from contarm_sim.cli.options import ANGLE, TIME, Command, arm_options, json_option, out_option
 from contarm_sim.errors import InputError
 from contarm_sim.model.arm import Arm
-from contarm_sim.view.prints import Prints
+from contarm_sim.view.prints import KINDS, Prints
 
 
 @click.command(cls=Command)
@@ -63,7 +63,12 @@ def figures(arm: Arm, names: tuple[str, ...], listing: bool, path_name: str | No
             raise InputError("name", repr(name), f"for {missing[name]}; of this arm: {', '.join(known)}")
         if name not in known:
             raise InputError("name", repr(name), ", ".join(known))
+    if not prints.kinds:
+        raise InputError("--figures", "none", f"one kind at least: {', '.join(KINDS)}")
     own = _own_path(arm, path_name, duration, max_bend, project)
+    takes = ", ".join(name for name in known if name in FOLLOWING)
+    for name in (name for name in names if own is not None and name not in FOLLOWING):
+        raise InputError("name", repr(name), f"with a path of one's own, one that follows it: {takes}")
     chosen = names or tuple(name for name in known if own is None or name in FOLLOWING)
     target = Path(out) if out is not None else default_folder("figures")
     check_output(target)

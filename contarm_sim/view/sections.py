@@ -103,7 +103,8 @@ def bend_words(bend: Any, arm: Arm) -> str:
     for own in bends_of(bend, arm):
         angle, plane = (float(np.round(np.degrees(x))) for x in arc.to_polar(own))
         plane = 180.0 if plane == -180 else plane
-        where = f"towards {plane + 0.0:.0f}°" if len(arm.sections) == 1 else f"({plane + 0.0:.0f}°)"
+        turned = f"{plane + 0.0:.0f}°".replace("-", "\N{MINUS SIGN}")
+        where = f"towards {turned}" if len(arm.sections) == 1 else f"({turned})"
         words.append(f"{angle:.0f}° {where}")
     return ", ".join(words)
 

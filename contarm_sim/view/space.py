@@ -38,20 +38,21 @@ _RIM, _CORNERS = 0.04, (0.09, 0.09, 0.03)
 _BESIDE = 0.07
 """How far beside the box gravity is drawn [share of its width]."""
 
-_NUMBERS, _NAMES = 9.0, (22.5, 28.0)
-"""How far numbers of x and y, and their names, are from the axes [pt]."""
+_NUMBERS, _NAMES, _FARTHER = 9.0, (22.5, 28.0), (6.0, 11.0)
+"""How far numbers of x and y, and their names, are from the axes [pt], and how much farther long names are."""
 
 
 class Space(Axes):
     """Axes of the world, Z up, with the base at the origin, in mm: give points in the base frame [m], then `settle`.
 
     The world is the base frame turned so that gravity points down, unless the arm states how it stands; without either
-    the two are one.
+    the two are one. Where they are not, the axes' names say that they are the world's.
     """
 
     def __init__(self, *place: Any, arm: Arm, **given: Any) -> None:
         super().__init__(*place, **given)
         self._arm, self._turn, self._seen = arm, base_rotation(arm), [np.zeros((1, 3))]
+        self._frame = "" if np.allclose(self._turn, np.eye(3)) else "world "
         self.set_axis_off()
         self.set_aspect("equal", anchor="N")
         self._plate()
@@ -157,12 +158,12 @@ class Space(Axes):
             far, beside = (5.0, "right") if axis == 2 else (_NUMBERS, "center")
             words = f"{mark:.6g}".replace("-", "\N{MINUS SIGN}")
             self.annotate(words, spot, tuple(far * out), ha=beside, va="center", **look)
+        words = f"{self._frame}{name} [mm]"
         if axis == 2:
-            self.annotate(f"{name} [mm]", tuple(end), (0, 5), ha="center", va="bottom", **look)
+            self.annotate(words, tuple(end), (0, 5), ha="center", va="bottom", **look)
         else:
-            self.annotate(
-                f"{name} [mm]", tuple(0.5 * (start + end)), tuple(_NAMES[axis] * out), ha="center", va="center", **look
-            )
+            far = _NAMES[axis] + (_FARTHER[axis] if self._frame else 0.0)
+            self.annotate(words, tuple(0.5 * (start + end)), tuple(far * out), ha="center", va="center", **look)
 
     def _gravity(self, low: Array, high: Array) -> None:
         """Draw an arrow along gravity beside the right edge."""
@@ -207,6 +208,13 @@ def _step(least: float) -> float:
 
 
 def _ticks(low: float, high: float, step: float, clear: float) -> Array:
-    """Return multiples of a step between two limits, none within a share of their distance from them."""
+    """Return multiples of a step between two limits, none within a share of their distance from them.
+
+    Where there are fewer than two, those of the next smaller round step that has two.
+    """
     rim = clear * (high - low)
-    return np.array(step * np.arange(math.ceil((low + rim) / step), math.floor((high - rim) / step) + 1))
+    while True:
+        found = np.array(step * np.arange(math.ceil((low + rim) / step), math.floor((high - rim) / step) + 1))
+        if len(found) > 1:
+            return found
+        step = _step(0.4 * step)

@@ -9,7 +9,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.paths.reference import Reference
-from contarm_sim.view.colours import SIMULATED
+from contarm_sim.view.colours import BLACK, SIMULATED
 from contarm_sim.view.figures.common import bend_colours
 from contarm_sim.view.once import once
 from contarm_sim.view.space import add_space
@@ -38,7 +38,8 @@ def fan(sheet: Sheet, arm: Arm) -> None:
             label = "arc, coloured by bend" if (degrees, plane) == (90, shown) else None
             ax.trace(line, color=colour, linewidth=1.6 if plane == shown else 1.0, label=label)
     bends, chains = _at_rest(arm, shown)
-    look = {"color": SIMULATED, "linestyle": "", "marker": "o", "markersize": 2.2}
+    look = {"color": SIMULATED, "linestyle": "", "marker": "o", "markersize": 3.2, "markeredgecolor": BLACK,
+            "markeredgewidth": 0.6}  # fmt: skip
     for degrees, bend, stations in zip(BENDS, bends, chains, strict=True):
         ax.trace(stations, **look, label="simulated at rest" if degrees == BENDS[0] else None)
         before, tip = arc.position(bend, arm.length, np.array([0.99, 1.0]))

@@ -19,6 +19,9 @@ from contarm_sim.view.style import Sheet
 
 MM = 1e3
 
+_LEAST_RANGE = 1.0
+"""Axes of differences reach over so much at least [deg]: less would draw noise large."""
+
 _CLEAR = np.radians(5.0)
 """Bends below it have no plane that would be worth a number [rad]."""
 
@@ -41,13 +44,22 @@ def angles(sheet: Sheet, arm: Arm, own: OwnPath | None = None) -> None:
         for number in range(len(arm.sections)):
             value.plot(samples.time, commanded[i][:, number], **THIN | ({"label": None} if number else {}))
         value.set_ylabel(("bend angle [deg]", "plane angle [deg]")[i])
-        off.set_ylabel(("difference\n[deg]", "difference where\nbent > 5° [deg]")[i])
+        off.set_ylabel(f"simulated \N{MINUS SIGN} analytic\n{('[deg]', 'where bent > 5° [deg]')[i]}")
+        _open(off)
         if i == 0:
             value.legend(loc="best")
         elif several:
             for number in range(len(arm.sections)):
                 off.plot([], [], **section_look(number), label=f"section {number + 1}")
             off.legend(loc="best")
+
+
+def _open(ax: Any) -> None:
+    """Let an axis of differences reach over no less than `_LEAST_RANGE`, zero in its middle if it would."""
+    low, high = ax.get_ylim()
+    if high - low < _LEAST_RANGE:
+        middle = 0.0 if max(-low, high) < 0.5 * _LEAST_RANGE else 0.5 * (low + high)
+        ax.set_ylim(middle - 0.5 * _LEAST_RANGE, middle + 0.5 * _LEAST_RANGE)
 
 
 def _angles(samples: Trajectory) -> list[list[Array]]:

@@ -58,7 +58,7 @@ class _Plane:
         self.ax.set(xlim=(left, wide + edge), ylim=(low, high))
         self.ax.set_aspect("equal", anchor="N")
         self.ax.set_xlabel("distance from the axis [mm]")
-        self.ax.set_ylabel("height z [mm]" if self._pulled else "along the base's axis, z [mm]")
+        self.ax.set_ylabel("height above the base [mm]" if self._pulled else "along the base's axis, z [mm]")
         if self._pulled:
             start, shaft = np.array([left + edge, high - edge]), np.array([0.0, 0.5 * wide])
             gravity_arrow(self.ax, start, start - shaft)

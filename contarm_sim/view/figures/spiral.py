@@ -18,7 +18,7 @@ def spiral(sheet: Sheet, arm: Arm) -> None:
     sheet.heading(f"The paper's spiral and the nearest one that the tip can reach ({stance(arm)})")
     ax = add_space(sheet, arm)
     ax.reachable()
-    ax.trace(samples.target, color=TARGET, linestyle=(0, (4, 2)), label="paper's, on its shell")
+    ax.trace(samples.target, color=TARGET, linestyle=(0, (7, 1.5, 1, 1.5)), label="paper's, on its shell")
     ax.trace(samples.stations[:, -1], **BROAD | {"label": "simulated tip"})
     ax.trace(arc.position(samples.bend, arm.length), **THIN | {"label": "nearest, analytic tip"})
     ax.settle()

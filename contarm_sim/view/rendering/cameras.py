@@ -41,13 +41,21 @@ def check_camera(name: str) -> str:
     return name
 
 
-def extent(*runs: Trajectory) -> Array:
-    """Return points of the base frame about which all of some runs happens [m], shape (T, 3)."""
+def extent(*runs: Trajectory, path: bool = True, ghost: bool = True) -> Array:
+    """Return points of the base frame about which all of some runs happens [m], shape (T, 3).
+
+    Args:
+        path, ghost: whether targets and analytic arcs are drawn; what is not takes no room.
+    """
     points = []
     for run in runs:
         some = np.unique(np.linspace(0, len(run) - 1, _MOMENTS).round().astype(int))
-        arcs = [shape.position(bend, run.arm, xi) for bend in run.bend[some] for xi in section_places(run.arm, 4)]
-        points += [run.stations[some].reshape(-1, 3), run.target, *arcs]
+        points.append(run.stations[some].reshape(-1, 3))
+        if path:
+            points.append(run.target)
+        if ghost:
+            places = section_places(run.arm, 4)
+            points += [shape.position(bend, run.arm, xi) for bend in run.bend[some] for xi in places]
     return np.vstack(points)
 
 

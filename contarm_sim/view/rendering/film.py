@@ -136,7 +136,8 @@ def _together(
     wide = max((card.width for card in cards.values()), default=0)
     high = max((card.height for card in cards.values()), default=0)
     frame = Frame(top=top, cards=(wide / look.width, high / look.height))
-    seen = extent(*(run.samples for run in runs))
+    drawn = look.overlays
+    seen = extent(*(run.samples for run in runs), path=drawn.path or drawn.target, ghost=drawn.ghost)
     with ExitStack() as stack:
         films = [
             stack.enter_context(closing(_pictures(run.samples, run.indices, look, scale, seen, frame))) for run in runs

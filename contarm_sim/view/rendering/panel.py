@@ -66,8 +66,8 @@ class Panel:
 
     def __init__(self, size: tuple[int, int], letters: float, plot: Plot) -> None:
         self._start, self._end = float(plot.course[0]), float(plot.course[-1])
-        empty, _ = _picture(*card(size, letters, plot, curves=False))
-        full, (self._left, self._right, self._top, self._bottom) = _picture(*card(size, letters, plot))
+        empty, *_ = _picture(*card(size, letters, plot, curves=False))
+        full, (self._left, self._right, self._top, self._bottom), self._names = _picture(*card(size, letters, plot))
         self._full, self._later = full.astype(np.uint8), (empty + _AHEAD * (full - empty)).astype(np.uint8)
         self.gap = size[1] // 13
         self._thick = max(1, round(letters / 12))
@@ -94,7 +94,11 @@ class Panel:
         left = gap if corner == "left" else image.shape[1] - width - gap
         card = image[image.shape[0] - height - gap : image.shape[0] - gap, left : left + width]
         card[:, :now], card[:, now:] = self._full[:, :now], self._later[:, now:]
-        card[self._top : self._bottom, max(now - self._thick, 0) : now + 1] = _NOW
+        rows = np.arange(self._top, self._bottom)
+        for first, last, top, foot in self._names:  # names of limits stay to be read
+            if first <= now <= last:
+                rows = rows[(rows < top) | (rows > foot)]
+        card[rows, max(now - self._thick, 0) : now + 1] = _NOW
 
 
 def fits(size: tuple[int, int], letters: float, plot: Plot) -> bool:
@@ -187,12 +191,22 @@ def _draw_legend(fig: Any, x: float, y: float, letters: float, plot: Plot) -> No
         x += measure(name + "  ")
 
 
-def _picture(fig: Any, ax: Any) -> tuple[NDArray[np.float32], tuple[int, int, int, int]]:
-    """Return the card, shape (height, width, 3), and the columns of first and last place, the rows of top and foot."""
+Box = tuple[int, int, int, int]
+"""First and last column, first and last row [pixels]."""
+
+
+def _picture(fig: Any, ax: Any) -> tuple[NDArray[np.float32], Box, list[Box]]:
+    """Return the card, shape (height, width, 3), the box of the axes, and those of words in them."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     canvas = FigureCanvasAgg(fig)
     canvas.draw()
     picture = np.asarray(canvas.buffer_rgba())[..., :3].astype(np.float32)
-    box, height = ax.get_window_extent(), picture.shape[0]
-    return picture, (round(box.x0), round(box.x1), height - round(box.y1), height - round(box.y0))
+    height = picture.shape[0]
+
+    def pixels(box: Any, rim: int = 0) -> Box:
+        high, low = height - round(box.y1), height - round(box.y0)
+        return round(box.x0) - rim, round(box.x1) + rim, high - rim, low + rim
+
+    names = [pixels(text.get_window_extent(), rim=2) for text in ax.texts]
+    return picture, pixels(ax.get_window_extent()), names

@@ -13,6 +13,7 @@ from contarm_sim.results.compare import Comparison
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.colours import DISCRETISATION, ERROR, MISS, MOTION, SERVO, SHAPE
 from contarm_sim.view.sections import section_look
+from contarm_sim.view.stance import stance
 from contarm_sim.view.style import Sheet
 
 LEAST = 1e-4
@@ -80,7 +81,8 @@ def draw_parts(
     ax.set_xlabel("time [s]")
     words = ["tip error: analytic vs simulated", *(part.words for part in split[1])]
     sheet.legend(handles, words, loc="outside lower center", ncols=2 if sheet.wide else 1)
-    sheet.heading("Where the tip error comes from: parts along the error, which add up to it")
+    held = stance(samples.arm)
+    sheet.heading(f"Where the tip error comes from ({held}): parts along the error, which add up to it")
 
 
 def draw_budget(
@@ -127,7 +129,8 @@ def draw_budget(
     sheet.get_layout_engine().set(h_pad=0.06)  # type: ignore[union-attr, call-arg]
     sheet.legend(handles, words, loc="outside lower center", ncols=2 if sheet.wide else 1, handlelength=3.2,
                handler_map={tuple: HandlerTuple(ndivide=2, pad=0.3)})  # fmt: skip
-    sheet.heading("Where the tip error comes from: parts along the error, which add up to it, and sizes of the parts")
+    held, parts = stance(samples.arm), "parts along the error, which add up to it, and sizes of the parts"
+    sheet.heading(f"Where the tip error comes from ({held}): {parts}")
 
 
 def _stack(ax: Any, samples: Trajectory, comparison: Comparison, split: Split) -> list[Any]:

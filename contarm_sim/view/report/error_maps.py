@@ -20,6 +20,9 @@ from contarm_sim.view.style import Sheet
 FINE = (81, 145)
 """Bend angles and planes that a map is drawn at."""
 
+_NAMED = 225.0
+"""Plane [deg] that the line's bend is written in."""
+
 
 def draw_error_maps(sheet: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
     """Draw tip error over the dome, one polar map a scenario: bend angle outwards, bending plane around.
@@ -47,7 +50,7 @@ def draw_error_maps(sheet: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure
         shown = np.maximum(error_field(outcome, radius, plane), LEAST)
         radius = np.degrees(radius)
         filled = ax.contourf(plane, radius, shown, levels=levels, norm=norm, cmap=colours)
-        ax.contour(plane, radius, shown, levels=[MODEL_LIMIT], colors="black", linewidths=1.2)
+        _limit(ax, plane, radius, shown)
         _furnish(ax, float(radius.max()), first=index == 0)
     if filled is not None:
         ax = sheet.add_subplot(scale)
@@ -58,9 +61,9 @@ def draw_error_maps(sheet: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure
             orientation="horizontal" if flat else "vertical", ticks=levels[1::3] if flat else levels,
         )  # fmt: skip
         bar.set_label("tip error vs arc [% of length]")
-        (bar.ax.axvline if flat else bar.ax.axhline)(MODEL_LIMIT, color="black", linewidth=1.2)
+        (bar.ax.axvline if flat else bar.ax.axhline)(MODEL_LIMIT, color="white", linewidth=1.2, path_effects=_edge(1.2))
         bar.minorticks_off()
-    sheet.heading("Tip error at rest: bend angle outwards, bending plane around; black line: 1 % of length")
+    sheet.heading("Tip error at rest: bend outwards, bending plane around; white line: 1 % of length")
 
 
 def _places(sheet: Sheet, maps: int) -> tuple[list[Any], Any]:
@@ -81,6 +84,30 @@ def _levels(most: float) -> Array:
     steps = np.array([first * 10.0**power for power in range(-3, 4) for first in (1, 2, 5)])
     steps = steps[steps >= 10 * LEAST]
     return np.concatenate([[LEAST], steps[: int(np.searchsorted(steps, max(most, 1.0), side="left")) + 1]])
+
+
+def _edge(width: float) -> list[Any]:
+    """Return what gives a line or letters a black edge."""
+    from matplotlib.patheffects import withStroke
+
+    return [withStroke(linewidth=width + 1.2, foreground="black")]
+
+
+def _limit(ax: Any, plane: Array, radius: Array, shown: Array) -> None:
+    """Draw the line where the error passes the limit, white with a black edge, and write its bend where it is named."""
+    line = ax.contour(plane, radius, shown, levels=[MODEL_LIMIT], colors="white", linewidths=1.2)
+    line.set_path_effects(_edge(1.2))
+    at = int(np.abs(plane[0] - np.radians(_NAMED)).argmin())
+    over, bends = shown[:, at] > MODEL_LIMIT, radius[:, at]
+    if over.all() or not over.any():
+        return
+    first = int(over.argmax())
+    around = slice(max(first - 1, 0), first + 1)
+    bend = float(np.interp(MODEL_LIMIT, shown[around, at], bends[around]))
+    beside = 1 if bend < 0.75 * bends[-1] else -1
+    towards = np.array([np.cos(np.radians(_NAMED)), np.sin(np.radians(_NAMED))])
+    ax.annotate(f"{bend:.0f}°", (np.radians(_NAMED), bend), xytext=tuple(beside * 9 * towards), color="white",
+                textcoords="offset points", ha="center", va="center", path_effects=_edge(0.6))  # fmt: skip
 
 
 def _furnish(ax: Any, largest: float, first: bool) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.ticker import NullLocator
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
@@ -19,6 +20,15 @@ from contarm_sim.view.style import Sheet
 LEAST = 1e-3
 """Smaller errors are not drawn [% of length]: a straight arm without load has none."""
 
+FIRST = 5.0
+"""Least bend that is drawn [deg]: below it errors are those of a straight arm, none, and what is left of them."""
+
+_TICKS = (5, 10, 20, 50, 100, 180)
+"""Bends that are named [deg]."""
+
+_SEEN = 1.1
+"""Spreads of less than this ratio are no wider than the line."""
+
 FINE, PLANES = 171, np.linspace(0, 2 * np.pi, 72, endpoint=False)
 """Bend angles, and planes [rad], that lines and bands are drawn of."""
 
@@ -29,7 +39,8 @@ _HEADING = "Tip error at rest against bend"
 def draw_errors_by_bend(sheet: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
     """Draw tip error against bend angle, a line a scenario: the median of all bending planes in a band of their spread.
 
-    Marks are medians of poses that were examined; the error between those is `error_field`'s.
+    The axis of bends is logarithmic, from `FIRST` on. Marks are medians of poses that were examined; the error between
+    those is `error_field`'s.
 
     Of several sections against the sum of all bend angles, a panel a scenario; each pose is a mark, that of the section
     whose shape or links move the tip most. A scenario without rest poses says so.
@@ -39,7 +50,7 @@ def draw_errors_by_bend(sheet: Sheet, arm: Arm, outcomes: Sequence[Outcome | Fai
         return
     sheet.tall(100 if sheet.wide else 106)
     ax = sheet.subplots()
-    most = 2.0
+    most, farthest, spread = 2.0, 2 * FIRST, False
     for outcome in outcomes:
         colour, dashes, mark = SCENARIOS[outcome.scenario.name]
         words = outcome.scenario.meaning
@@ -47,19 +58,26 @@ def draw_errors_by_bend(sheet: Sheet, arm: Arm, outcomes: Sequence[Outcome | Fai
             ax.plot([], [], " ", label=f"{words}: {outcome.verdict}")
             continue
         angle, error = _total(outcome), 100 * outcome.comparison.tip_error / arm.length
-        at = np.linspace(0, np.radians(angle.max()), FINE)
+        if angle.max() <= FIRST:
+            continue
+        at = np.geomspace(np.radians(FIRST), np.radians(angle.max()), FINE)
         low, middle, high = np.quantile(error_field(outcome, at[:, None], PLANES), (0, 0.5, 1), axis=1)
         ax.fill_between(np.degrees(at), low, high, color=colour, alpha=0.3, linewidth=0)
         ax.plot(np.degrees(at), middle, color=colour, linestyle=dashes)
         rings = np.unique(angle)
         ax.plot(rings, [np.median(error[angle == ring]) for ring in rings], mark, color=colour, linestyle="none")
         ax.plot([], [], mark, color=colour, linestyle=dashes, label=words)
-        most = max(most, float(high.max()))
+        most, farthest = max(most, float(high.max())), max(farthest, float(angle.max()))
+        spread |= bool(np.any(high > _SEEN * np.maximum(low, LEAST)))
     _scale(ax, LEAST, 1.5 * most)
-    ax.set_xlabel("bend angle [deg]")
+    named = [tick for tick in _TICKS if tick <= 1.01 * farthest]
+    ax.set(xscale="log", xlim=(FIRST / 1.04, 1.06 * farthest), xlabel="bend angle [deg]")
+    ax.set_xticks(named, [f"{tick:g}" for tick in named])
+    ax.xaxis.set_minor_locator(NullLocator())
     ax.set_ylabel("tip error vs arc [% of length]")
     sheet.legend(loc="outside lower center", ncols=2 if sheet.wide else 1)
-    sheet.heading(f"{_HEADING}: median of all bending planes; bands are their spread")
+    bands = "; a band is their spread" if spread else ""
+    sheet.heading(f"{_HEADING}: median of all bending planes{bands}")
 
 
 def _total(outcome: Outcome) -> Array:

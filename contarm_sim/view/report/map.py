@@ -21,6 +21,9 @@ from contarm_sim.view.style import Sheet
 
 _BENDS, _PLANES = np.radians(np.linspace(0, 179.9, 120)), np.linspace(0, 2 * np.pi, 361)
 _COLOURS = "cividis_r"
+_BELOW, _LEFT = 14.0, 22.0
+"""How far the names of the axes are from all panels: as much as numbers take [pt]."""
+
 ELLIPSE = "paper's ellipse, bends of 180°"
 
 
@@ -100,7 +103,7 @@ def draw_possibility(sheet: Sheet, arms: dict[str, Arm]) -> None:
     highest = max(arm.pneumatics.max_pressure for arm in arms.values())
     levels = highest * np.linspace(0, 1, 8)
     colours = colormaps[_COLOURS](np.linspace(0.06, 0.94, len(levels) - 1))
-    sheet.tall((70.0 if sheet.wide else 108.0) + 5.0 * sheet.titled)
+    sheet.tall((70.0 if sheet.wide else 112.0) + 5.0 * sheet.titled)
     shape = (1, len(arms)) if sheet.wide else (-(-len(arms) // 2), 2)
     grid = sheet.subplots(*shape, sharex=True, sharey=True, squeeze=False)
     panels = list(grid.flat)
@@ -111,10 +114,14 @@ def draw_possibility(sheet: Sheet, arms: dict[str, Arm]) -> None:
         found.edge(ax, arm.pneumatics.max_pressure, colors=BLACK, linewidths=1.0)
         found.frame(ax)
         ax.set_title(stance(arm))
-    grid[-1, (len(arms) - 1) // 2 if sheet.wide else 0].set_xlabel("length change\nof muscle 2 [mm]")
-    grid[-1, 0].set_ylabel("length change\nof muscle 3 [mm]")
+    around = sheet.add_subplot(grid[0, 0].get_gridspec()[:, :], frame_on=False, zorder=-1)
+    around.set(xticks=[], yticks=[])  # one name for all panels, off their numbers
+    around.set_xlabel("length change of muscle 2 [mm]", labelpad=_BELOW)
+    around.set_ylabel("length change of muscle 3 [mm]", labelpad=_LEFT)
     scale = ScalarMappable(BoundaryNorm(levels / 1e3, len(colours)), ListedColormap(colours))
     spare = panels[len(arms) :]
+    for ax in panels[len(arms) - shape[1] : len(arms)]:  # none below them
+        ax.tick_params(labelbottom=True)
     for ax in spare:
         ax.set_axis_off()
     within = {"cax": spare[0].inset_axes((0.05, 0.0, 0.1, 1.0))} if spare else {"ax": panels, "aspect": 28, "pad": 0.02}

@@ -16,6 +16,7 @@ from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.colours import LIMIT, SIMULATED, TARGET
 from contarm_sim.view.sections import backbone_lines, dashes
 from contarm_sim.view.space import add_space
+from contarm_sim.view.stance import stance
 from contarm_sim.view.style import Sheet
 from contarm_sim.view.trim import trim
 
@@ -37,7 +38,7 @@ def draw_path(sheet: Sheet, samples: Trajectory, comparison: Comparison) -> None
     ax.trace(comparison.simulated_tip, color=SIMULATED, linewidth=1.4, label="simulated tip")
     ax.settle()
     where = "inside the hull" if len(arm.sections) > 1 else "on the dome"
-    sheet.heading(f"Path of the tip {where} of reachable tips")
+    sheet.heading(f"Path of the tip {where} of reachable tips ({stance(arm)})")
     trim(sheet, 110)
 
 

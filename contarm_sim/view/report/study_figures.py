@@ -44,7 +44,9 @@ def draw_convergence(sheet: Sheet, study: Convergence) -> None:
     ):
         error = 1e3 * np.array(errors)
         if error.max() < ROUNDING:  # it would squeeze the others
-            ax.plot([], [], color=colour, marker=marker, label=f"{label}: below {ROUNDING * 1e6:g} nm")
+            ax.text(
+                0.03, 0.04, f"{label}:\nbelow {ROUNDING * 1e6:g} nm, not drawn", transform=ax.transAxes, va="bottom"
+            )
             continue
         ax.loglog(links, error, color=colour, marker=marker, label=label)
     first = 1e3 * study.max_error_vs_arc_m[0]
@@ -57,7 +59,7 @@ def draw_convergence(sheet: Sheet, study: Convergence) -> None:
     ax.set_xlabel("links N [-]")
     ax.set_ylabel("largest tip error [mm]")
     sheet.legend(loc="outside lower center", ncols=3 if sheet.wide else 1)
-    sheet.heading("Largest tip error of all poses against the number of links")
+    sheet.heading("Largest tip error of all poses against the number of links, without gravity")
 
 
 def draw_controllers(sheet: Sheet, found: ControllerComparison) -> None:
@@ -73,12 +75,12 @@ def draw_controllers(sheet: Sheet, found: ControllerComparison) -> None:
     most = min((group.law.pressure_limits[1] for group in found.arm.groups), default=np.inf)
     followed = [row for row in found.rows if isinstance(row, Followed)]
     values = [value for row in followed for value in (row.tip_rms_percent, row.along_rms_percent)]
+    panels[0].set_xscale("log")
+    panels[0].set_xlim(0.4 * min(values, default=0.1), 2.5 * max(values, default=10.0))
     for ax, load in zip(panels, loads, strict=True):
         for row in (row for row in found.rows if row.load == load):
             _row(ax, row, names.index(row.controller), most)
         ax.set_title(_LOADS[load])
-    panels[0].set_xscale("log")
-    panels[0].set_xlim(0.4 * min(values, default=0.1), 2.5 * max(values, default=10.0))
     panels[0].xaxis.set_major_formatter("{x:g}")
     panels[0].set_yticks(range(len(names)), names)
     panels[0].set_ylim(len(names) - 0.5, -0.5)
@@ -100,14 +102,17 @@ def _row(ax: Any, row: Followed | NotFollowed, place: int, most: float) -> None:
     """Draw one controller under one load; `most` is the highest pressure that there is [Pa]."""
     if isinstance(row, NotFollowed):
         needed = row.needed_pressure_pa
-        said = "failed" if needed is None else f"needs {needed / 1e3:.0f} kPa"
+        said = "not run: failed" if needed is None else f"not run: needs\n{needed / 1e3:.0f} kPa, has {most / 1e3:g}"
         ax.annotate(said, (0.04, place), xycoords=("axes fraction", "data"), va="center")
         return
     ax.plot(row.tip_rms_percent, place - APART, **_WHOLE)
     ax.plot(row.along_rms_percent, place + APART, **_ALONG)
     if row.peak_pressure_pa is not None and row.peak_pressure_pa > most:
-        ax.annotate(f"needs {row.peak_pressure_pa / 1e3:.0f} kPa", (row.tip_rms_percent, place - APART), xytext=(-5, 0),
-                    textcoords="offset points", ha="right", va="center")  # fmt: skip
+        low, high = ax.get_xlim()
+        right = row.tip_rms_percent < np.sqrt(low * high)  # where there is room for words
+        ax.annotate(f"needs {row.peak_pressure_pa / 1e3:.0f} kPa", (row.tip_rms_percent, place - APART),
+                    xytext=(5 if right else -5, 0), textcoords="offset points", ha="left" if right else "right",
+                    va="center")  # fmt: skip
 
 
 def draw_stiffness(sheet: Sheet, found: Stiffness) -> None:
@@ -139,7 +144,8 @@ def draw_stiffness(sheet: Sheet, found: Stiffness) -> None:
     sheet.legend(handles, labels, loc="outside lower center", ncols=2)
     angles = (float(arc.to_polar(own)[0]) for own in np.atleast_2d(found.bend))
     sheet.heading(
-        f"Tip stiffness at a bend of {', '.join(f'{np.degrees(angle):.0f}°' for angle in angles)}, by direction"
+        f"Tip stiffness at a bend of {', '.join(f'{np.degrees(angle):.0f}°' for angle in angles)}, "
+        "by direction, without gravity"
     )
 
 

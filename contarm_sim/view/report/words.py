@@ -107,7 +107,8 @@ def verdict_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
 def in_short(summary: dict[str, Any]) -> str:
     """Return the verdict in a few words, for a film's caption."""
     found = summary["constant_curvature"]
-    holds = f"{'holds within' if found['holds'] else 'does not hold:'} {found['error_percent']:.2f} % of length"
+    holds = "holds within" if found["holds"] else "does not hold: largest in the run"
+    holds = f"{holds} {found['error_percent']:.2f} % of length"
     good = summary["explained"] and summary["converged"] is not False
     left = summary["unexplained"]
     near = f" within {within(left['max_percent'])} %" if good and left is not None else ""
