@@ -21,7 +21,7 @@ from contarm_sim.view.colours import ANALYTIC, TARGET, error_colours, rgb
 from contarm_sim.view.live.session import Session
 from contarm_sim.view.live.shapes import as_bytes, cylinder, from_upright, hoop, linear, tube
 from contarm_sim.view.live.surroundings import Surroundings, add_lights
-from contarm_sim.view.rendering.muscles import thickness, tint
+from contarm_sim.view.rendering.muscles import radii, tint
 from contarm_sim.view.sections import muscle_colours, section_colour, section_places, tube_radii
 
 if TYPE_CHECKING:
@@ -143,10 +143,10 @@ class Scene:
         node.batched_wxyzs = from_upright(ends - starts)
 
     def _strength(self, paths: Array) -> tuple[Array, Array]:
-        """Return sizes and colours of all spans: the thicker and the brighter the more a muscle pulls."""
+        """Return sizes and colours of all spans: as thick as a muscle's law says, the brighter the more it pulls."""
         arm = self._session.arm
         share = self._session.reading.tensions / (0.5 * each(arm, lambda group: group.law.blocked_force))
-        radius = 0.5 * each(arm, lambda group: group.law.diameter) * thickness(share)
+        radius = radii(arm, self._session.plant.muscle_lengths)
         spans = np.linalg.norm(np.diff(paths, axis=1), axis=2)
         sizes = np.stack([*[np.repeat(radius[:, None], spans.shape[1], 1)] * 2, 1.02 * spans], axis=2)
         tints = np.array([as_bytes(linear(row)) for row in tint(share, muscle_colours(arm))])
