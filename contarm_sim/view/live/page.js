@@ -56,7 +56,7 @@
     const picture = document.querySelector("canvas[data-engine]")?.parentElement?.parentElement;
     if (picture && told.parentElement !== picture) picture.append(told);
     told.textContent = rate > 0 && rate < 20 && late
-      ? `This browser draws ${rate < 9.5 ? rate.toFixed(1) : rate.toFixed(0)} pictures a second, so that the arm keeps real time.` : "";
+      ? `This browser draws ${rate < 9.5 ? rate.toFixed(1) : rate.toFixed(0)} pictures a second, to leave the processor to the arm.` : "";
   }, 1000 * EVERY);
 
   // The sheet with the controls on a phone covers nothing of the scene; viser's notice about software says less than

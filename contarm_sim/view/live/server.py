@@ -77,6 +77,7 @@ def _loop(session: Session, shown: Page) -> None:
                 session.tick()
             except DivergenceError as error:
                 session.trouble = f"{error}; the simulation started again"
+            _try(session, shown.scene.note)
             _try(session, panel.note)
             due -= session.period
         if now >= next_picture and shown.server.get_clients():
