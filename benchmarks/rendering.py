@@ -18,8 +18,8 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.motion.simulate import simulate
 from contarm_sim.paths.reference import Reference
 from contarm_sim.view.rendering.encode import encoder, encoding
-from contarm_sim.view.rendering.film import Look, frame_indices
 from contarm_sim.view.rendering.gl import choose_backend
+from contarm_sim.view.rendering.look import Look, frame_indices
 from contarm_sim.view.rendering.video import Shot, write_video
 
 REPEATS = 3
@@ -38,7 +38,8 @@ def _bare(shot: Shot, path: Path, shadow: bool = False) -> None:
     ):
         for i in frame_indices(samples, shot.fps):
             data.qpos[:] = samples.qpos[i]
-            mujoco.mj_forward(model, data)
+            for update in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_camlight, mujoco.mj_tendon):
+                update(model, data)
             renderer.update_scene(data, look.camera)
             add(renderer.render())
 

@@ -10,7 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 @cache
 def _found() -> tuple[tuple[str, str], ...]:
     found = [("python", platform.python_version()), ("platform", platform.platform())]
-    for package in ("contarm-sim", "mujoco", "numpy", "scipy", "matplotlib", "dm-control", "mediapy"):
+    for package in ("contarm-sim", "mujoco", "numpy", "scipy", "matplotlib", "dm-control"):
         try:
             found.append((package, version(package)))
         except PackageNotFoundError:

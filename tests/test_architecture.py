@@ -76,10 +76,10 @@ def _loaded_after(code):
 
 
 def test_the_command_line_and_the_package_load_nothing_heavy():
-    heavy = {"numpy", "mujoco", "matplotlib", "scipy", "rich", "mediapy", "PIL"}
+    heavy = {"numpy", "mujoco", "matplotlib", "scipy", "rich", "PIL"}
     assert not heavy & _loaded_after("import contarm_sim.cli.main")
     assert not heavy & _loaded_after("import contarm_sim; contarm_sim.Arm()")
-    assert not {"mujoco", "matplotlib", "mediapy"} & _loaded_after("from contarm_sim import kinematics, paths")
+    assert not {"mujoco", "matplotlib"} & _loaded_after("from contarm_sim import kinematics, paths")
 
 
 def test_the_simulation_loads_scipy_only_where_it_needs_it():

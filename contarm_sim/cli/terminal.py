@@ -83,6 +83,14 @@ def progress(what: str) -> Iterator[Callable[[int, int], None]]:
             bar.stop()
 
 
+def width() -> int:
+    """Return how many characters a line on stdout takes: 120 where that is no terminal."""
+    from rich.console import Console
+
+    console = Console()
+    return console.width if console.is_terminal else 120
+
+
 def table(title: str, columns: list[str], rows: list[list[Any]], caption: str | None = None) -> None:
     """Print a table to stdout; numbers are aligned right."""
     from rich.box import SIMPLE_HEAD
@@ -97,8 +105,7 @@ def table(title: str, columns: list[str], rows: list[list[Any]], caption: str | 
         made.add_column(escape(column), justify="left" if index == 0 else "right", overflow="fold")
     for row in rows:
         made.add_row(*(escape(value) if isinstance(value, str) else f"{value:.4g}" for value in row))
-    console = Console()
-    console = Console(width=console.width if console.is_terminal else 120)
+    console = Console(width=width())
     with console.capture() as drawn:
         console.print(made)
     click.echo(drawn.get(), nl=False)  # rich would end the process by itself where nobody reads

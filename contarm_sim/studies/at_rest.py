@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
@@ -25,7 +24,7 @@ from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.explained import RodParts, explain
 from contarm_sim.studies.progress import Track, quietly
 from contarm_sim.studies.relinked import can_double, relinked
-from contarm_sim.studies.scenarios import Scenario
+from contarm_sim.studies.scenarios import Scenario, weight_over_stiffness
 from contarm_sim.studies.verdict import Check, ConstantCurvature, Verdict, constant_curvature, verdict
 
 NO_REST = "no rest pose"
@@ -151,9 +150,7 @@ def _at_rest(arm: Arm, bends: Array, controller: ControllerName, ticks: Iterable
 
 def _setting(scenario: Scenario) -> Setting:
     arm = scenario.arm
-    weight = (arm.mass + arm.payload) * math.hypot(*arm.gravity)
-    ratio = sum(weight * (arm.length * section.length) / section.bending_stiffness for section in arm.sections)
-    return Setting(scenario.meaning, scenario.controller, arm, ratio)
+    return Setting(scenario.meaning, scenario.controller, arm, weight_over_stiffness(arm))
 
 
 def stepping_speed(arm: Arm, samples: Trajectory, steps: int = 300) -> float | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -82,6 +83,12 @@ def under_loads(arm: Arm) -> dict[str, Arm]:
     """
     pulled = replace(arm, gravity=arm.gravity if any(arm.gravity) else HANGING, payload=0.0)
     return {"free": arm.unloaded, "gravity": pulled, "payload": replace(pulled, payload=arm.payload or PAYLOAD)}
+
+
+def weight_over_stiffness(arm: Arm) -> float:
+    """Return (m + payload) g L^2/EI [-]; of several sections, L/EI is the sum of theirs."""
+    weight = (arm.mass + arm.payload) * math.hypot(*arm.gravity)
+    return sum(weight * (arm.length * section.length) / section.bending_stiffness for section in arm.sections)
 
 
 def scenarios(arm: Arm) -> list[Scenario]:

@@ -12,7 +12,6 @@ from typing import Any
 from contarm_sim.control.base import Controller
 from contarm_sim.errors import InputError, expect
 from contarm_sim.files import appearing
-from contarm_sim.motion.simulate import CONTROL_RATE
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.notebook.places import as_path
 from contarm_sim.view.rendering.film import Progress
@@ -78,11 +77,7 @@ def report(
         raise InputError("trajectory", what, "a motion of two samples or more")
     target = None if folder is None else _target(as_path("folder", folder, _ALLOWED))
     job = RunReport(samples, controller=controller)
-    summary = job.summary | {
-        "path": name, "duration": float(samples.time[-1]), "path_parameters": {}, "project": "refuse",
-        "timestep": samples.timestep, "rate": CONTROL_RATE, "video": "not asked for",
-        "command": "from Python; trajectory.npz holds the arm, its targets and its samples",
-    }  # fmt: skip
+    summary = job.told(name, command="from Python; trajectory.npz holds the arm, its targets and its samples")
     with TemporaryDirectory() as made:
         place = Path(made)
         job.write(place)
