@@ -4,12 +4,17 @@ import json
 import os
 import subprocess
 import sys
+from itertools import pairwise
 
+import numpy as np
 import pytest
 from browser import box, browser, faint, needs_browser
 from waiting import PATIENCE, wait_for
 
+from contarm_sim.view.live.keeping import Keeper
+from contarm_sim.view.live.page import page as page_of
 from contarm_sim.view.live.presets import ARMS
+from contarm_sim.view.live.session import Session
 
 LOOKS = {"light": (1280, 800), "dark": (1280, 800), "phone": (390, 844)}
 
@@ -55,9 +60,11 @@ def page(request, url, chromium):
 
 
 def choose(page, name):
-    """Take another arm."""
+    """Take another arm; returns when its controls have taken the place of those before."""
+    box(page, "arm").evaluate("element => { element.dataset.before = 'yes'; }")
     box(page, "arm").click()
     page.get_by_role("option", name=name, exact=True).click()
+    wait_for(lambda: box(page, "arm").get_attribute("data-before") is None)
 
 
 @needs_browser
@@ -106,3 +113,28 @@ def test_another_arm_takes_the_place_of_the_one_before(page):
         wait_for(lambda: "25.0°" in page.inner_text("body"))
         loaded = "100 g" in name
         wait_for(lambda loaded=loaded: box(page, "payload [g]").input_value() == ("100" if loaded else "0"))
+
+
+@needs_browser
+@pytest.mark.parametrize("page", ["light"], indirect=True)
+def test_a_picture_is_drawn_once_however_often_one_asks(page):
+    frames = page.evaluate(
+        "() => new Promise(done => { const seen = []; const again = now => { seen.push(now); "
+        "seen.length < 20 ? requestAnimationFrame(again) : done(seen); }; requestAnimationFrame(again); })"
+    )
+    assert min(after - before for before, after in pairwise(frames)) > 10  # ms, of two pictures of one chain
+
+
+def test_the_trace_is_smooth_however_seldom_the_page_is_drawn(arm):
+    session = Session(arm)
+    with page_of(session, None, Keeper(print)) as shown:
+        session.aim(np.array([0.9, 0.5]))
+        for _ in range(100):
+            session.tick()
+            shown.scene.note()
+        times = [reading.time for reading in shown.scene.trace]
+        assert len(times) > 30
+        assert np.diff(times).max() < 0.035
+        session.reset()
+        shown.scene.note()
+        assert [reading.time for reading in shown.scene.trace] == [0.0]

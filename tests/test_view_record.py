@@ -77,7 +77,7 @@ def test_one_tick_is_no_recording():
 
 
 def test_the_record_button_leaves_a_folder_and_ctrl_c_loses_nothing(tmp_path):
-    command = [sys.executable, "-m", "contarm_sim", "view", "--json"]
+    command = [sys.executable, "-m", "contarm_sim", "view", "--json", "--payload", "0.02"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
     try:
         said = ""
@@ -108,8 +108,9 @@ def test_the_record_button_leaves_a_folder_and_ctrl_c_loses_nothing(tmp_path):
     for folder in folders:
         assert {path.name for path in folder.iterdir()} == WHOLE
         run, summary = Trajectory.load(folder / "trajectory.npz"), json.loads((folder / "summary.json").read_text())
-        assert run.arm == Arm()
+        assert run.arm == Arm(payload=0.02)
         assert np.degrees(arc.to_polar(run.bend[-1])[0]) > 5
+        assert summary["command"] == "contarm view --json --payload 0.02"
         assert summary["duration"] == run.time[-1] > 0.9
         assert f"drawn: runs/{folder.name}" in err
 

@@ -24,7 +24,8 @@ from contarm_sim.view.figures import figures_of, reach
 from contarm_sim.view.figures.common import followed
 from contarm_sim.view.live.redundancy import Redundancy
 from contarm_sim.view.live.session import Session
-from contarm_sim.view.rendering.draw import _PALER, ArmRenderer, Overlays
+from contarm_sim.view.rendering.backbone import _PALER
+from contarm_sim.view.rendering.draw import ArmRenderer, Overlays
 from contarm_sim.view.rendering.film import Look, film
 from contarm_sim.view.rendering.gl import choose_backend
 from contarm_sim.view.report.budget import draw_budget

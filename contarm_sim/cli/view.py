@@ -32,7 +32,7 @@ def view(arm: Arm, controller: Any, port: int | None, opened: bool, native: bool
     contarm view --controller pressure --gravity 0 0 9.81 --port 9000
     contarm view --native
     """
-    from contarm_sim.cli.terminal import say
+    from contarm_sim.cli.terminal import command_line, say
 
     if native:
         from contarm_sim.view.live.native import show
@@ -49,5 +49,5 @@ def view(arm: Arm, controller: Any, port: int | None, opened: bool, native: bool
         if opened:
             click.launch(url)
 
-    serve(arm, controller, port, ready, say)
+    serve(arm, controller, port, ready, say, command_line())
     say("ended")

@@ -23,14 +23,15 @@ class Keeper:
 
     Args:
         say: is told what is kept, and where.
+        command: that recordings name as what made them.
 
     Attributes:
         folder: of the last recording, or None.
         state: of it: "", `written` (numbers), `drawn` (all), or what failed.
     """
 
-    def __init__(self, say: Callable[[str], object]) -> None:
-        self._say = say
+    def __init__(self, say: Callable[[str], object], command: str = "contarm view") -> None:
+        self._say, self._command = say, command
         self.folder: Path | None = None
         self.state = ""
         self._at_work: list[tuple[threading.Thread, subprocess.Popen[bytes]]] = []
@@ -60,7 +61,7 @@ class Keeper:
         assert child.stdout is not None
         assert child.stderr is not None
         with suppress(BrokenPipeError), child.stdin:
-            pickle.dump((run, folder), child.stdin, protocol=5)
+            pickle.dump((run, folder, self._command), child.stdin, protocol=5)
         for line in child.stdout:
             word, _, place = line.decode().strip().partition(" ")
             if word in (WRITTEN, DRAWN):
@@ -100,14 +101,14 @@ def line_of(keeper: Keeper) -> str:
     return f"recorded: `{keeper.folder}` ({what.get(keeper.state, keeper.state)})"
 
 
-def write(run: Trajectory, folder: Path, tell: Callable[[str, Path], object]) -> None:
+def write(run: Trajectory, folder: Path, command: str, tell: Callable[[str, Path], object]) -> None:
     """Leave what `contarm run` leaves, without a film; numbers first."""
     from contarm_sim.view.report.run import RunReport
 
     job = RunReport(run)
     extra: dict[str, Any] = {
         "path": "steered by hand", "duration": float(run.time[-1]), "path_parameters": {}, "project": "refuse",
-        "timestep": run.timestep, "rate": round(1 / float(run.time[1])), "command": "contarm view",
+        "timestep": run.timestep, "rate": round(1 / float(run.time[1])), "command": command,
         "video": "not asked for",
     }  # fmt: skip
     summary = job.summary | extra
@@ -123,8 +124,8 @@ def write(run: Trajectory, folder: Path, tell: Callable[[str, Path], object]) ->
 def main() -> None:
     """Keep the recording that comes on stdin, when nobody else needs the processor."""
     os.nice(5)
-    run, folder = pickle.load(sys.stdin.buffer)
-    write(run, folder, lambda word, place: print(word, place, flush=True))
+    run, folder, command = pickle.load(sys.stdin.buffer)
+    write(run, folder, command, lambda word, place: print(word, place, flush=True))
 
 
 if __name__ == "__main__":

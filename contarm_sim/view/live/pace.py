@@ -56,24 +56,23 @@ class Pace:
         """Whether there are fewer pictures than there should be."""
         return self.rate < 0.99 * MOST
 
-    def note(self, now: float, backlog: float, lost: float, slowest: float = MOST) -> None:
+    def note(self, now: float, backlog: float, lost: float) -> None:
         """Take in a turn of the loop.
 
         Args:
             now: the clock [s].
             backlog: time that is yet to be simulated when the turn begins [s of the clock].
             lost: time that was given up [s of the clock].
-            slowest: pictures a second that the slowest browser draws.
         """
         self._backlog, self._lost = max(self._backlog, backlog), self._lost + lost
         spent = now - self._start
         if spent < _WINDOW:
             return
         self.real = max(0.0, 1.0 - self._lost / spent)
-        if self._lost > 0 or self._backlog > _LATE or slowest < 0.7 * self.rate:
+        if self._lost > 0 or self._backlog > _LATE:
             if self._raised:  # it was a mistake to try: wait longer next time
                 self._patience = min(2 * self._patience, _MOST_PATIENCE)
-            self.rate, self._good = max(LEAST, min(_DOWN * self.rate, max(slowest, LEAST))), 0
+            self.rate, self._good = max(LEAST, _DOWN * self.rate), 0
             self._raised = False
         elif self._backlog < _EARLY:
             self._good += 1

@@ -16,9 +16,8 @@
   // without a graphics card, it rests as long as it draws: the simulation needs the processor too.
   const QUICK = 30, SHORTEST = 1000 / 30 - 4, LONGEST = 400;
   const frame = window.requestAnimationFrame.bind(window);
-  let waiting = new Map(), number = 0, asked = false, drawn = 0, slow = 0, started = 0, rest = 0;
-  const draw = (now) => {
-    asked = false;
+  let waiting = new Map(), number = 0, busy = false, drawn = 0, slow = 0, started = 0, rest = 0;
+  const draw = (now) => {  // stays busy: what is asked for meanwhile belongs to the next picture
     const due = waiting;
     waiting = new Map();
     for (const callback of due.values()) {
@@ -27,23 +26,22 @@
     drawn += 1;
     const begun = performance.now();
     frame(() => {
-      const spent = performance.now() - begun;
+      started = performance.now();
+      const spent = started - begun;
       rest = Math.max(SHORTEST - spent, spent > QUICK ? Math.min(spent, LONGEST) : 0);
       if (spent > QUICK) slow += 1;
-      started = performance.now();
-      asked = false;
+      busy = false;
       if (waiting.size) ask();
     });
-    asked = true;
   };
   const ask = () => {
-    asked = true;
+    busy = true;
     const left = started + rest - performance.now();
     left > 1 ? setTimeout(() => frame(draw), left) : frame(draw);
   };
   window.requestAnimationFrame = (callback) => {
     waiting.set(++number, callback);
-    if (!asked) ask();
+    if (!busy) ask();
     return number;
   };
   window.cancelAnimationFrame = (which) => waiting.delete(which);
@@ -53,12 +51,12 @@
   told.className = "contarm-drawn";
   const EVERY = 2;
   setInterval(() => {
-    const rate = drawn / EVERY, mostly = slow > drawn / 2;
+    const rate = drawn / EVERY, late = slow > 0;
     drawn = slow = 0;
     const picture = document.querySelector("canvas[data-engine]")?.parentElement?.parentElement;
     if (picture && told.parentElement !== picture) picture.append(told);
-    told.textContent = rate > 0 && rate < 20 && mostly
-      ? `This browser draws ${rate < 9.5 ? rate.toFixed(1) : rate.toFixed(0)} pictures a second, so that the arm keeps real time.` : "";
+    told.textContent = rate > 0 && rate < 20 && late
+      ? `This browser draws ${rate < 9.5 ? rate.toFixed(1) : rate.toFixed(0)} pictures a second, to leave the processor to the arm.` : "";
   }, 1000 * EVERY);
 
   // The sheet with the controls on a phone covers nothing of the scene; viser's notice about software says less than

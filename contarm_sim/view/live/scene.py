@@ -18,18 +18,18 @@ from contarm_sim.mjcf import names
 from contarm_sim.mjcf.backbone import SPINE_RADIUS, payload_radius
 from contarm_sim.mjcf.scene import base_quaternion, base_rotation
 from contarm_sim.view.colours import ANALYTIC, TARGET, error_colours, rgb
-from contarm_sim.view.live.session import Session
+from contarm_sim.view.live.session import Reading, Session
 from contarm_sim.view.live.shapes import as_bytes, cylinder, from_upright, hoop, linear, tube
 from contarm_sim.view.live.surroundings import Surroundings, add_lights
-from contarm_sim.view.rendering.muscles import thickness, tint
+from contarm_sim.view.rendering.muscles import radii, tint
 from contarm_sim.view.sections import muscle_colours, section_colour, section_places, tube_radii
 
 if TYPE_CHECKING:
     import viser
 
 _DARK, _PALE = (0.36, 0.38, 0.42), (0.78, 0.79, 0.81)
-_TRACE = 150
-"""Points of the trace."""
+_TRACE, _EVERY = 150, 0.025
+"""Points of the trace, and the simulated time between them [s]."""
 
 _WORST = 0.02
 """Tip error that the trace shows as the worst [lengths]."""
@@ -39,7 +39,11 @@ _HOOP = 1.8
 
 
 class Scene:
-    """The nodes of a page. `show` brings them up to date."""
+    """The nodes of a page. `show` brings them up to date.
+
+    Attributes:
+        trace: readings where the tip was of late.
+    """
 
     def __init__(self, server: viser.ViserServer, session: Session) -> None:
         self._server, self._session, self._add = server, session, server.scene
@@ -52,7 +56,7 @@ class Scene:
     def build(self) -> None:
         """Draw the session's arm in place of whatever was drawn before."""
         arm = self._session.arm
-        self._tips: deque[tuple[Array, float]] = deque(maxlen=_TRACE)
+        self.trace: deque[Reading] = deque(maxlen=_TRACE)
         self.base = self._add.add_frame("/arm", show_axes=False, wxyz=base_quaternion(arm))
         self._around = Surroundings(self._server, arm)
         self._add_arm()
@@ -64,7 +68,7 @@ class Scene:
             "/arm/analytic", vertices, faces, color=as_bytes(rgb(ANALYTIC)), opacity=0.5, side="back",
             cast_shadow=False, receive_shadow=False,
         )  # fmt: skip
-        self._trace: Any = None
+        self._line: Any = None
         self.show()
 
     def clear(self) -> None:
@@ -76,7 +80,7 @@ class Scene:
         """Turn the arm so that its gravity points down, with floor and mount, look there; forget the trace."""
         self.base.wxyz = base_quaternion(self._session.arm)
         self._around.turn(self._session.arm)
-        self._tips.clear()
+        self.trace.clear()
 
     def _add_target(self) -> None:
         """Draw a ring around where the tip is to be, in a bubble to take hold of."""
@@ -119,6 +123,14 @@ class Scene:
             batched_scales=np.ones((count, 3)), batched_colors=np.zeros((count, 3), np.uint8), lod="off",
         )  # fmt: skip
 
+    def note(self) -> None:
+        """Take a point of the trace, if it is time for one: it is smooth however seldom the page is drawn."""
+        reading = self._session.reading
+        if self.trace and reading.time < self.trace[-1].time:  # the motion began again
+            self.trace.clear()
+        if not self.trace or reading.time - self.trace[-1].time >= _EVERY:
+            self.trace.append(reading)
+
     def show(self) -> None:
         """Send the session's current state."""
         session, plant = self._session, self._session.plant
@@ -143,10 +155,10 @@ class Scene:
         node.batched_wxyzs = from_upright(ends - starts)
 
     def _strength(self, paths: Array) -> tuple[Array, Array]:
-        """Return sizes and colours of all spans: the thicker and the brighter the more a muscle pulls."""
+        """Return sizes and colours of all spans: as thick as a muscle's law says, the brighter the more it pulls."""
         arm = self._session.arm
         share = self._session.reading.tensions / (0.5 * each(arm, lambda group: group.law.blocked_force))
-        radius = 0.5 * each(arm, lambda group: group.law.diameter) * thickness(share)
+        radius = radii(arm, self._session.plant.muscle_lengths)
         spans = np.linalg.norm(np.diff(paths, axis=1), axis=2)
         sizes = np.stack([*[np.repeat(radius[:, None], spans.shape[1], 1)] * 2, 1.02 * spans], axis=2)
         tints = np.array([as_bytes(linear(row)) for row in tint(share, muscle_colours(arm))])
@@ -167,20 +179,22 @@ class Scene:
 
     def _show_trace(self) -> None:
         """Draw where the tip has been, coloured by its error then."""
-        reading = self._session.reading
-        self._tips.append((reading.tip, reading.error))
-        if len(self._tips) < 2 or self._shades is None:
+        self.note()
+        if len(self.trace) < 2 or self._shades is None:
+            if self._line is not None:
+                self._line.remove()
+                self._line = None
             return
-        tips = np.array([tip for tip, _ in self._tips])
-        share = np.array([error for _, error in self._tips])[:-1] / (_WORST * self._session.arm.length)
+        tips = np.array([reading.tip for reading in self.trace])
+        share = np.array([reading.error for reading in self.trace])[:-1] / (_WORST * self._session.arm.length)
         tints = self._shades[(np.clip(share, 0, 1) * (len(self._shades) - 1)).astype(int)]
         lines, colours = np.stack([tips[:-1], tips[1:]], axis=1), np.repeat(tints[:, None], 2, 1)
-        if self._trace is None:
-            self._trace = self._add.add_line_segments(
+        if self._line is None:
+            self._line = self._add.add_line_segments(
                 "/arm/trace", lines, colours, thickness=3.0, thickness_units="screen"
             )
         else:
-            self._trace.points, self._trace.colors = lines.astype(np.float32), colours
+            self._line.points, self._line.colors = lines.astype(np.float32), colours
 
     def learn_shades(self) -> None:
         """Learn the colours of errors, from a library that takes long to load: until then no trace is drawn."""

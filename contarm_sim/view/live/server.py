@@ -27,6 +27,7 @@ def serve(
     port: int | None = None,
     on_ready: Callable[[str], object] = lambda url: None,
     say: Callable[[str], object] = lambda news: None,
+    command: str = "contarm view",
 ) -> None:
     """Serve the page until Ctrl-C; recordings are drawn to their end.
 
@@ -36,13 +37,14 @@ def serve(
         port: default the first free one from 8080 on.
         on_ready: is told the page's address.
         say: is told what is kept of recordings, and where.
+        command: that recordings name as what made them.
 
     Raises:
         MissingError: viser, which makes the page, is not installed.
         InputError: the port is taken, or an unknown controller.
         GuardError: this viser cannot be kept to this machine.
     """
-    session, keeper = Session(arm, controller), Keeper(say)
+    session, keeper = Session(arm, controller), Keeper(say, command)
     try:
         with page(session, port, keeper) as shown, engine_room():
             on_ready(f"http://{HOST}:{shown.server.get_port()}")
@@ -75,6 +77,7 @@ def _loop(session: Session, shown: Page) -> None:
                 session.tick()
             except DivergenceError as error:
                 session.trouble = f"{error}; the simulation started again"
+            _try(session, shown.scene.note)
             _try(session, panel.note)
             due -= session.period
         if now >= next_picture and shown.server.get_clients():

@@ -20,11 +20,6 @@ _RINGS, _SIDES = 90, 16
 """Rings along a muscle, about, and sides around it."""
 
 
-def thickness(share: Array) -> Array:
-    """Return thickness over the largest, of muscles with a share of the largest tension, from 0 to 1."""
-    return 0.6 + 0.4 * np.clip(share, 0.0, 1.0)
-
-
 def tint(share: Array, colours: Array) -> Array:
     """Return colours, shape (M, 3), of muscles with shares of the largest tension, shape (M,); `colours`: at full."""
     return SLACK + (0.45 + 0.55 * np.clip(share, 0.0, 1.0))[:, None] * (colours - SLACK)
