@@ -211,7 +211,7 @@ def controllers(axes):
         assert set(whole) == set(along)
         said = {round(text.xy[1] + 0.01): text.get_text() for text in ax.texts}
         assert set(range(len(names))) - set(whole) <= set(said)  # who is not there says why
-        assert all(re.fullmatch(r"needs \d+ kPa", words) for words in said.values())
+        assert all(re.fullmatch(r"needs \d+ kPa|not run: needs\n\d+ kPa, has 700", words) for words in said.values())
         # A part is no more than the whole, but for the samples that each is taken over.
         assert all(along[place] <= 1.1 * whole[place] for place in whole)
         if ax is not axes[0]:
@@ -311,6 +311,34 @@ def test_own_paths_are_followed(contarm, tmp_path):
     code, out, err = contarm("figures", "angles", "--path", "square", "--out", "g")
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert not (tmp_path / "g").exists()
+
+
+def test_figures_that_follow_no_path_refuse_one_and_none_leaves_nothing(contarm, tmp_path):
+    code, _, err = contarm("figures", "fan", "--path", "circle", "--out", "f")
+    assert code == 2
+    assert "'fan'" in err
+    assert all(name in err for name in FOLLOWING)
+    code, _, err = contarm("figures", "fan", "--figures", "none", "--out", "f")
+    assert code == 2
+    assert "--figures" in err
+    assert not (tmp_path / "f").exists()
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_axes_in_space_have_two_ticks_each_and_say_where_the_base_is_turned(width):
+    circle = Reference.from_path(named("circle", ARM.length, 3.0, max_bend=np.pi / 3), ARM)
+    for arm, frame in ((ARM, ""), (HANGING, "world ")):
+        sheet = drawn(
+            lambda sheet, arm=arm: figures_of(arm)["path"][1](sheet, arm, common.OwnPath("it", circle)), width
+        )
+        texts = [text.get_text() for text in sheet.axes[0].texts]
+        assert {f"{frame}{axis} [mm]" for axis in "xyz"} <= set(texts)
+        assert faults(sheet) == []
+        numbers = [text for text in sheet.axes[0].texts if re.fullmatch(r"\N{MINUS SIGN}?\d+", text.get_text())]
+        away = {tuple(np.round(text.get_position(), 3)) for text in numbers}  # from the axis, another way for each
+        assert len(away) == 3
+        assert all(sum(np.allclose(text.get_position(), way, atol=1e-3) for text in numbers) > 1 for way in away)
+        assert ("hanging" in sheet.get_suptitle()) is bool(frame)
 
 
 def test_a_motion_is_simulated_once_for_all_figures_and_widths(monkeypatch):

@@ -27,7 +27,7 @@ from contarm_sim.view.prints import WIDTHS
 from contarm_sim.view.report.budget import along, draw_budget, draw_parts, parts_of
 from contarm_sim.view.report.error_field import error_field
 from contarm_sim.view.report.error_maps import draw_error_maps
-from contarm_sim.view.report.errors_by_bend import draw_errors_by_bend
+from contarm_sim.view.report.errors_by_bend import FIRST, LEAST, draw_errors_by_bend
 from contarm_sim.view.report.run_figures import draw_muscles, draw_path
 from contarm_sim.view.report.study_figures import (
     draw_controllers,
@@ -173,6 +173,21 @@ def test_errors_of_several_sections_are_those_of_the_poses():
             np.testing.assert_allclose(np.sort(shown), np.sort(expected))
 
 
+def test_errors_by_bend_begin_where_there_are_some_and_name_bands_that_are_seen(outcomes):
+    even = [attempt(next(each for each in scenarios(ARM) if each.name == "ideal"), dome_grid(6))]
+    for found, bands in ((outcomes, True), (even, False)):
+        for sheet in sheets(lambda sheet, found=found: draw_errors_by_bend(sheet, ARM, found)):
+            ax = sheet.axes[0]
+            assert ax.get_xscale() == "log"
+            assert 1 < ax.get_xlim()[0] <= FIRST
+            spread = []
+            for band in ax.collections:
+                x, y = band.get_paths()[0].vertices.T
+                spread += [y[x == at].max() / y[x == at].min() for at in np.unique(x) if y[x == at].min() > LEAST]
+            assert bool(max(spread) > 1.1) is bands
+            assert ("band" in sheet.get_suptitle()) is bands
+
+
 def test_the_error_between_poses_goes_through_them_all(outcomes):
     for outcome in outcomes:
         angle, plane = arc.to_polar(outcome.samples.bend)
@@ -186,7 +201,9 @@ def test_controllers_say_what_they_need():
     rows = (followed, within, NotFollowed("free", "pressure", "too much", 765e3), NotFollowed("free", "chain", "fell"))
     found = ControllerComparison(rows, 10.0, ARM)
     for sheet in sheets(lambda sheet: draw_controllers(sheet, found)):
-        assert [text.get_text() for text in sheet.axes[0].texts] == ["needs 741 kPa", "needs 765 kPa", "failed"]
+        assert [text.get_text() for text in sheet.axes[0].texts] == [
+            "needs 741 kPa", "not run: needs\n765 kPa, has 700", "not run: failed",
+        ]  # fmt: skip
         assert "700 kPa" in sheet.get_suptitle()
     tendons = ControllerComparison((replace(within, peak_pressure_pa=None),), 10.0, ARMS["tendons"])
     assert "kPa" not in sheets(lambda sheet: draw_controllers(sheet, tendons))[0].get_suptitle()

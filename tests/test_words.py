@@ -134,7 +134,9 @@ def test_a_caption_says_it_in_short():
     bad = {"explained": False, "targets_met": False}
     bad["constant_curvature"] = {"holds": False, "error_percent": 5.0, "limit_percent": 1.0}
     said = in_short(SUMMARY | bad)
-    assert said.startswith("constant curvature does not hold: 5.00 % of length   simulation not explained")
+    assert said.startswith(
+        "constant curvature does not hold: largest in the run 5.00 % of length   simulation not explained"
+    )
     assert said.endswith("   targets off the dome")
 
 
