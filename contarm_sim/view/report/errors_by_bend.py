@@ -26,7 +26,7 @@ FIRST = 5.0
 _TICKS = (5, 10, 20, 50, 100, 180)
 """Bends that are named [deg]."""
 
-_SEEN = 1.1
+_SEEN = 1.25
 """Spreads of less than this ratio are no wider than the line."""
 
 FINE, PLANES = 171, np.linspace(0, 2 * np.pi, 72, endpoint=False)
