@@ -14,9 +14,11 @@ from typing import Any
 
 from contarm_sim.errors import InputError
 from contarm_sim.files import appearing
+from contarm_sim.inputs import as_path, quoted
 from contarm_sim.model.parameters import as_number
 from contarm_sim.results.trajectory import Trajectory
-from contarm_sim.view.notebook.places import as_path
+from contarm_sim.view.notebook.places import check_progress, check_switches, check_writable, not_written
+from contarm_sim.view.rendering import BROADEST
 from contarm_sim.view.rendering.encode import CODECS, shrunk
 from contarm_sim.view.rendering.film import Look, Progress
 from contarm_sim.view.rendering.video import WRITERS, Shot
@@ -29,6 +31,13 @@ IN_NOTEBOOKS, IN_FILES = (640, 360), (1280, 720)
 
 MOST_FRAMES = 10_000
 """Most frames of a film: six minutes at 30 a second take an hour to draw."""
+
+SMALLEST = 96
+"""Shortest side of a film with words or plots [pixels]."""
+
+_FAST = 60.0  # frames per second that no screen needs more than
+_CLEAR = (*(suffix for suffix, codec in CODECS.items() if codec.clear is not None), ".webp")
+"""Endings of films whose edges may be transparent."""
 
 _SLOW, _POSES = {".gif": 15.0, ".webp": 15.0}, 2.0
 """Frames per second unless given: of animated pictures, and of poses at rest, each of which is one frame."""
@@ -72,7 +81,7 @@ class Film:
             with appearing(target) as scratch:
                 scratch.write_bytes(self.content)
         except OSError as error:
-            raise InputError("path", f"{target} ({error.strerror})", "a file that can be written") from error
+            raise not_written(target, error) from error
 
     def __repr__(self) -> str:
         where = "" if self.path is None else f", {self.path}"
@@ -98,21 +107,34 @@ def film(
     transparent: bool = False, on_frame: Progress | None = None,
 ) -> Film:  # fmt: skip
     """Film a trajectory, see `Trajectory.film`."""
+    check_switches(plots=plots, captions=captions, plain=plain, transparent=transparent)
+    check_progress(on_frame)
     target = None if path is None else _target(path, tuple(WRITERS))
-    suffix = ".mp4" if target is None else target.suffix
+    suffix = ".mp4" if target is None else target.suffix.lower()
+    if transparent and suffix not in _CLEAR:
+        given = "True for a film without a file, a .mp4" if target is None else f"True for a {suffix}"
+        raise InputError("transparent", given, f"a path that ends in {' or '.join(_CLEAR)}")
     width, height = _size(size, IN_NOTEBOOKS if target is None else IN_FILES)
     usual = 20.0 if target is None else _SLOW.get(suffix, 30.0)
     rate = fps if fps is not None else usual if samples.moving else _POSES
     _refuse_too_long(samples, rate, speed)
     look = Look(width, height, camera, plots=plots, captions=captions, transparent=transparent)
-    shot = Shot(samples, look.plain() if plain else look, rate, speed).checked()
+    look = look.plain() if plain else look
+    shot = Shot(samples, look, rate, speed).checked()
+    if (look.captions or look.plots) and not transparent and min(width, height) < SMALLEST:
+        raise InputError("size", (width, height), f"at least {SMALLEST} pixels a side; plain=True is for smaller ones")
+    if target is not None:
+        check_writable(target)
     with TemporaryDirectory() as folder:
         made = Path(folder) / f"film{suffix}"
         WRITERS[suffix](shot, made, on_frame)
         seconds = shot.count / rate
         if target is not None:
-            with appearing(target) as scratch:
-                shutil.copyfile(made, scratch)
+            try:
+                with appearing(target) as scratch:
+                    shutil.copyfile(made, scratch)
+            except OSError as error:
+                raise not_written(target, error) from error
         return Film(made.read_bytes(), suffix, (width, height), seconds, target, _shown(made, height, seconds))
 
 
@@ -138,7 +160,8 @@ def _refuse_too_long(samples: Trajectory, fps: Any, speed: Any) -> None:
             raise InputError(name, value, "a positive number")
     frames = (samples.time[-1] - samples.time[0]) * fps / speed if len(samples) else 0.0
     if frames > MOST_FRAMES:
-        raise InputError("speed", f"{speed:g}, which makes {frames:.0f} frames", f"at most {MOST_FRAMES:,} frames")
+        name, value = ("fps", fps) if fps > _FAST else ("speed", speed)
+        raise InputError(name, f"{value:g}, which makes {frames:.0f} frames", f"at most {MOST_FRAMES:,} frames")
 
 
 def _size(given: Any, usual: tuple[int, int]) -> tuple[int, int]:
@@ -146,6 +169,8 @@ def _size(given: Any, usual: tuple[int, int]) -> tuple[int, int]:
         return usual
     if isinstance(given, str) or not isinstance(given, Sequence) or len(given) != 2:
         raise InputError("size", given, "width and height [pixels], such as (1280, 720)")
+    if any(isinstance(side, int) and side > BROADEST for side in given):
+        raise InputError("size", tuple(given), f"at most {BROADEST} pixels a side")
     return given[0], given[1]
 
 
@@ -157,8 +182,12 @@ def _target(path: str | Path, suffixes: tuple[str, ...]) -> Path:
     """
     allowed = f"a name that ends in {' or '.join(suffixes)}"
     target = as_path("path", path, allowed)
-    if target.suffix not in suffixes:
-        raise InputError("path", str(path), allowed)
-    if not target.parent.is_dir() or target.is_dir():
-        raise InputError("path", str(path), "a file in an existing folder")
+    if target.suffix.lower() not in suffixes:
+        raise InputError("path", quoted(target), allowed)
+    try:
+        there = target.parent.is_dir() and not target.is_dir()
+    except OSError:  # a name too long
+        there = False
+    if not there:
+        raise InputError("path", quoted(target), "a file in an existing folder")
     return target
