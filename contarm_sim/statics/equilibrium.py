@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.display import brief
+from contarm_sim.brevity import brief
 from contarm_sim.engine.models import structure
 from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.errors import InputError, expect

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.display import brief
+from contarm_sim.brevity import brief
 from contarm_sim.kinematics import arc
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm

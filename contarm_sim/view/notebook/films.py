@@ -17,7 +17,7 @@ from contarm_sim.files import appearing
 from contarm_sim.inputs import as_path, quoted
 from contarm_sim.model.parameters import as_number
 from contarm_sim.results.trajectory import Trajectory
-from contarm_sim.view.notebook.places import check_progress, check_switches, check_writable, not_written
+from contarm_sim.view.notebook.places import check_progress, check_switches, check_writable, not_written, told
 from contarm_sim.view.rendering import BROADEST
 from contarm_sim.view.rendering.encode import CODECS, shrunk
 from contarm_sim.view.rendering.film import Look, Progress
@@ -127,7 +127,7 @@ def film(
         check_writable(target)
     with TemporaryDirectory() as folder:
         made = Path(folder) / f"film{suffix}"
-        WRITERS[suffix](shot, made, on_frame)
+        WRITERS[suffix](shot, made, told(on_frame))
         seconds = shot.count / rate
         if target is not None:
             try:

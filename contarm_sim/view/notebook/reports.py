@@ -16,7 +16,7 @@ from contarm_sim.files import appearing
 from contarm_sim.inputs import as_path, quoted
 from contarm_sim.motion.simulate import CONTROL_RATE
 from contarm_sim.results.trajectory import Trajectory
-from contarm_sim.view.notebook.places import check_progress, check_switches, not_written
+from contarm_sim.view.notebook.places import check_progress, check_switches, not_written, told
 from contarm_sim.view.rendering.film import Progress
 from contarm_sim.view.report.output import OutputFolder, check_output, to_json
 from contarm_sim.view.report.run import RunReport
@@ -96,7 +96,7 @@ def report(
         job.write(place)
         job.draw(place)
         if film:
-            summary["video"] = job.film(place, on_frame or (lambda done, total: None))
+            summary["video"] = job.film(place, told(on_frame))
         (place / "summary.json").write_text(to_json(summary) + "\n")
         job.write_page(place, summary)
         page = (place / "report.html").read_text(encoding="utf-8")

@@ -69,7 +69,7 @@ def _possibility(found: Any) -> str:
         [loads[r.load], *([str(r.section)] if several else []), f"{r.plane_deg:.0f}", *map(_degrees, _ends(r))]
         for r in found.rows
     ]
-    return card("Bends that pressures hold", pairs(rows), "", grid(columns, table))
+    return card(f"Bends that pressures hold, of an arm of {found.arm.mass:g} kg", pairs(rows), "", grid(columns, table))
 
 
 def _ends(row: Any) -> tuple[float, float]:
@@ -145,7 +145,8 @@ def _release(found: Any) -> str:
     rows += [("mean tip error", "{:.3g} % of length (step {:.3g} %, links {:.3g} %)".format(*error))]
     if found.energy_lost_j is not None:
         rows += [("energy lost", f"{found.energy_lost_j:.3g} J")]
-    rows += [("frequencies", ", ".join(f"{hz:.3g}" for hz in modes.arm_hz) + " Hz, where it comes to rest")]
+    own = ", ".join(dict.fromkeys(f"{hz:.3g}" for hz in modes.arm_hz))
+    rows += [("frequencies", f"{own} Hz, where it comes to rest")]
     rows += [("not believed", reason) for reason in found.reasons]
     columns = ["mode, without gravity", *(str(i + 1) for i in range(len(modes.beam_hz)))]
     table = [["clamped beam [Hz]", *(f"{hz:.3g}" for hz in modes.beam_hz)]]
@@ -163,7 +164,7 @@ def _curves(found: Any) -> str:
             ("stretches by", f"{100 * found.max_stretch:.3g} % at most")]  # fmt: skip
     columns = ["force [N] at contraction [%]", *(f"{100 * found.contraction[i]:.3g}" for i in picked)]
     table = [
-        [f"{p / 1e3:g} kPa", *(f"{forces[i]:.3g}" for i in picked)]
+        [f"{p / 1e3:g} kPa", *(f"{forces[i]:.1f}" for i in picked)]
         for p, forces in zip(found.pressure_pa, found.force_n, strict=True)
     ]
     return card("Force of one muscle", pairs(rows), "", grid(columns, table))
