@@ -156,7 +156,7 @@ def test_who_waits_is_told(monkeypatch, capsys):
 
 def test_a_report_of_a_stopped_motion_says_where_it_stopped(run):
     report = replace(run.first(50), status="interrupted").report()
-    assert "It was stopped at 0.49 s; all numbers" in report.page
+    assert "It was stopped at 0.49\u00a0s; all numbers" in report.page
     assert "interrupted at 0.49 s" in repr(report)
     assert report.summary["duration"] is None
 
