@@ -18,8 +18,8 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.motion.simulate import simulate
 from contarm_sim.paths.reference import Reference
 from contarm_sim.view.rendering.encode import encoder, encoding
-from contarm_sim.view.rendering.film import Look, frame_indices
 from contarm_sim.view.rendering.gl import choose_backend
+from contarm_sim.view.rendering.look import Look, frame_indices
 from contarm_sim.view.rendering.video import Shot, write_video
 
 REPEATS = 3

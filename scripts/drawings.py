@@ -52,7 +52,7 @@ def _side(ax):
     ax.annotate("backbone of constant\nlength $L_0$", line[44], (-0.245, 0.175), color=DARK, fontsize=9,
                 arrowprops={"arrowstyle": "-", "color": DARK})  # fmt: skip
     ax.plot([-0.05, 0.05], [0, 0], color=DARK, lw=7, solid_capstyle="butt")
-    _arrow(ax, (0, 0), (0, 0.075), BLUE, "+Z", (-0.016, -0.008))
+    _arrow(ax, (0, 0), (0, 0.075), BLUE, "+Z", (-0.024, -0.008))
     _arrow(ax, (0, 0), (0.095, 0), RED, "+X", (0.016, 0))
     ax.text(0.115, -0.022, "towards muscle 1", color=RED, fontsize=8, ha="center")
     ax.text(-0.028, -0.022, "base frame", color=DARK, fontsize=9, ha="right")
@@ -77,8 +77,8 @@ def _top(ax):
     for i, colour in enumerate(MUSCLES):
         where = np.array([math.cos(2 * math.pi * i / 3), math.sin(2 * math.pi * i / 3)])
         ax.plot([0, where[0]], [0, where[1]], color=GREY, lw=0.8, ls=":")
-        ax.add_patch(plt.Circle(where, 0.13, color=colour))
-        ax.text(*where, str(i + 1), color="white", ha="center", va="center", fontweight="bold")
+        ax.add_patch(plt.Circle(where, 0.13, color=colour, zorder=5))
+        ax.text(*where, str(i + 1), color="white", ha="center", va="center", fontweight="bold", zorder=6)
     ax.text(-0.38, 0.36, "$r$", color="#5f6368", fontsize=10)
     _arrow(ax, (0, 0), (1.5, 0), RED, "+X", (0.13, 0.0))
     _arrow(ax, (0, 0), (0, 1.35), GREEN, "+Y", (0.0, 0.12))
@@ -89,7 +89,7 @@ def _top(ax):
     _arrow(ax, (0, 0), 1.25 * np.array([math.cos(plane), math.sin(plane)]), "#d35400", width=2.6)
     ax.text(1.02, 0.98, "bend", color="#d35400", fontsize=11, fontweight="bold")
     ax.add_patch(Arc((0, 0), 1.1, 1.1, theta1=0, theta2=38, color="#d35400", lw=1.8))
-    ax.text(0.36, -0.2, "plane_angle", color="#d35400", fontsize=9)
+    ax.text(0.24, -0.2, "plane_angle", color="#d35400", fontsize=9)
     ax.text(0, -1.55, "bend = bend_angle · (cos plane_angle, sin plane_angle)\nthe tip moves the way that bend points",
             ha="center", fontsize=9, color=DARK)  # fmt: skip
     ax.set_title("from above: +Z points at you", fontsize=10)

@@ -19,6 +19,7 @@ from contarm_sim.display import LONGEST, Shown
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import inverse
 from contarm_sim.mechanics.shape import backbone
+from contarm_sim.mjcf.scene import base_rotation
 from contarm_sim.model import presets
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
@@ -31,7 +32,7 @@ from contarm_sim.motion.simulate import simulate
 from contarm_sim.results.compare import compare
 from contarm_sim.statics.equilibrium import equilibrium
 from contarm_sim.view.notebook.cards import _CARDS
-from contarm_sim.view.notebook.sketch import Line, side_view, upwards
+from contarm_sim.view.notebook.sketch import Line, side_view
 
 ARM = Arm(links=8)
 HANGING = Arm(links=8, gravity=(0.0, 0.0, 9.81), payload=0.05)
@@ -173,17 +174,25 @@ def _heights(picture):
 def test_a_hanging_arm_hangs_in_its_picture(world, down):
     arm = Arm(**world)
     straight = Line(np.linspace((0, 0, 0), (0, 0, 0.4), 5))
-    picture = side_view([straight], "x", upwards(arm), arm.gravity)
+    picture = side_view([straight], "x", arm.world)
     heights = _heights(picture)
     assert (heights[-1] > heights[0]) is down  # heights count from above
     assert ("font-style" in picture) is any(arm.gravity)
     assert ("rotate(" in picture) is (len(world) == 2)  # as stated, gravity points upwards
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_up_is_what_the_engine_turns_up(seed):
+    random = np.random.default_rng(seed)
+    for given in ({"gravity": random.normal(size=3)}, {"base_orientation": random.normal(size=4)}, {}):
+        arm = Arm(**{name: tuple(values) for name, values in given.items()})
+        np.testing.assert_allclose(arm.world.up, base_rotation(arm)[2], atol=1e-12)
+
+
 def test_pictures_of_points_and_lines_along_gravity_are_finite():
     for points in (np.zeros((1, 3)), np.zeros((4, 3)), np.linspace((0, 0, 0), (0.3, 0, 0), 4)):
         for gravity in ((0, 0, 0), (9.81, 0, 0), (1.0, 2.0, 3.0)):
-            assert "nan" not in side_view([Line(points)], "x", upwards(Arm(gravity=gravity)), gravity)
+            assert "nan" not in side_view([Line(points)], "x", World(gravity=gravity))
 
 
 def test_figures_are_shown_as_pictures_of_their_size(run, rest):

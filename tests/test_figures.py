@@ -12,18 +12,21 @@ from held_bends import E, balance
 from rod import tension
 from text_boxes import faults
 
-from contarm_sim.kinematics import arc
+from contarm_sim.kinematics import arc, inverse
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.colours import muscle_hex
 from contarm_sim.model.presets import PRESETS
+from contarm_sim.model.section import Section
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.paths import named
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.compare import compare
 from contarm_sim.studies.scenarios import scenarios
-from contarm_sim.view.figures import FIGURES, FOLLOWING, OF_SEVERAL, common, reach, studies
+from contarm_sim.view.figures import FIGURES, FOLLOWING, OF_SEVERAL, common, figures_of, reach, studies
+from contarm_sim.view.figures import fan as fanning
 from contarm_sim.view.figures import sag as sagging
 from contarm_sim.view.prints import WIDTHS
+from contarm_sim.view.report import map as maps
 from contarm_sim.view.style import drawn, write
 
 UNITS = r"\[(mm|deg|kPa|N|N/m|s|-|% of length)\]"
@@ -297,8 +300,8 @@ def test_weight_over_stiffness_counts_the_payload():
 
 
 def test_own_paths_are_followed(contarm, tmp_path):
-    way = common.Way("the circle", Reference.from_path(named("circle", ARM.length, 2.0, max_bend=0.5), ARM))
-    ax = drawn(lambda sheet: FIGURES["angles"][1](sheet, ARM, way)).axes[0]
+    own = common.OwnPath("the circle", Reference.from_path(named("circle", ARM.length, 2.0, max_bend=0.5), ARM))
+    ax = drawn(lambda sheet: FIGURES["angles"][1](sheet, ARM, own)).axes[0]
     np.testing.assert_allclose(ax.lines[1].get_ydata(), np.degrees(0.5), atol=1e-6)
     given = ("--links", "8", "--figures", "svg", "--path", "circle", "--max-bend", "30deg", "--duration", "2")
     code, out, _ = contarm("figures", *given, "--out", "f")
@@ -322,6 +325,28 @@ def test_a_motion_is_simulated_once_for_all_figures_and_widths(monkeypatch):
         for width in WIDTHS:
             drawn(lambda sheet, name=name: FIGURES[name][1](sheet, arm), width)
     assert len(calls) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "module", "costly"),
+    [
+        ("fan", fanning, "poses_at_rest"), ("possibility", maps, "ways_to_hold"),
+        ("stiffness", studies, "tip_stiffness"), ("budget", studies, "moved_by_motion"),
+        ("elbow", inverse, "family"),
+    ],
+)  # fmt: skip
+def test_what_a_figure_shows_is_computed_once_for_both_widths(monkeypatch, name, module, costly):
+    calls, real = [], getattr(module, costly)
+
+    def counted(*given):
+        calls.append(given)
+        return real(*given)
+
+    monkeypatch.setattr(module, costly, counted)
+    two = Arm(sections=(Section(length=0.21), Section(length=0.17)))
+    arm = two if name == "elbow" else Arm(links=7, payload=0.0123)  # no other test has drawn it
+    counts = [len(calls) for width in WIDTHS if drawn(lambda sheet: figures_of(arm)[name][1](sheet, arm), width)]
+    assert counts[0] == counts[1] > 0
 
 
 def test_a_figure_follows_the_arm(tmp_path):

@@ -18,9 +18,11 @@ from contarm_sim.errors import EncodingError, InputError, RenderingError
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.colours import ERROR, error_colours, rgb
 from contarm_sim.view.rendering.caption import PAPER, Caption
+from contarm_sim.view.rendering.draw import ArmRenderer
 from contarm_sim.view.rendering.encode import CODECS, encoder, encoding
-from contarm_sim.view.rendering.film import Look, Scale, film
+from contarm_sim.view.rendering.film import film
 from contarm_sim.view.rendering.insets import error_plot, inset_cards, muscle_plot
+from contarm_sim.view.rendering.look import Look, Scale
 from contarm_sim.view.rendering.panel import LETTERS, Plot, card, fits
 from contarm_sim.view.rendering.video import Shot, write_gif, write_pictures, write_still, write_video, write_webp
 
@@ -315,7 +317,6 @@ def test_an_encoder_that_is_killed_is_said_and_leaves_nothing(tmp_path):
 
 
 FAILURES = {
-    "renderer": (RuntimeError("the context is lost\nreally"), "RuntimeError: the context is lost really"),
     "encoder": (EncodingError("the video encoder failed: ended by SIGKILL"), "ended by SIGKILL"),
     "gl": (RenderingError("nothing to draw with"), "nothing to draw with"),
     "disk": (OSError(28, "No space left on device"), "cannot write: No space left on device"),
@@ -348,17 +349,77 @@ def test_a_film_that_fails_leaves_the_rest_and_says_why(contarm, monkeypatch, tm
     assert said in (tmp_path / "r/report.html").read_text()
 
 
+@pytest.mark.gl
+def test_a_gl_library_that_fails_is_said_in_one_line(gl, arm, monkeypatch):  # noqa: F811
+    import mujoco
+
+    def failing(*given):
+        raise mujoco.FatalError("the context is lost\nreally")
+
+    with ArmRenderer(arm, 40, 30) as renderer:
+        monkeypatch.setattr(mujoco, "mjr_render", failing)
+        with pytest.raises(RenderingError, match="the GL library failed: the context is lost really"):
+            renderer.pose(renderer.bent(np.zeros(2)))
+
+
+def test_a_fault_while_filming_shows_as_one_and_leaves_the_rest(contarm, monkeypatch, tmp_path):
+    from contarm_sim.view.rendering import video
+
+    def wrong(*given):
+        raise TypeError("a fault of ours")
+
+    monkeypatch.setattr(video, "write_video", wrong)
+    with pytest.raises(TypeError, match="a fault of ours") as found:
+        contarm("run", "--duration", 1, "--turns", 0.2, "--out", "r")
+    assert found.value.__notes__ == ["Numbers, figures and report.html are whole: r"]
+    names = set(os.listdir(tmp_path / "r"))
+    assert {"summary.json", "samples.csv", "trajectory.npz", "path.png", "report.html"} <= names
+    assert not any(name.startswith((".", "video")) for name in names)
+
+
+def test_a_figure_that_cannot_be_written_leaves_the_others(contarm, monkeypatch, tmp_path):
+    from contarm_sim.view import style
+
+    write = style.write
+
+    def full(sheet, path):
+        if "budget" in path.name:
+            raise OSError(28, "No space left on device")
+        write(sheet, path)
+
+    monkeypatch.setattr(style, "write", full)
+    code, _, err = contarm("run", "--duration", 1, "--turns", 0.2, "--no-video", "--out", "r")
+    assert code == 1
+    assert "no budget.png: cannot write: No space left on device" in err
+    assert "no path.png" not in err
+    assert {file.name for file in (tmp_path / "r").glob("*.png")} == {"path.png", "muscles.png"}
+    assert "The figure budget was not drawn" in (tmp_path / "r/report.html").read_text()
+
+
 def test_a_disk_that_fills_up_while_drawing_keeps_the_numbers(contarm, monkeypatch, tmp_path):
+    from contarm_sim.view import style
     from contarm_sim.view.report.run import RunReport
 
     def full(*given):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(RunReport, "draw", full)
+    monkeypatch.setattr(style, "write", full)
     monkeypatch.setattr(RunReport, "write_page", full)
     code, _, err = contarm("run", "--duration", 1, "--turns", 0.2, "--no-video", "--out", "r")
     assert code == 1
-    assert "no figures: cannot write: No space left on device" in err
+    for name in ("path.png", "budget.png", "muscles.png"):
+        assert f"no {name}: cannot write: No space left on device" in err
     assert "no report.html: cannot write: No space left on device" in err
     assert "Traceback" not in err
     assert set(os.listdir(tmp_path / "r")) == {"summary.json", "samples.csv", "trajectory.npz", "arm.xml", "arm.toml"}
+
+
+def test_sizes_and_rates_unless_given_are_the_same_for_all_ways_to_film():
+    from contarm_sim.cli.render import render
+    from contarm_sim.view.rendering.formats import SIZES, USUAL, usual_fps
+
+    default = next(each.default for each in render.params if each.name == "size")
+    assert SIZES[default] == SIZES[USUAL] == (Look().width, Look().height)
+    assert Shot(spiral(Arm()), Look()).fps == usual_fps(".mp4", True)
+    given = [usual_fps(".gif", True), usual_fps(".webp", True), usual_fps(".gif", False), usual_fps(".mp4", True, True)]
+    assert given == [15.0, 15.0, 2.0, 20.0]

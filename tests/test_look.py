@@ -14,7 +14,7 @@ from contarm_sim.mjcf.scene import line_spacing
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.mckibben import McKibben
 from contarm_sim.model.tendon import Tendon
-from contarm_sim.view.colours import ANALYTIC, rgb
+from contarm_sim.view.colours import ANALYTIC, SCENARIOS, rgb
 from contarm_sim.view.rendering.braid import braid
 from contarm_sim.view.rendering.cameras import Camera, extent
 from contarm_sim.view.rendering.draw import ArmRenderer
@@ -179,3 +179,15 @@ def test_the_mount_of_a_hanging_arm_is_cut_away_from_above(gl):  # noqa: F811
         assert renderer._model.geom("column").group[0] == 5
     with ArmRenderer(one, 64, 48, "front") as renderer:
         assert renderer._model.geom("column").group[0] != 5
+
+
+def test_every_load_and_scenario_has_a_look_of_its_own_without_colour_too(arm):
+    from contarm_sim.studies.scenarios import scenarios, under_loads
+
+    names = [scenario.name for scenario in scenarios(arm)]
+    looks = [SCENARIOS[name] for name in names]
+    for part in ("colour", "mark"):
+        assert len({getattr(look, part) for look in looks}) == len(names)
+    dashes = [SCENARIOS[name].dashes for name in (*under_loads(arm), "upright")]
+    assert len(set(dashes)) == 4
+    assert SCENARIOS["free"] == SCENARIOS["ideal"]

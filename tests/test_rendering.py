@@ -17,12 +17,14 @@ from contarm_sim.mjcf import scene_spec
 from contarm_sim.mjcf.framing import Frame
 from contarm_sim.model.arm import Arm
 from contarm_sim.results.trajectory import Trajectory
-from contarm_sim.view.rendering.cameras import Camera
-from contarm_sim.view.rendering.draw import ArmRenderer, Overlays, still
+from contarm_sim.view.rendering.cameras import Camera, extent
+from contarm_sim.view.rendering.draw import ArmRenderer, Overlays
 from contarm_sim.view.rendering.encode import encoder, encoding
-from contarm_sim.view.rendering.film import Look, Scale, film, frame_indices
+from contarm_sim.view.rendering.film import film, film_beside
 from contarm_sim.view.rendering.gl import choose_backend
+from contarm_sim.view.rendering.look import Look, Scale, frame_indices
 from contarm_sim.view.rendering.overlays import thin
+from contarm_sim.view.rendering.still import still
 from contarm_sim.view.rendering.video import Shot, write_gif, write_still, write_video, write_webp
 
 NOTHING = Overlays(path=False, trace=False, target=False, ghost=False, frames=False)
@@ -79,22 +81,32 @@ def shot(arm, fps=30.0, size=(160, 120), **given):
     return Shot(spiral(arm), Look(*size), fps, **given)
 
 
-def project(arm, points, width, height, camera="front"):
-    """Pixels (x right, y down) of points of the base frame, by the pinhole formula and the pose of the camera."""
+def pinhole(arm, points, width, height, camera="front", extent=None, frame=None):
+    """Pixels (x right, y down) of points of the base frame, by the pinhole formula and the pose of the camera.
+
+    Also how many pixels a metre is there. `extent`: points of the base frame that the camera shows, in a `frame`.
+    """
     import mujoco
 
     model = scene_spec(arm).compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    base, eye = data.body("base"), Camera(camera, arm, None, Frame(aspect=width / height)).at(np.zeros(3), 0.0)
+    base = data.body("base")
+    world = None if extent is None else base.xpos + extent @ base.xmat.reshape(3, 3).T
+    shown = replace(frame or Frame(), aspect=width / height)
+    eye = Camera(camera, arm, world, shown).at(np.zeros(3), 0.0)
     a, e = np.radians([eye.azimuth, eye.elevation])
     ahead = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
     right = np.array([np.sin(a), -np.cos(a), 0.0])
     frame = np.stack([right, np.cross(right, ahead), -ahead])
     seen = (base.xpos + points @ base.xmat.reshape(3, 3).T - eye.lookat + eye.distance * ahead) @ frame.T
-    half_height = np.tan(np.radians(14.0))
-    x, y = seen[..., 0] / -seen[..., 2], seen[..., 1] / -seen[..., 2]
-    return np.stack([width / 2 + x / half_height * height / 2, height / 2 - y / half_height * height / 2], axis=-1)
+    a_metre = height / 2 / np.tan(np.radians(14.0)) / -seen[..., 2]
+    return np.stack([width / 2 + a_metre * seen[..., 0], height / 2 - a_metre * seen[..., 1]], axis=-1), a_metre
+
+
+def project(*given, **named):
+    """Pixels of points, see `pinhole`."""
+    return pinhole(*given, **named)[0]
 
 
 def changed(picture, plain):
@@ -283,10 +295,10 @@ def test_the_ghost_lies_along_the_analytic_arc(gl, gravity):
         plain = renderer.frame(samples, 0, NOTHING)
         picture = renderer.frame(samples, 0, replace(NOTHING, ghost=True))
     rows, columns = np.nonzero(np.abs(picture.astype(int) - plain.astype(int)).max(axis=2) > 2)
-    line = project(arm, arc.position(bend, arm.length, np.linspace(0, 1, 100)), 320, 240)
+    line, a_metre = pinhole(arm, arc.position(bend, arm.length, np.linspace(0, 1, 100)), 320, 240)
     distance = np.linalg.norm(np.stack([columns + 0.5, rows + 0.5], axis=1)[:, None] - line, axis=2)
-    pixels = 320 / (2 * arm.length)  # more than a tube's radius covers anywhere in the picture
-    assert distance.min(axis=1).max() < 1.45 * 1.25 * 0.0245 * pixels
+    radius = 1.25 * (arm.muscle_radius + 0.5 * arm.muscle.diameter)
+    assert distance.min(axis=1).max() < 1.3 * radius * a_metre.max()
     assert np.median(distance.min(axis=0)) < 2  # towards its mouth one may look into the tube
 
 
@@ -511,6 +523,37 @@ def test_two_runs_stand_side_by_side_and_the_shorter_waits(gl, arm, tmp_path):
     assert same(pictures[0][60:, 162:], turned[60:, 2:160])
     assert same(pictures[0][60:, 2:160], turned[60:, 162:])
     assert same(pictures[-1][:, :160], pictures[15][:, :160])
+
+
+@pytest.mark.gl
+def test_each_of_two_runs_is_on_its_own_side(gl, arm):
+    """By the place of each target in the picture, beside the arm, not by the other run's film."""
+    bent, asked = (np.zeros((2, 2)), np.full((2, 2), 0.4)), ([0.15, -0.1, 0.25], [0.2, 0.1, 0.1])
+    runs = tuple(replace(samples_of(arm, bend), target=[place] * 2) for bend, place in zip(bent, asked, strict=True))
+    look = Look(640, 240, plots=False, captions=False, overlays=NOTHING)
+    with_target = replace(look, overlays=replace(NOTHING, target=True))
+    plain, drawn = (next(film_beside((runs[0], [1]), (runs[1], [1]), each)).astype(int) for each in (look, with_target))
+    differs = changed(drawn, plain)
+    for number, run in enumerate(runs):
+        ball = np.argwhere(differs[:, 320 * number : 320 * number + 318])[:, ::-1] + 0.5
+        place = project(arm, run.target[1], 320, 240, extent=extent(*runs), frame=Frame(top=0.0, cards=(0.0, 0.0)))
+        assert np.linalg.norm(ball.mean(axis=0) - place) < 2
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("longer_first", [True, False])
+def test_a_gif_of_two_runs_is_as_long_as_the_longer(gl, arm, tmp_path, longer_first):
+    from PIL import Image
+    from PIL.GifImagePlugin import GifImageFile
+
+    runs = samples_of(arm, np.full((101, 2), 0.8)), spiral(arm)
+    one, other = runs if longer_first else runs[::-1]
+    both = Shot(one, Look(200, 60), fps=10, beside=other)
+    assert both.count == 11
+    write_gif(both, tmp_path / "v.gif")
+    with Image.open(tmp_path / "v.gif") as film:
+        assert isinstance(film, GifImageFile)
+        assert film.n_frames == 11
 
 
 @pytest.mark.gl

@@ -159,7 +159,7 @@ def test_a_failed_run_and_a_missing_film_are_said_so(tmp_path):
         tmp_path, report.summary | given | {"verdict": "fail", "explained": False, "converged": None, "checks": checks}
     )
     text = (tmp_path / "report.html").read_text()
-    assert "No film: none: no GL library." in text
+    assert "No film: no GL library. <code>contarm render RUN</code>" in text
     assert '<section class="card bad"><h2>The simulation is NOT explained.' in text
     assert "Slack 1\u00a0% (limit 0): a slack muscle steers nothing" in text
     assert "<h1>Constant curvature does not hold: " in text
@@ -173,6 +173,18 @@ def test_an_interrupted_run_says_so_first_and_how_much_there_is(tmp_path):
     text = (tmp_path / "report.html").read_text()
     assert text.index("This run was interrupted.") < text.index("The simulation is")
     assert "It was stopped at 1.00\u00a0s of 4\u00a0s" in text
+    assert "No film: interrupted. <code>contarm render RUN</code>, where RUN is this folder, draws one." in text
+
+
+def test_a_film_that_cannot_be_embedded_is_said_to_be_there_and_why(tmp_path):
+    arm = Arm()
+    report = RunReport(simulate(arm, along(arm, "circle", 0.3)), poses=2)
+    (tmp_path / "video.mp4").write_bytes(b"no film at all")
+    given = {"path": "circle", "duration": 0.3, "command": "contarm run", "video": "video.mp4"}
+    report.write_page(tmp_path, report.summary | given)
+    text = (tmp_path / "report.html").read_text()
+    assert "The film, video.mp4, is beside this page, which cannot show it: the video encoder failed: " in text
+    assert "No film" not in text
 
 
 def test_figures_are_embedded_in_the_kind_that_is_there(tmp_path):
@@ -184,3 +196,42 @@ def test_figures_are_embedded_in_the_kind_that_is_there(tmp_path):
     text = (tmp_path / "report.html").read_text()
     assert text.count("data:image/svg+xml;base64,") == 3
     assert "data:image/png" not in text
+    assert "--figures" not in text
+
+
+@pytest.mark.parametrize(
+    ("kinds", "said"),
+    [
+        (("pdf",), "path.pdf, budget.pdf and muscles.pdf in this folder are figures that no page can show"),
+        ((), "The figures path, budget and muscles were not drawn; <code>--figures png</code> draws them."),
+    ],
+)
+def test_a_page_without_figures_says_why(tmp_path, kinds, said):
+    arm = Arm()
+    report = RunReport(simulate(arm, along(arm, "circle", 0.3)), poses=2)
+    report.draw(tmp_path, Prints(kinds=kinds))
+    given = {"path": "circle", "duration": 0.3, "command": "contarm run", "video": "not asked for"}
+    report.write_page(tmp_path, report.summary | given)
+    text = (tmp_path / "report.html").read_text()
+    assert text.count(said) == 1
+    assert "<figure>" not in text
+
+
+def test_what_a_run_was_asked_is_told_with_its_own_rate_and_duration():
+    arm = Arm()
+    run = simulate(arm, along(arm, "circle", 0.3))
+    report = RunReport(run, poses=2)
+    told = report.told("circle", command="contarm run")
+    assert told.items() >= report.summary.items()
+    assert {key: told[key] for key in told.keys() - report.summary.keys()} == {
+        "path": "circle",
+        "duration": pytest.approx(0.3),
+        "path_parameters": {},
+        "project": "refuse",
+        "timestep": run.timestep,
+        "rate": 100.0,
+        "command": "contarm run",
+        "video": "not asked for",
+    }
+    asked = report.told("x", command="", duration=2.0, direction=(0, 0, 1), video="video.mp4")
+    assert (asked["duration"], asked["direction"], asked["video"]) == (2.0, (0, 0, 1), "video.mp4")

@@ -12,10 +12,10 @@ from contarm_sim.mjcf.scene import world_gravity
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.simulate import simulate
 from contarm_sim.results.compare import compare
-from contarm_sim.view.colours import ANALYTIC, SIMULATED, TARGET
+from contarm_sim.view.colours import ANALYTIC, DARK_PAGE, SIMULATED, TARGET
 from contarm_sim.view.report import space as written
 from contarm_sim.view.report.contrast import contrast, lightened
-from contarm_sim.view.report.space import DARK, space, telling
+from contarm_sim.view.report.space import space, telling
 
 CSS = (Path(written.__file__).parent / "pages" / "page.css").read_text()
 DOWN = {
@@ -54,15 +54,15 @@ def test_text_has_contrast_enough(scheme):
 
 
 def test_lines_are_seen_in_the_dark_and_keep_their_hue(run):
-    assert _schemes()["dark"]["paper"] == DARK
+    assert _schemes()["dark"]["paper"] == DARK_PAGE
     found = _found(run, gravity=(0.0, 0.0, 9.81))
     for trace, others in zip(found["data"], found["dark"], strict=True):
         colours = [others.get("line.color"), others.get("textfont.color")]
         colours += [colour for _, colour in others.get("line.colorscale", others.get("colorscale", []))]
         for colour in filter(None, colours):
-            assert contrast(colour, DARK) >= 3, trace["name"]
-    assert lightened("#ffffff", DARK) == "#ffffff"
-    red, green, blue = (int(lightened(SIMULATED, DARK, 7)[i : i + 2], 16) for i in (1, 3, 5))
+            assert contrast(colour, DARK_PAGE) >= 3, trace["name"]
+    assert lightened("#ffffff", DARK_PAGE) == "#ffffff"
+    red, green, blue = (int(lightened(SIMULATED, DARK_PAGE, 7)[i : i + 2], 16) for i in (1, 3, 5))
     assert red > green > blue
 
 

@@ -21,7 +21,8 @@ from contarm_sim.studies.convergence import convergence
 from contarm_sim.studies.scenarios import dome_grid, scenarios, spread_bends
 from contarm_sim.studies.swings import SIDEWAYS, SwingSettings, release
 from contarm_sim.studies.tip_stiffness import stiffness
-from contarm_sim.view.colours import MISS, rgb
+from contarm_sim.studies.trusted_bends import loaded_arms
+from contarm_sim.view.colours import ANALYTIC, ERROR, LIMIT, MISS, SCENARIOS, SIMULATED, TARGET, rgb
 from contarm_sim.view.prints import WIDTHS
 from contarm_sim.view.report.budget import along, draw_budget, draw_parts, parts_of
 from contarm_sim.view.report.error_field import error_field
@@ -105,16 +106,16 @@ def test_parts_along_the_error_add_up_to_it(run):
     for given, count in ((motion, 4), (None, 3), ((samples.time[[0, -1]], np.full((2, 3), np.nan)), 3)):
         index, parts = parts_of(samples, compared, given)
         assert len(parts) == count
-        found = sum(along(part.ways, error[index]) for part in parts)
+        found = sum(along(part.moved, error[index]) for part in parts)
         np.testing.assert_allclose(found, compared.tip_error[index], atol=1e-12)
     (moving,) = (part for part in parts_of(samples, compared, motion)[1] if part.words.startswith("motion"))
-    np.testing.assert_array_equal(moving.ways, motion[1])
+    np.testing.assert_array_equal(moving.moved, motion[1])
 
 
 def test_muscles_stand_in_columns_with_their_limits_named(run):
-    samples, compared, _ = run
+    samples, _, _ = run
     arm, pneumatic = samples.arm, hasattr(samples.arm.groups[0].law, "max_pressure")
-    for sheet in sheets(lambda sheet: draw_muscles(sheet, samples, compared)):
+    for sheet in sheets(lambda sheet: draw_muscles(sheet, samples)):
         count = len(arm.groups)
         assert len(sheet.axes) == count * (4 if pneumatic else 3)
         drawn_tensions = [line.get_ydata() for line in sheet.axes[2 * count].lines[:3]]
@@ -131,7 +132,7 @@ def test_what_no_pressure_does_is_marked():
     pressure = samples.pressure.copy()
     pressure[1:, 1] = np.inf
     samples = replace(samples, pressure=pressure, time=np.arange(3.0))
-    for sheet in sheets(lambda sheet: draw_muscles(sheet, samples, compare(samples))):
+    for sheet in sheets(lambda sheet: draw_muscles(sheet, samples)):
         marks = [line for line in sheet.axes[3].lines if line.get_marker() == "^" and len(line.get_xdata())]
         assert [list(line.get_xdata()) for line in marks] == [[1, 2]]
         assert np.isfinite(sheet.axes[3].get_ylim()).all()
@@ -228,3 +229,15 @@ def test_scenarios_differ_in_grey(outcomes):
     for line in marks:
         red, green, blue = rgb(line.get_color())
         assert 0.2126 * red + 0.7152 * green + 0.0722 * blue < 0.75
+
+
+def test_a_load_looks_the_same_in_all_figures_and_like_no_other():
+    named = {scenario.name for arm in (ARM, replace(ARM, gravity=(0, 0, 0))) for scenario in scenarios(arm)}
+    loads = {under.load for under in loaded_arms(replace(ARM, gravity=(0, 0, 0)))}
+    assert named | loads == set(SCENARIOS)
+    assert SCENARIOS["free"] == SCENARIOS["ideal"]
+    looks = [look for name, look in SCENARIOS.items() if name != "ideal"]
+    for each in zip(*looks, strict=True):  # colours, dashes, marks
+        assert len(set(each)) == len(looks)
+    assert not {look.colour for look in looks} & {SIMULATED, ANALYTIC, TARGET, ERROR, LIMIT}
+    assert MISS != SIMULATED

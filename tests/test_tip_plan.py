@@ -11,7 +11,7 @@ from contarm_sim.control.tip import plan_motion, plan_rest
 from contarm_sim.engine.plant import Plant
 from contarm_sim.kinematics import arc
 from contarm_sim.model.arm import Arm
-from contarm_sim.motion.lag import motion_part
+from contarm_sim.motion.lag import moved_by_motion
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.motion.simulate import ACCURATE, simulate
 
@@ -68,7 +68,8 @@ def test_what_motion_adds_goes_when_the_arm_has_come_to_rest():
     """Half the motion, half a wait: the part is the distance to where the arm ends up, and ends up at nothing."""
     bend = np.concatenate([_swung(0.4), np.repeat(_swung(0.4)[-1:], 400, axis=0)])
     run = simulate(HANGING, moving(HANGING, bend), stepping=ACCURATE)
-    time, added = motion_part(run, poses=440)
+    time, moved = moved_by_motion(run, poses=440)
+    added = np.linalg.norm(moved, axis=1)
     np.testing.assert_array_equal(time, run.time)
     assert added[:60].max() > 0.02 * HANGING.length
     assert added[-1] < 1e-5
@@ -80,8 +81,8 @@ def test_what_motion_adds_goes_when_the_arm_has_come_to_rest():
 @pytest.mark.parametrize("poses", [1, 7, 100])
 def test_what_motion_adds_is_found_at_about_so_many_poses(poses):
     run = simulate(HANGING, moving(HANGING, _swung(0.4)), stepping=ACCURATE)
-    time, added = motion_part(run, poses)
-    assert len(time) == len(added)
+    time, moved = moved_by_motion(run, poses)
+    assert moved.shape == (len(time), 3)
     assert min(poses, len(run)) <= len(time) <= max(2 * poses, poses + 1)
 
 
@@ -92,5 +93,5 @@ def test_what_motion_adds_to_an_extrapolated_run_is_of_infinitely_many_links():
     for links, extrapolate in ((16, True), (16, False), (48, False)):
         arm = replace(HANGING, links=links)
         run = simulate(arm, moving(arm, bend), stepping=ACCURATE, extrapolate=extrapolate)
-        found.append(motion_part(run, 10)[1])
+        found.append(np.linalg.norm(moved_by_motion(run, 10)[1], axis=1))
     assert np.abs(found[0] - found[2]).max() < 0.5 * np.abs(found[1] - found[2]).max()

@@ -1,10 +1,10 @@
 """Arms of several sections in pictures: what is drawn is where it should be; the live arm is pulled without jumps."""
 
 import csv
-import re
 
 import numpy as np
 import pytest
+from matplotlib.collections import QuadMesh
 
 from contarm_sim.errors import RenderingError
 from contarm_sim.kinematics import sections
@@ -21,17 +21,18 @@ from contarm_sim.motion.simulate import simulate
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.compare import compare
 from contarm_sim.view.figures import figures_of, reach
+from contarm_sim.view.figures.common import followed
 from contarm_sim.view.live.redundancy import Redundancy
 from contarm_sim.view.live.session import Session
-from contarm_sim.view.prints import Prints
+from contarm_sim.view.rendering.backbone import _PALER
 from contarm_sim.view.rendering.draw import ArmRenderer, Overlays
 from contarm_sim.view.rendering.film import Look, film
 from contarm_sim.view.rendering.gl import choose_backend
 from contarm_sim.view.report.budget import draw_budget
 from contarm_sim.view.report.run_figures import draw_muscles, draw_path
 from contarm_sim.view.report.samples_csv import write_samples
-from contarm_sim.view.sections import muscle_hexes, section_colour, section_places, tube_radii
-from contarm_sim.view.style import save
+from contarm_sim.view.sections import muscle_hexes, section_colour, section_hex, section_places, tube_radii
+from contarm_sim.view.style import drawn, save
 from contarm_sim.view.workspace import around, folds, hull, workspace
 
 NOTHING = Overlays(path=False, trace=False, target=False, ghost=False, frames=False)
@@ -109,7 +110,7 @@ def test_sections_are_drawn_in_their_colours(gl):
             colour = model.mat_rgba[model.geom_matid[model.geom(f"{station}_disk").id], :3]
             paler = 1 - (1 - colour) / (1 - np.array(section_colour(number)))  # its colour, mixed with white
             np.testing.assert_allclose(paler, paler[0], atol=1e-6)
-            assert 0.2 < paler[0] < 0.7
+            assert paler[0] == pytest.approx(1 - _PALER, abs=1e-6)
         bend = np.array([0.5, 0.1, -0.4, 0.6, 0.2, 0.3])
         qpos = renderer.bent(bend)
         renderer._pose(qpos)
@@ -159,7 +160,11 @@ def test_six_muscles_of_a_section_have_six_colours_and_sections_their_own():
 
 def test_a_report_has_columns_and_figures_by_section(moved, tmp_path):
     comparison = compare(moved)
-    for name, draw in (("path", draw_path), ("budget", draw_budget), ("muscles", draw_muscles)):
+    for name, draw in (
+        ("path", draw_path),
+        ("budget", draw_budget),
+        ("muscles", lambda sheet, run, _: draw_muscles(sheet, run)),
+    ):
         save(tmp_path, name, lambda sheet, draw=draw: draw(sheet, moved, comparison))
         assert (tmp_path / f"{name}.png").stat().st_size > 20_000
     write_samples(tmp_path / "samples.csv", {"run": (moved, comparison)})
@@ -199,22 +204,46 @@ def test_folds_are_where_two_sections_stop_reaching():
     assert np.sort(away)[: len(outer) - 2].max() < 5e-3  # all but the hull's ends on the axis
 
 
-def test_three_sections_reach_directions_and_two_have_an_elbow(tmp_path, monkeypatch):
+def _valued(axes, backbone):
+    """Return the share of drawn poses whose tips are on a cell of a map that has a value."""
+    (mesh,) = (each for each in axes.collections if isinstance(each, QuadMesh))
+    places, values = mesh.get_coordinates(), np.ma.filled(mesh.get_array(), np.nan)
+    tips = 1e3 * sections.position(drawn_poses(backbone), backbone)
+    column = np.searchsorted(places[0, :, 0], np.hypot(tips[:, 0], tips[:, 1])) - 1
+    row = np.searchsorted(places[:, 0, 1], tips[:, 2]) - 1
+    found = values[row, column]
+    assert np.nanmin(found) < 0.5 * np.nanmax(found)
+    return np.isfinite(found).mean()
+
+
+def test_three_sections_reach_directions_and_two_have_an_elbow(monkeypatch):
     monkeypatch.setattr(reach, "CELLS", 16)
     monkeypatch.setattr(reach, "POSES", 20_000)
     assert "elbow" in figures_of(arm(2))
     assert "elbow" not in figures_of(arm(3))
     assert "spiral" in figures_of(Arm())
     for count in (2, 3):
-        for name, (_, draw) in figures_of(arm(count)).items():
-            save(
-                tmp_path,
-                f"{name}{count}",
-                lambda sheet, draw=draw, count=count: draw(sheet, arm(count)),
-                Prints(("png", "svg")),
-            )
-            assert (tmp_path / f"{name}{count}.png").stat().st_size > 8_000
-            assert re.search(r"(mm|deg)\]", (tmp_path / f"{name}{count}.svg").read_text())
+        one = arm(count)
+        sheets = {}
+        for name, (_, draw) in figures_of(one).items():
+            sheets[name] = drawn(lambda sheet, draw=draw, one=one: draw(sheet, one))
+        outer, run = 1e3 * hull(shape.backbone(one)), followed(one)
+        sides = [line.get_xydata() for line in sheets["slices"].axes[0].lines if len(line.get_xdata()) == len(outer)]
+        for side in (-1, 1):
+            assert any(np.allclose(points, outer * [side, 1]) for points in sides)
+        for name in ("density", "dexterity"):
+            assert _valued(sheets[name].axes[0], shape.backbone(one)) > 0.98, name
+        traced = {line.get_label(): line.world for line in sheets["path"].axes[0].lines if hasattr(line, "world")}
+        np.testing.assert_allclose(traced["simulated tip"], 1e3 * run.tip, atol=1e-9)
+        for number in range(count):
+            asked = sheets["angles"].axes[0].lines[count + number].get_ydata()
+            np.testing.assert_allclose(asked, np.degrees(np.hypot(*run.bend[:, 2 * number : 2 * number + 2].T)))
+        if count == 2:
+            lines = [line for line in sheets["elbow"].axes[0].lines if hasattr(line, "world")]
+            (target,) = (line.world for line in lines if line.get_label() == "target")
+            ends = [line.world[-1] for line in lines if line.get_color() == section_hex(1)]
+            assert len(ends) > 5
+            np.testing.assert_allclose(ends, np.broadcast_to(target, (len(ends), 3)), atol=1e-3)
     found = workspace(shape.backbone(arm(3)), 12, 100_000)
     assert 0.2 < found.directions.max() <= 1
 

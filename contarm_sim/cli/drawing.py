@@ -9,9 +9,11 @@ from typing import Any
 from contarm_sim.errors import MESSAGE, ContarmError, RenderingError, one_line
 from contarm_sim.view.prints import Prints
 
-FIGURES = ("path", "budget", "muscles")
 FILMS = ("video.mp4", "video.gif")
 NOT_YET = "not drawn yet"
+
+MACHINE = (RenderingError, OSError, MemoryError)
+"""What fails for want of something on a machine: the rest of a run goes on. All else is a fault, and shows as one."""
 
 
 def film_at_first(interrupted: bool, wanted: bool) -> str:
@@ -40,7 +42,8 @@ def draw(job: Any, folder: Path, summary: dict[str, Any], prints: Prints) -> tup
     filming, written = summary["video"] == NOT_YET, []
     try:
         with breakable():
-            written.append(_tried("no figures", lambda: job.draw(folder, prints)))
+            for stem, figure in job.figures.items():
+                written.append(_drawn(folder, stem, figure, prints))
             written.append(_tried("no report.html", lambda: job.write_page(folder, summary)))
             if filming:
                 summary["video"] = _film(job, folder)
@@ -51,7 +54,7 @@ def draw(job: Any, folder: Path, summary: dict[str, Any], prints: Prints) -> tup
         drawn = [name for name in FILMS if (folder / name).is_file()]
         if filming:
             summary["video"] = drawn[0] if drawn else "interrupted"
-        figures = [name for stem in FIGURES for name in prints.all_names(stem)]
+        figures = [name for stem in job.figures for name in prints.all_names(stem)]
         wanted = [*figures, "report.html", *(drawn or FILMS[:1] if filming else ())]
         missing = [name for name in wanted if not (folder / name).is_file()]
     if filming:
@@ -60,13 +63,27 @@ def draw(job: Any, folder: Path, summary: dict[str, Any], prints: Prints) -> tup
     return missing, not all(written)
 
 
+def _drawn(folder: Path, stem: str, figure: Any, prints: Prints) -> bool:
+    """Draw a figure; tell whether that went well, and say which files are missing otherwise."""
+    from contarm_sim.cli.terminal import say
+    from contarm_sim.view.style import save
+
+    try:
+        save(folder, stem, figure, prints)
+    except MACHINE as error:
+        missing = [name for name in prints.all_names(stem) if not (folder / name).is_file()]
+        say(f"no {', '.join(missing)}: {_reason(error)}")
+        return False
+    return True
+
+
 def _tried(loss: str, write: Callable[[], object]) -> bool:
     """Write something; tell whether that went well, and say what is lost otherwise."""
     from contarm_sim.cli.terminal import say
 
     try:
         write()
-    except (OSError, RenderingError) as error:
+    except MACHINE as error:
         say(f"{loss}: {_reason(error)}")
         return False
     return True
@@ -81,9 +98,12 @@ def _film(job: Any, folder: Path) -> str:
         with progress("filming") as on_frame:
             name = str(job.film(folder, on_frame))
         say_backend()
-    except Exception as error:  # whatever a renderer, an encoder or a full disk raises
+    except Exception as error:
         if came() is not None:  # a library made that of the interruption
             raise KeyboardInterrupt from None
+        if not isinstance(error, MACHINE):
+            error.add_note(f"Numbers, figures and report.html are whole: {folder}")
+            raise
         say(f"no video: {_reason(error)}; it is drawn by: contarm render {folder}")
         return f"none: {_reason(error)}"
     if name.endswith(".gif"):

@@ -63,23 +63,23 @@ def figures(arm: Arm, names: tuple[str, ...], listing: bool, path_name: str | No
             raise InputError("name", repr(name), f"for {missing[name]}; of this arm: {', '.join(known)}")
         if name not in known:
             raise InputError("name", repr(name), ", ".join(known))
-    way = _way(arm, path_name, duration, max_bend, project)
-    chosen = names or tuple(name for name in known if way is None or name in FOLLOWING)
+    own = _own_path(arm, path_name, duration, max_bend, project)
+    chosen = names or tuple(name for name in known if own is None or name in FOLLOWING)
     target = Path(out) if out is not None else default_folder("figures")
     check_output(target)
     with OutputFolder(target) as opened:
         for i in track(range(len(chosen)), "figures"):
             draw = known[chosen[i]][1]
-            save(opened.folder, chosen[i], lambda sheet, draw=draw: draw(sheet, arm, way), prints)  # type: ignore[misc]
+            save(opened.folder, chosen[i], lambda sheet, draw=draw: draw(sheet, arm, own), prints)  # type: ignore[misc]
     files = [str(opened.target / file) for name in chosen for file in prints.all_names(name)]
     click.echo(to_json({"files": files}) if as_json else "\n".join(files))
     say(f"written: {opened.target}")
-    if not names and way is None and len(arm.sections) == 1:
+    if not names and own is None and len(arm.sections) == 1:
         for name in (name for name in FIGURES if name in missing):
             say(f"left out: {name}, which needs {missing[name]}")
 
 
-def _way(arm: Arm, name: str | None, duration: float | None, max_bend: float | None, project: Any) -> Any:
+def _own_path(arm: Arm, name: str | None, duration: float | None, max_bend: float | None, project: Any) -> Any:
     """Return what the figures of a motion follow, or None for the paper's spiral in ten seconds.
 
     Raises:
@@ -90,11 +90,11 @@ def _way(arm: Arm, name: str | None, duration: float | None, max_bend: float | N
     from contarm_sim import paths
     from contarm_sim.cli.path import path_of, reference_of
     from contarm_sim.cli.terminal import say
-    from contarm_sim.view.figures.common import Way
+    from contarm_sim.view.figures.common import OwnPath
 
     name = "spiral" if name is None else name
     path, waypoints = path_of(arm, name, duration, {} if max_bend is None else {"max_bend": max_bend})
     reference = reference_of(arm, path, project or "refuse", None if waypoints is None else waypoints.places)
     for note in () if waypoints is None else waypoints.notes:
         say(note)
-    return Way(f"the {name}" if name in paths.NAMES else f"the path of {Path(name).name}", reference)
+    return OwnPath(f"the {name}" if name in paths.NAMES else f"the path of {Path(name).name}", reference)

@@ -38,6 +38,19 @@ class Quantity(click.ParamType):
             return self.fail(f"{in_short(error.given)}; allowed: {error.allowed}", param, ctx)
 
 
+class Percent(click.ParamType):
+    """A number of percent, with or without the sign: 2, 2%."""
+
+    name = "percent"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the number of percent."""
+        try:
+            return float(str(value).removesuffix("%"))
+        except ValueError:
+            return self.fail(f"{in_short(repr(value))}; allowed: a number of percent", param, ctx)
+
+
 LENGTH, ANGLE, TIME, PLAIN = Quantity("m"), Quantity("rad"), Quantity("s"), Quantity("-")
 PRESSURE = Quantity("Pa")
 

@@ -12,18 +12,14 @@ import click
 
 from contarm_sim.cli.options import PLAIN, TIME, Command, json_option
 from contarm_sim.errors import InputError
+from contarm_sim.view.rendering.formats import SIZES, USUAL
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from contarm_sim.view.rendering.video import Shot
 
-SIZES = {"480p": (854, 480), "720p": (1280, 720), "1080p": (1920, 1080), "2160p": (3840, 2160)}
 KINDS = (".mp4", ".mov", ".webm", ".gif", ".webp", ".png")
-
-_SLOW = {".gif": 15.0, ".webp": 15.0}
-_FRAMES, _POSES = 30.0, 2.0
-"""Frames per second unless given: of films, and of poses at rest, each of which is one frame."""
 
 
 class Size(click.ParamType):
@@ -55,7 +51,7 @@ class Size(click.ParamType):
     help="Fixed, circling once, or following the tip.",
 )  # fmt: skip
 @click.option(
-    "--size", default="720p", show_default=True, type=Size(), metavar="NAME|WxH",
+    "--size", default=USUAL, show_default=True, type=Size(), metavar="NAME|WxH",
     help="480p, 720p, 1080p, 2160p, or width and height: 1080x1080.",
 )  # fmt: skip
 @click.option(
@@ -89,7 +85,8 @@ def render(run_dir: str, out: str | None, beside: str | None, camera: str, size:
     from contarm_sim.cli.terminal import progress, say
     from contarm_sim.results.run_folder import load_folder
     from contarm_sim.view.rendering.draw import ALL
-    from contarm_sim.view.rendering.film import Look
+    from contarm_sim.view.rendering.formats import usual_fps
+    from contarm_sim.view.rendering.look import Look
     from contarm_sim.view.rendering.video import WRITERS, Shot, write_pictures, write_still
     from contarm_sim.view.report.output import check_output, to_json
     from contarm_sim.view.report.words import noted
@@ -100,7 +97,7 @@ def render(run_dir: str, out: str | None, beside: str | None, camera: str, size:
     if at is not None and kind != ".png":
         raise InputError("time", at, "with a .png only")
     samples = load_folder(Path(run_dir))
-    fps = fps if fps is not None else _SLOW.get(kind, _FRAMES) if samples.time[-1] > samples.time[0] else _POSES
+    fps = fps if fps is not None else usual_fps(kind, samples.moving)
     if not 1 <= fps <= 60:
         raise InputError("fps", fps, "1 to 60")
     check_output(target)

@@ -86,7 +86,7 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
     from contarm_sim.cli.drawing import draw, film_at_first
     from contarm_sim.cli.path import parameters_of, path_of, reference_of
     from contarm_sim.cli.terminal import command_line, progress, say
-    from contarm_sim.motion.simulate import CONTROL_RATE, simulate
+    from contarm_sim.motion.simulate import simulate
     from contarm_sim.stopping import break_off, exit_code, unbroken
     from contarm_sim.view.report.output import OutputFolder, check_output, default_folder, to_json
 
@@ -119,12 +119,15 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
             raise KeyboardInterrupt
         job, recorded = _report(recorded)
         interrupted = recorded.status == "interrupted"
-        summary = job.summary | {"path": path.name if waypoints is None else path_name, "duration": path.duration}
-        summary |= {"path_parameters": parameters_of(arm, path_name, shape), "project": project}
-        if direction is not None:
-            summary |= {"direction": direction}
-        summary |= {"timestep": recorded.timestep, "rate": CONTROL_RATE}
-        summary |= {"command": command_line(), "video": film_at_first(interrupted, not no_video)}
+        summary = job.told(
+            path.name if waypoints is None else path_name,
+            command=command_line(),
+            video=film_at_first(interrupted, not no_video),
+            duration=path.duration,
+            parameters=parameters_of(arm, path_name, shape),
+            project=project,
+            direction=direction,
+        )
         with OutputFolder(target) as opened:
             job.write(opened.folder)
             (opened.folder / "summary.json").write_text(to_json(summary) + "\n")

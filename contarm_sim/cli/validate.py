@@ -10,7 +10,7 @@ from contarm_sim import studies
 from contarm_sim.cli.figure_options import figure_options
 from contarm_sim.cli.options import ANGLE, Command, arm_options, json_option, out_option
 from contarm_sim.model.arm import Arm
-from contarm_sim.view.prints import Prints
+from contarm_sim.view.prints import PLAIN, Prints
 
 QUICK_GRID = 3
 
@@ -49,10 +49,12 @@ def validate(
     contarm validate --gravity 9.81 0 0 --bending-stiffness 0.2
     """
     from contarm_sim.cli.study import deliver, output_for, signed
-    from contarm_sim.cli.terminal import track
+    from contarm_sim.cli.terminal import say, track
     from contarm_sim.view.report.validation import draw_validation, write_outcomes
     from contarm_sim.view.report.validation_page import write_validation_page
 
+    if quick and prints != PLAIN:
+        say("--quick draws no figures: leave it out, and --grid 3 is as coarse")
     target = output_for(out, "validate")
     given = {} if max_bend is None else {"max_bend": max_bend}
     found = studies.validate(arm, QUICK_GRID if quick else grid, track, **given)

@@ -116,18 +116,6 @@ class ArmIndex:
         )  # fmt: skip
 
 
-def drawn_muscles(model: mujoco.MjModel, arm: Arm) -> list[Indices]:
-    """Return the geoms that each muscle is drawn by, one array a muscle; empty for straight spans, drawn as tendons."""
-    stations, starts = names.stations(arm), names.section_stations(arm)
-    geoms = []
-    for group in arm.groups:
-        passed = stations[starts[group.first] : starts[group.section + 1] + 1]
-        passed = passed if group.routing.path == "parallel" else []
-        for muscle in names.group_muscles(arm, group):
-            geoms.append(np.array([model.geom(names.guide(station, muscle)).id for station in passed], dtype=int))
-    return geoms
-
-
 class _Columns:
     """Finds the columns of sensors in the engine's sensor data."""
 

@@ -15,7 +15,7 @@ from contarm_sim.mjcf import TIMESTEP, exact_xml, names
 from contarm_sim.mjcf.muscles import straight_controls
 from contarm_sim.mjcf.scene import add_scene, base_quaternion, base_rotation, lighten
 from contarm_sim.model.arm import Arm
-from contarm_sim.view.rendering.draw import TARGET
+from contarm_sim.view.rendering.draw import ASKED
 
 dm_gl.load()
 from dm_control import composer, mjcf  # noqa: E402
@@ -204,7 +204,7 @@ class ArmArena(composer.Arena):
 
     def add_ball(self, arm: Arm, visible: bool) -> Any:
         """Add a ball for a target; its place [m] may be written to the model at any time."""
-        colour = TARGET if visible else [0.0] * 4
+        colour = ASKED if visible else [0.0] * 4
         size, place = [0.02 * arm.length] * 3, [arm.length] * 3  # at the origin the compiler would fix it there
         return self._mjcf_root.worldbody.add("site", name="target", type="sphere", size=size, pos=place, rgba=colour)
 

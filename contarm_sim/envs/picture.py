@@ -38,7 +38,7 @@ class Sight:
     camera: str = "front"
 
     def __post_init__(self) -> None:
-        from contarm_sim.view.rendering.draw import check_size
+        from contarm_sim.view.rendering.formats import check_size
 
         check_size(self.width, self.height)
         for name in ("width", "height"):
@@ -106,7 +106,7 @@ class Window:
         """Show the pose and the target."""
         import mujoco
 
-        from contarm_sim.view.rendering.draw import TARGET
+        from contarm_sim.view.rendering.draw import ASKED
         from contarm_sim.view.rendering.overlays import add_ball
 
         with self._viewer.lock():
@@ -116,7 +116,7 @@ class Window:
             if target is not None:
                 base = self._data.body("base")
                 place = base.xpos + base.xmat.reshape(3, 3) @ target
-                add_ball(self._viewer.user_scn, place, self._ball, TARGET)
+                add_ball(self._viewer.user_scn, place, self._ball, ASKED)
         self._viewer.sync()
 
     def close(self) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 _COLOURS = (
     (0.84, 0.15, 0.16, 1.0),
     (0.17, 0.50, 0.72, 1.0),
@@ -19,4 +21,9 @@ def muscle_colour(index: int) -> tuple[float, float, float, float]:
 
 def muscle_hex(index: int) -> str:
     """Return the same colour as #rrggbb."""
-    return "#" + "".join(f"{round(255 * part):02x}" for part in muscle_colour(index)[:3])
+    return hex_colour(muscle_colour(index)[:3])
+
+
+def hex_colour(parts: Iterable[float]) -> str:
+    """Return #rrggbb of red, green and blue, 0 to 1."""
+    return "#" + "".join(f"{round(255 * part):02x}" for part in parts)

@@ -46,6 +46,20 @@ class World(Told):
         """Size of gravity [m/s^2]."""
         return math.hypot(*self.gravity)
 
+    @property
+    def up(self) -> tuple[float, float, float]:
+        """Direction of the base frame that is up where the arm is drawn, of length 1.
+
+        As `base_orientation` says, else against gravity, else along the straight arm.
+        """
+        if self.base_orientation is not None:
+            w, x, y, z = self.base_orientation
+            return 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
+        if not any(self.gravity):
+            return 0.0, 0.0, 1.0
+        x, y, z = (-part / self.gravity_strength for part in self.gravity)
+        return x, y, z
+
     def moment(self, mass: float, length: float) -> float:
         """Return the moment on a uniform bend [N m/rad] that counts for servos: a quarter of weight times length.
 

@@ -15,19 +15,13 @@ from contarm_sim.paths.reference import Reference, section_lengths
 from contarm_sim.results.trajectory import Trajectory
 
 
-def motion_part(trajectory: Trajectory, poses: int = 100, controller: Controller | None = None) -> tuple[Array, Array]:
-    """Return the sizes of what `moved_by_motion` returns: (times [s], distances [m]), each of shape (K,)."""
-    time, moved = moved_by_motion(trajectory, poses, controller)
-    return time, np.linalg.norm(moved, axis=-1)
-
-
 def moved_by_motion(
     trajectory: Trajectory, poses: int = 100, controller: Controller | None = None
 ) -> tuple[Array, Array]:
-    """Return what motion adds: (times [s], shape (K,); ways [m], shape (K, 3)), K from `poses` to twice that.
+    """Return what motion adds: (times [s], shape (K,); displacements [m], shape (K, 3)), K from `poses` to twice that.
 
-    Ways are to simulated tips, evenly picked, from where they would rest under the same commanded bend and controller:
-    inertia, damping and lag.
+    Displacements are of simulated tips, evenly picked, from where they would rest under the same commanded bend and
+    controller: inertia, damping and lag.
 
     Args:
         controller: what drove the arm; default the one of the trajectory's name.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from contarm_sim.studies.trusted_bends import (
     Trusted,
     first_beyond,
     loaded_arms,
+    rounded,
     tip_error,
     tip_errors,
     trusted,
@@ -41,13 +43,13 @@ class TrustUnderLoad:
 
     Attributes:
         trusted: tip error by bend, and the largest bends.
-        twice_the_links_deg: the least of the bends within `Trust.within_percent` again, with twice the links [deg];
-            None where so many are not possible, or the bend is at an end of what was tried.
+        twice_the_links_deg: the least bends again, one for each bound, with twice the links [deg]; None where so many
+            are not possible.
         takes: what it would take to hold to the wanted bend; None where it does.
     """
 
     trusted: Trusted = field(metadata=INLINE)
-    twice_the_links_deg: float | None
+    twice_the_links_deg: tuple[float, ...] | None
     takes: WhatItTakes | None
 
 
@@ -95,6 +97,8 @@ def trust(
     several = len(arm.sections) > 1
     most = LARGEST_OF_SECTIONS if several else LARGEST_BEND
     bend = as_number(wanted) if wanted is not None else WANTED / (1 + several)
+    if math.isnan(bend):
+        raise InputError("wanted", repr(wanted), "an angle [rad]")
     if not 0 < bend <= most:
         given = f"{bend:.6g} rad ({math.degrees(bend):.6g} deg)"
         raise InputError("wanted bend", given, f"more than 0, at most {math.degrees(most):.0f} deg")
@@ -107,16 +111,22 @@ def trust(
     for i in steps:
         found = trusted(arms[i], angles, ways, bounds)
         takes = what_it_takes(found, angles, ways, bend, within)
-        loads.append(TrustUnderLoad(found, _twice_the_links(found, angles, within), takes))
-    degrees = (math.degrees(bend), within, math.degrees(most), np.degrees(angles), np.degrees(ways))
+        loads.append(TrustUnderLoad(found, _twice_the_links(found, angles), takes))
+    tried, around = rounded(np.degrees(angles)), rounded(np.degrees(ways))
+    degrees = (round(math.degrees(bend), 6), within, round(math.degrees(most), 6), tried, around)
     return Trust(arm, *degrees, tuple(loads))
 
 
-def _twice_the_links(found: Trusted, angles: Array, within: float) -> float | None:
-    """Return the least bend within a bound [deg] of an arm of twice the links, in the same plane."""
-    bend, arm = found.within(within), found.under.arm
-    if bend.everywhere or bend.least_deg == 0 or not can_double(arm):
+def _twice_the_links(found: Trusted, angles: Array) -> tuple[float, ...] | None:
+    """Return the least bend within each bound [deg] of an arm of twice the links, in the same planes."""
+    arm = found.under.arm
+    if not can_double(arm):
         return None
-    finer, plane = relinked(arm, double=True), math.radians(bend.towards_deg)
-    known = tip_errors(finer, angles, plane)
-    return math.degrees(first_beyond(lambda angle: tip_error(finer, angle, plane), angles, known, within))
+    finer, least, known = relinked(arm, double=True), [], {}
+    for bend in found.bends:
+        plane = math.radians(bend.towards_deg)
+        if plane not in known:
+            known[plane] = tip_errors(finer, angles, plane)
+        error = partial(tip_error, finer, plane=plane)
+        least.append(round(math.degrees(first_beyond(error, angles, known[plane], bend.within_percent)), 6))
+    return tuple(least)

@@ -7,14 +7,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.errors import DivergenceError, EquilibriumError, PressureError
 from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics import muscles
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.document import HIDDEN, INLINE
+from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.scenarios import UPRIGHT, under_loads, weight_over_stiffness
 
 WITHIN = (0.1, 1.0, 5.0)
@@ -61,6 +64,8 @@ class TrustedBend:
         least_deg: the least of them.
         towards_deg: the plane of that [deg].
         everywhere: whether no bend is beyond in any plane.
+        no_rest: why the arm has no pose at rest beyond the least bend, or its muscles do not hold one; None where it is
+            the tip error that is beyond.
     """
 
     within_percent: float
@@ -68,6 +73,7 @@ class TrustedBend:
     least_deg: float
     towards_deg: float
     everywhere: bool
+    no_rest: str | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,11 +85,13 @@ class Trusted:
         error_percent: tip error against the arcs [% of length], shape (A, P), by bend angle and plane; inf where the
             arm has no rest.
         bends: the largest bends, one for each bound.
+        muscles_to_deg: bend that was tried up to which muscles have the tension and pressure in every plane [deg].
     """
 
     under: LoadedArm = field(metadata=INLINE)
     error_percent: Array
     bends: tuple[TrustedBend, ...]
+    muscles_to_deg: float
 
     def within(self, percent: float) -> TrustedBend:
         """Return the largest bends within one of the bounds [% of length].
@@ -96,12 +104,12 @@ class Trusted:
 
 def loaded_arms(arm: Arm) -> list[LoadedArm]:
     """Return an arm free, under gravity and with a payload; one without gravity of its own hanging and upright."""
-    loads = under_loads(arm)
-    own, kg = any(arm.gravity), f"{loads['payload'].payload:g} kg"
+    loads, own = under_loads(arm), any(arm.gravity)
+    kg = f"{loads['payload'].payload:g} kg"
     named = {
-        "free": "without gravity",
-        "gravity": "under its gravity" if own else "hanging",
-        "payload": f"{'the same' if own else 'hanging'} with {kg}",
+        "free": "no gravity",
+        "gravity": "its gravity" if own else "hanging",
+        "payload": f"its gravity and {kg}" if own else f"hanging with {kg}",
     }
     if not own:
         loads["upright"] = replace(loads["gravity"], gravity=UPRIGHT)
@@ -114,19 +122,36 @@ def posed(arm: Arm, angle: Array, plane: Array) -> Array:
     return np.tile(arc.from_polar(angle, plane), len(arm.sections))
 
 
-def tip_errors(arm: Arm, angles: Array, plane: float) -> Array:
-    """Return tip errors at rest against the arcs [% of length], shape (A,), of bend angles in a plane [rad].
+def rests(arm: Arm, angles: Array, plane: float) -> tuple[Array, NDArray[np.bool_]]:
+    """Return tip errors at rest against the arcs [% of length], and whether the muscles have what it takes, shape (A,).
 
-    `NO_REST` where the arm has no rest, or muscles cannot hold the bend.
+    Of bend angles in a plane [rad]. `NO_REST` where the arm has no rest.
     """
     bends = posed(arm, angles, np.full(len(angles), plane))
     try:
-        return 100 * poses_at_rest(arm, Reference.from_bends(bends, arm)).tip_error / arm.length
+        found = poses_at_rest(arm, Reference.from_bends(bends, arm))
     except (EquilibriumError, DivergenceError, PressureError):
         if len(angles) == 1:
-            return np.array([NO_REST])
+            return np.array([NO_REST]), np.array([False])
         half = len(angles) // 2
-        return np.concatenate([tip_errors(arm, part, plane) for part in (angles[:half], angles[half:])])
+        parts = [rests(arm, part, plane) for part in (angles[:half], angles[half:])]
+        return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
+    return 100 * found.tip_error / arm.length, have_enough(found)
+
+
+def have_enough(found: Trajectory) -> NDArray[np.bool_]:
+    """Tell of poses at rest, shape (T,), whether tensions and pressures are within what the muscles have."""
+    arm = found.arm
+    blocked = muscles.each(arm, lambda group: group.law.blocked_force)
+    highest = muscles.each(arm, lambda group: group.law.pressure_limits[1])
+    pressed = np.isfinite(highest)
+    pressures = (found.pressure[:, pressed] <= highest[pressed]).all(axis=1)
+    return np.asarray((found.muscle_tensions <= blocked).all(axis=1) & pressures, dtype=bool)
+
+
+def tip_errors(arm: Arm, angles: Array, plane: float) -> Array:
+    """Return tip errors [% of length], shape (A,), as `rests` does."""
+    return rests(arm, angles, plane)[0]
 
 
 def tip_error(arm: Arm, angle: float, plane: float) -> float:
@@ -134,21 +159,41 @@ def tip_error(arm: Arm, angle: float, plane: float) -> float:
     return float(tip_errors(arm, np.array([angle]), plane)[0])
 
 
+def why_no_rest(arm: Arm, angle: float, plane: float) -> str | None:
+    """Say why an arm has no pose at rest of a bend angle in a plane [rad]; None if it has one."""
+    try:
+        poses_at_rest(arm, Reference.from_bends(posed(arm, np.array([angle]), np.array([plane])), arm))
+    except (EquilibriumError, DivergenceError, PressureError) as error:
+        return str(error)
+    return None
+
+
 def trusted(under: LoadedArm, angles: Array, planes: Array, within: tuple[float, ...] = WITHIN) -> Trusted:
     """Return tip errors over bend angles, shape (A,), from 0, and planes [rad], shape (P,), and the largest bends."""
     arm = under.arm
-    errors = np.stack([tip_errors(arm, angles, plane) for plane in planes], axis=1)
+    both = [rests(arm, angles, plane) for plane in planes]
+    errors = np.stack([error for error, _ in both], axis=1)
+    enough = np.stack([held for _, held in both], axis=1)
 
     def bend(bound: float, column: int) -> float:
         return first_beyond(lambda angle: tip_error(arm, angle, planes[column]), angles, errors[:, column], bound)
 
     bends = []
     for bound in within:
-        found = np.degrees([bend(bound, column) for column in range(len(planes))])
+        found = rounded(np.degrees(np.array([bend(bound, column) for column in range(len(planes))], dtype=float)))
         worst = int(found.argmin())
         everywhere = bool((errors <= bound).all())
-        bends.append(TrustedBend(bound, found, float(found[worst]), math.degrees(planes[worst]), everywhere))
-    return Trusted(under, errors, tuple(bends))
+        least, plane = float(found[worst]), float(planes[worst])
+        reason = None if everywhere else why_no_rest(arm, math.radians(least) + 2 * CLOSE, plane)
+        bends.append(TrustedBend(bound, found, least, round(math.degrees(plane), 6), everywhere, reason))
+    lost = np.where(enough.all(axis=0), len(angles), (~enough).argmax(axis=0)).min()  # the first that is not held
+    held = 0.0 if lost == 0 else math.degrees(angles[lost - 1])
+    return Trusted(under, errors, tuple(bends), round(held, 6))
+
+
+def rounded(degrees: Array) -> Array:
+    """Return angles [deg] without the rounding of radians."""
+    return np.asarray(np.round(degrees, 6), dtype=float)
 
 
 def first_beyond(error: Callable[[float], float], angles: Array, known: Array, bound: float) -> float:

@@ -15,13 +15,13 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.document import shown_if
-from contarm_sim.studies.trusted_bends import Trusted, posed, tip_errors
+from contarm_sim.studies.trusted_bends import Trusted, have_enough, posed, tip_errors
 
 LARGEST_FACTOR = 1e4
 """Most that stiffness is multiplied by, or a mass divided by."""
 
-PRECISION = 0.005
-"""To what share factors are found."""
+PRECISION = 0.002
+"""To what share factors are found; they are rounded to the safe side, to three digits."""
 
 ANGLES = 8
 """Bends up to the wanted one at which the error is looked at, at most."""
@@ -65,12 +65,14 @@ class WhatItTakes:
         error_percent: the largest tip error up to the wanted bend as it is [% of length]; None where it has no rest.
         bending_stiffness, mass: of all sections, each changed alone.
         payload: the same; None without one.
+        muscles: what muscles would have to do if it is them alone that do not hold the bend; else None.
     """
 
     error_percent: float | None
     bending_stiffness: Change
     mass: Change
     payload: Change | None = field(metadata=shown_if(lambda takes: takes.payload is not None))
+    muscles: Change | None = field(default=None, metadata=shown_if(lambda takes: takes.muscles is not None))
 
 
 def what_it_takes(found: Trusted, angles: Array, planes: Array, bend: float, within: float) -> WhatItTakes | None:
@@ -87,11 +89,16 @@ def what_it_takes(found: Trusted, angles: Array, planes: Array, bend: float, wit
     worst = max(worst, float(found.error_percent[: len(below)].max(initial=0.0)))
     if worst <= within:
         return None
-    free = max(float(tip_errors(arm.unloaded, tried, plane).max()) for plane in planes)
+    strong = [float(tip_errors(_strong(arm, 1.0), tried, plane).max()) for plane in planes]
+    if max(strong) <= within:
+        none = Change(None, why_not="its muscles do not hold the bend")
+        held = _held(arm, lambda own: None, 1.0, tried, float(planes[int(np.argmax(strong))]))
+        return WhatItTakes(None, none, none, none if arm.payload else None, held)
+    free = max(float(tip_errors(_strong(arm.unloaded, 1.0), tried, plane).max()) for plane in planes)
     why = None
-    if free > within or not any(arm.gravity):
-        said = "no rest" if math.isinf(free) else f"a tip error of {free:.3g} % of length"
-        why = f"without any weight its {arm.links} links alone leave {said}: it takes more links"
+    if free > within:
+        why = f"without any weight its {arm.links} links alone leave a tip error of {free:.3g} % of length"
+        why = "it has no rest there without any weight" if math.isinf(free) else f"{why}: it takes more links"
 
     def change(changed: Changed, value: Callable[[Arm], float | None], sign: int, otherwise: str) -> Change:
         if why is not None:
@@ -99,6 +106,7 @@ def what_it_takes(found: Trusted, angles: Array, planes: Array, bend: float, wit
         factor, plane = _search(lambda x: _strong(changed(x), x), sign, tried, planes, within)
         if factor is None:
             return Change(None, why_not=otherwise)
+        factor = _rounded(factor, up=sign > 0)
         return _held(changed(factor), value, factor, tried, plane)
 
     payload = None
@@ -175,15 +183,19 @@ def _factor(changed: Changed, sign: int, tried: Array, watched: list[float], wit
     return float(high**sign)
 
 
+def _rounded(factor: float, up: bool) -> float:
+    """Return a factor of three digits, rounded up or down."""
+    unit = 10.0 ** (math.floor(math.log10(factor)) - 2)
+    return float(f"{(math.ceil if up else math.floor)(factor / unit) * unit:.3g}")
+
+
 def _held(arm: Arm, value: Callable[[Arm], float | None], factor: float, tried: Array, plane: float) -> Change:
     """Return a change that helps, and what it asks of the muscles in a plane."""
     samples = poses_at_rest(
         _strong(arm, factor), Reference.from_bends(posed(arm, tried, np.full(len(tried), plane)), arm)
     )
-    highest = muscles.each(arm, lambda group: group.law.pressure_limits[1])
-    blocked = muscles.each(arm, lambda group: group.law.blocked_force)
-    pressed = np.isfinite(highest)
+    pressed = np.isfinite(muscles.each(arm, lambda group: group.law.pressure_limits[1]))
     needed = samples.pressure[:, pressed]
-    enough = bool((samples.muscle_tensions <= blocked).all() and (needed <= highest[pressed]).all())
+    enough = bool(have_enough(replace(samples, arm=arm)).all())
     peak = float(needed.max()) if pressed.any() and np.isfinite(needed).all() else None
     return Change(factor, value(arm), float(samples.muscle_tensions.max()), peak, enough)

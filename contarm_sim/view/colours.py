@@ -5,11 +5,12 @@ All are told apart by the colour-blind and in grey (Okabe and Ito's set, and vio
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.colours import hex_colour
 
 BLUE, ORANGE, GREEN, RED, PURPLE, SKY, BLACK = (
     "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#000000",
@@ -27,11 +28,30 @@ TARGET = "#4D5466"
 ERROR = BLACK
 """A line of tip error; where error is told by colour, `error_colours` does it."""
 
-DISCRETISATION, SERVO, SHAPE, MOTION, MISS = BLUE, GREEN, ORANGE, PURPLE, RED
+DISCRETISATION, SERVO, SHAPE, MOTION = BLUE, GREEN, ORANGE, PURPLE
 """Parts of the tip error."""
 
-FREE, LOADED = BLUE, ORANGE
-"""An arm without and with what loads it."""
+MISS = TARGET
+"""How far the target is from where any tip can be."""
+
+
+class Look(NamedTuple):
+    """What tells a line from others: its colour, and for those who do not see that its dashes and marks."""
+
+    colour: str
+    dashes: Any
+    mark: str
+
+
+SCENARIOS = {
+    "free": Look(BLUE, ":", "o"),
+    "ideal": Look(BLUE, ":", "o"),
+    "naive": Look(SKY, (0, (7, 1.5)), "s"),
+    "gravity": Look(ORANGE, "-", "^"),
+    "payload": Look("#7A4300", "--", "v"),
+    "upright": Look(GREEN, "-.", "D"),
+}
+"""Loads and scenarios by their names in studies; `ideal` is `free`."""
 
 LIMIT = "#777777"
 """Highest and lowest values that are allowed."""
@@ -39,8 +59,14 @@ LIMIT = "#777777"
 FAINT = "#C8CED6"
 """What is behind: the dome of reachable tips."""
 
-HELD = "#DCE6F2"
+HELD, HELD_EDGE = "#DCE6F2", "#9FB4CC"
 """An area that can be reached or held."""
+
+GRID, PLATE, NOTE = "#E4E4E4", "#9AA0A8", "#555555"
+"""Grids of figures, the base's plate in them, and words about a line."""
+
+DARK_PAGE = "#15171b"
+"""What a page is in the dark."""
 
 _ERROR_MAP, _ERROR_START = "YlOrRd", 0.3
 """Yellow would not be seen on white: colours of lines begin at orange."""
@@ -50,6 +76,12 @@ def rgb(colour: str) -> tuple[float, float, float]:
     """Return red, green and blue, 0 to 1, of #rrggbb."""
     red, green, blue = (int(colour[place : place + 2], 16) / 255 for place in (1, 3, 5))
     return red, green, blue
+
+
+def linear(colour: Any) -> Array:
+    """Return parts of colours from 0 to 1 as amounts of light: without the gamma of screens (sRGB, IEC 61966-2-1)."""
+    given = np.asarray(colour, dtype=float)
+    return np.where(given <= 0.04045, given / 12.92, ((given + 0.055) / 1.055) ** 2.4)
 
 
 def error_map() -> Any:
@@ -69,5 +101,5 @@ def error_colours(error: Array, largest: float) -> Array:
 def error_scale(steps: int = 11) -> list[tuple[float, str]]:
     """Return shares from 0 to 1 and their colours (#rrggbb), as plotting libraries of web pages take them."""
     shares = np.linspace(0, 1, steps)
-    hexes = ("#" + "".join(f"{round(255 * part):02x}" for part in tint) for tint in error_colours(shares, 1.0))
+    hexes = (hex_colour(tint) for tint in error_colours(shares, 1.0))
     return list(zip(shares.tolist(), hexes, strict=True))

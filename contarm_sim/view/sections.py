@@ -14,16 +14,17 @@ from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.shape import backbone, bends_of
 from contarm_sim.model.arm import Arm
-from contarm_sim.model.colours import muscle_colour, muscle_hex
+from contarm_sim.model.colours import hex_colour, muscle_colour, muscle_hex
+from contarm_sim.view.colours import SIMULATED
 from contarm_sim.view.workspace import around, hull
 
 _COLOURS = ((0.30, 0.32, 0.36), (0.07, 0.45, 0.47), (0.55, 0.33, 0.12), (0.36, 0.27, 0.55), (0.16, 0.42, 0.20),
             (0.55, 0.20, 0.33))  # fmt: skip
 """Dark enough for lines on white and for disks in the scene; none is a muscle's, the path's or the target's."""
 
-
-_BACKBONE = "#0072B2"
-"""Of an arm of one section."""
+_DASHES: tuple[Any, ...] = ("-", (0, (4, 1.5)), (0, (4, 1.2, 1, 1.2)), (0, (1, 1)), (0, (7, 1.5)), (0, (2, 1)))
+_MARKS, _WIDTHS = "os^vDP", (3.6, 2.4, 1.4)
+"""They tell sections apart without colour."""
 
 
 def section_colour(number: int) -> tuple[float, float, float]:
@@ -33,7 +34,28 @@ def section_colour(number: int) -> tuple[float, float, float]:
 
 def section_hex(number: int) -> str:
     """Return the same colour as #rrggbb."""
-    return "#" + "".join(f"{round(255 * part):02x}" for part in section_colour(number))
+    return hex_colour(section_colour(number))
+
+
+def dashes(number: int) -> Any:
+    """Return the dashes of a line of a section, or of a muscle of one, numbered from 0."""
+    return _DASHES[number % len(_DASHES)]
+
+
+def section_look(number: int) -> dict[str, Any]:
+    """Return what a section's line looks like, as `plot` takes it."""
+    return {"color": section_hex(number), "linestyle": dashes(number)}
+
+
+def section_body(number: int) -> dict[str, Any]:
+    """Return what a section looks like where the arm itself is drawn: thinner and thinner, in no dashes."""
+    return {"color": section_hex(number), "linewidth": _WIDTHS[number % len(_WIDTHS)]}
+
+
+def section_marks(number: int) -> dict[str, Any]:
+    """Return what marks of a section look like, as `plot` takes it."""
+    return {"color": section_hex(number), "linestyle": "none", "marker": _MARKS[number % len(_MARKS)],
+            "fillstyle": "none"}  # fmt: skip
 
 
 def muscle_colours(arm: Arm) -> Array:
@@ -86,6 +108,12 @@ def bend_words(bend: Any, arm: Arm) -> str:
     return ", ".join(words)
 
 
+def base_rim(arm: Arm, points: int = 49) -> Array:
+    """Return the rim of the base plate [m], shape (points, 3), the first again as the last."""
+    turn = np.linspace(0, 2 * np.pi, points)
+    return arm.disk_radius * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+
+
 def reachable_tips(arm: Arm, rows: int, columns: int, largest: float = np.pi - 1e-9) -> Array:
     """Return the dome of reachable tips, or the hull of those of several sections [m], shape (T, columns, 3).
 
@@ -103,7 +131,7 @@ def reachable_tips(arm: Arm, rows: int, columns: int, largest: float = np.pi - 1
 def backbone_lines(stations: Array, arm: Arm) -> list[tuple[str, str, Array]]:
     """Return name, colour (#rrggbb) and stations of each section of a backbone with stations of shape (N + 1, 3)."""
     if len(arm.sections) == 1:
-        return [("backbone", _BACKBONE, stations)]
+        return [("backbone", SIMULATED, stations)]
     ends = np.cumsum([0, *(section.links for section in arm.sections)])
     return [
         (f"section {number + 1}", section_hex(number), stations[start : end + 1])

@@ -15,8 +15,8 @@ from matplotlib.lines import Line2D
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf.scene import base_rotation, world_gravity
 from contarm_sim.model.arm import Arm
-from contarm_sim.view.colours import FAINT, TARGET
-from contarm_sim.view.sections import reachable_tips
+from contarm_sim.view.colours import FAINT, GRID, LIMIT, PLATE, TARGET
+from contarm_sim.view.sections import base_rim, reachable_tips
 from contarm_sim.view.style import Sheet
 
 MM = 1e3
@@ -31,8 +31,6 @@ _SCREEN = np.array(
     ]
 )
 """Right and up of the figure in the world, shape (2, 3)."""
-
-_GRID, _EDGE, _PLATE = "#E4E4E4", "#777777", "#9AA0A8"
 
 _RIM, _CORNERS = 0.04, (0.09, 0.09, 0.03)
 """Room around what is drawn, and ends of x, y and z without numbers, where those of two would meet [share]."""
@@ -93,8 +91,8 @@ class Space(Axes):
 
     def note(self, point: Array, words: str, away: Array, **look: Any) -> None:
         """Write words beside a point [m], in a direction from it; `look` as matplotlib's texts take it."""
-        spot, way = _SCREEN @ self.world(point), _SCREEN @ self.world(away)
-        beside = 9.0 * way / max(float(np.linalg.norm(way)), 1e-12)
+        spot, towards = _SCREEN @ self.world(point), _SCREEN @ self.world(away)
+        beside = 9.0 * towards / max(float(np.linalg.norm(towards)), 1e-12)
         at: dict[str, Any] = {"ha": "center", "va": "center", "annotation_clip": False}
         self.annotate(words, tuple(spot), tuple(beside), textcoords="offset points", **at | look)
 
@@ -117,11 +115,9 @@ class Space(Axes):
 
     def _plate(self) -> None:
         """Draw the base plate."""
-        turn = np.linspace(0, 2 * math.pi, 49)
-        rim = self._arm.disk_radius * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
-        placed = self.world(rim)
+        placed = self.world(base_rim(self._arm))
         self._seen.append(placed)
-        self.fill(*(_SCREEN @ placed.T), color=_PLATE, linewidth=0, zorder=1.5)
+        self.fill(*(_SCREEN @ placed.T), color=PLATE, linewidth=0, zorder=1.5)
 
     def _box(self, low: Array, high: Array, least_step: float) -> None:
         """Draw floor and back walls with lines at the ticks, and the three axes with their numbers and names."""
@@ -136,7 +132,7 @@ class Space(Axes):
                 for mark in (low[across], *marks[across], high[across]):
                     ends = np.empty((2, 3))
                     ends[:, along], ends[:, across], ends[:, wall] = (low[along], high[along]), mark, back[wall]
-                    self.plot(*(_SCREEN @ ends.T), color=_GRID, linewidth=0.5, zorder=0.5)
+                    self.plot(*(_SCREEN @ ends.T), color=GRID, linewidth=0.5, zorder=0.5)
         edges = (
             ("x", np.array([[t, low[1], low[2]] for t in (low[0], high[0])])),
             ("y", np.array([[high[0], t, low[2]] for t in (low[1], high[1])])),
@@ -148,15 +144,15 @@ class Space(Axes):
     def _axis(self, axis: int, name: str, ends: Array, marks: Array) -> None:
         """Draw one edge of the box as an axis."""
         start, end = (_SCREEN @ ends.T).T
-        self.plot(*zip(start, end, strict=True), color=_EDGE, linewidth=0.6, zorder=0.6)
-        way = (end - start) / np.linalg.norm(end - start)
-        out = np.array([-1.0, 0.0]) if axis == 2 else np.array([way[1], -way[0]])
+        self.plot(*zip(start, end, strict=True), color=LIMIT, linewidth=0.6, zorder=0.6)
+        along = (end - start) / np.linalg.norm(end - start)
+        out = np.array([-1.0, 0.0]) if axis == 2 else np.array([along[1], -along[0]])
         look: dict[str, Any] = {"textcoords": "offset points", "annotation_clip": False}
         for mark in marks:
             place = ends[0].copy()
             place[axis] = mark
             spot = tuple(_SCREEN @ place)
-            self.annotate("", spot, tuple(3 * out), arrowprops={"arrowstyle": "-", "color": _EDGE, "linewidth": 0.6,
+            self.annotate("", spot, tuple(3 * out), arrowprops={"arrowstyle": "-", "color": LIMIT, "linewidth": 0.6,
                           "shrinkA": 0, "shrinkB": 0}, **look)  # fmt: skip
             far, beside = (5.0, "right") if axis == 2 else (_NUMBERS, "center")
             words = f"{mark:.6g}".replace("-", "\N{MINUS SIGN}")
@@ -173,20 +169,31 @@ class Space(Axes):
         pull = world_gravity(self._arm)
         if not pull.any():
             return
-        way = 0.3 * float((high - low).max()) * (_SCREEN @ pull) / float(np.linalg.norm(pull))
+        shaft = 0.3 * float((high - low).max()) * (_SCREEN @ pull) / float(np.linalg.norm(pull))
         left, right = self.get_xlim()
         beside = _BESIDE * (right - left)
         right += beside
         self.set_xlim(left, right + beside)
-        start = np.array([right, (_SCREEN @ (0.5 * (low + high)))[1]]) - 0.5 * way - np.array([max(way[0], 0.0), 0.0])
-        arrow = {"arrowstyle": "-|>,head_width=0.25,head_length=0.5", "color": TARGET, "linewidth": 1.4,
-                 "shrinkA": 0, "shrinkB": 0}  # fmt: skip
-        self.annotate("", tuple(start + way), tuple(start), arrowprops=arrow, annotation_clip=False)
-        self.annotate("gravity", tuple(start), (0, 3), textcoords="offset points", color=TARGET, ha="center",
-                      va="bottom", annotation_clip=False)  # fmt: skip
+        middle = np.array([right, (_SCREEN @ (0.5 * (low + high)))[1]])
+        start = middle - 0.5 * shaft - np.array([max(shaft[0], 0.0), 0.0])
+        gravity_arrow(self, start, start + shaft)
+        gravity_name(self, start, (0, 3), ha="center", va="bottom")
 
 
-def space(sheet: Any, arm: Arm, *place: Any) -> Space:
+def gravity_arrow(axes: Any, start: Array, end: Array) -> None:
+    """Draw an arrow along gravity, from one place of axes to another, both of shape (2,)."""
+    look = {"arrowstyle": "-|>,head_width=0.25,head_length=0.5", "color": TARGET, "linewidth": 1.4, "shrinkA": 0,
+            "shrinkB": 0}  # fmt: skip
+    axes.annotate("", tuple(end), tuple(start), arrowprops=look, annotation_clip=False)
+
+
+def gravity_name(axes: Any, place: Array, beside: tuple[float, float], **look: Any) -> None:
+    """Name that arrow, so far [pt] beside a place of the axes, of shape (2,); `look` as matplotlib's texts take it."""
+    look = {"textcoords": "offset points", "color": TARGET, "annotation_clip": False} | look
+    axes.annotate("gravity", tuple(place), beside, **look)
+
+
+def add_space(sheet: Any, arm: Arm, *place: Any) -> Space:
     """Add such axes to a sheet, at a place as `add_subplot` takes it."""
     out = sheet.add_subplot(*place, axes_class=Space, arm=arm)
     assert isinstance(out, Space)

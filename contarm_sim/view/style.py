@@ -16,6 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from contarm_sim.files import appearing
+from contarm_sim.view.colours import GRID
 from contarm_sim.view.prints import PLAIN, WIDTHS, Prints, Width
 
 INCH = 25.4
@@ -41,7 +42,7 @@ _STYLE = {
     "axes.spines.right": False,
     "axes.linewidth": 0.6,
     "axes.grid": True,
-    "grid.color": "#E4E4E4",
+    "grid.color": GRID,
     "grid.linewidth": 0.5,
     "axes.axisbelow": True,
     "xtick.major.width": 0.6,

@@ -11,22 +11,22 @@ from contarm_sim.view.report.map import no_map
 from contarm_sim.view.style import Sheet
 
 if TYPE_CHECKING:
-    from contarm_sim.view.figures.common import Way
+    from contarm_sim.view.figures.common import OwnPath
 
 
 class Draw(Protocol):
     """What draws a figure of an arm; those that follow a path take another one than the spiral."""
 
-    def __call__(self, fig: Sheet, arm: Arm, way: Way | None = None) -> None:
+    def __call__(self, sheet: Sheet, arm: Arm, own: OwnPath | None = None) -> None:
         """Draw it on a sheet."""
 
 
 def _drawn_by(module: str, name: str, follows: bool = False) -> Draw:
     """Return a function of this package, imported when it draws."""
 
-    def draw(fig: Sheet, arm: Arm, way: Way | None = None) -> None:
+    def draw(sheet: Sheet, arm: Arm, own: OwnPath | None = None) -> None:
         function = getattr(import_module(f"{__name__}.{module}"), name)
-        function(fig, arm, way) if follows else function(fig, arm)
+        function(sheet, arm, own) if follows else function(sheet, arm)
 
     return draw
 

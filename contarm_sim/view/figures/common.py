@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from contarm_sim import paths
 from contarm_sim.kinematics import dome
-from contarm_sim.mjcf.scene import base_rotation
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.simulate import simulate
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.colours import ANALYTIC, SIMULATED
-from contarm_sim.view.sections import section_hex
+from contarm_sim.view.once import once
 
 DURATION = 10.0
 
@@ -26,19 +23,12 @@ BROAD: dict[str, Any] = {"color": SIMULATED, "linewidth": 3.2, "label": "simulat
 THIN: dict[str, Any] = {"color": ANALYTIC, "linewidth": 1.3, "linestyle": (0, (3.5, 1.8)), "label": "analytic"}
 """A broad bright line with a thin dark one on it: both stay visible where they agree."""
 
-_Computed = TypeVar("_Computed", bound=Callable[..., Any])
-
 _BEND_MAP, _BEND_END = "viridis", 0.86
 """The end of the map is too bright for lines on white."""
 
 
-def once(function: _Computed) -> _Computed:
-    """Keep the last few results: a figure at two widths, and others that need the same, compute it once."""
-    return lru_cache(maxsize=8)(function)  # type: ignore[return-value]
-
-
 @dataclass(frozen=True, eq=False)
-class Way:
+class OwnPath:
     """What the arm follows in the figures of one's own path.
 
     Attributes:
@@ -51,22 +41,22 @@ class Way:
 
 
 @once
-def followed(arm: Arm, way: Way | None = None, project: dome.Projection = "refuse") -> Trajectory:
-    """Return the motion of an arm with the `servo` controller: the paper's spiral in ten seconds, or along a way.
+def followed(arm: Arm, own: OwnPath | None = None, project: dome.Projection = "refuse") -> Trajectory:
+    """Return the motion of an arm with the `servo` controller: the paper's spiral in ten seconds, or one's own path.
 
     Args:
         project: what becomes of the targets of the paper's spiral; unless targets must be reached, those on its shell.
     """
-    if way is not None:
-        return simulate(arm, way.reference)
+    if own is not None:
+        return simulate(arm, own.reference)
     name = "spiral" if project == "refuse" else "sphere-spiral"
     path = paths.named(name, arm.length, DURATION)
     return simulate(arm, Reference.from_path(path, arm, project=project))
 
 
-def called(way: Way | None) -> str:
+def called(own: OwnPath | None) -> str:
     """Return what a path is called in a heading."""
-    return "the spiral" if way is None else way.name
+    return "the spiral" if own is None else own.name
 
 
 def bend_colours(angles: ArrayLike) -> Any:
@@ -74,13 +64,3 @@ def bend_colours(angles: ArrayLike) -> Any:
     from matplotlib import colormaps
 
     return colormaps[_BEND_MAP](_BEND_END * np.asarray(angles) / 180)
-
-
-def section_look(number: int) -> dict[str, Any]:
-    """Return colour and dashes of a section's line: sections are told apart without colours too."""
-    return {"color": section_hex(number), "linestyle": ("-", (0, (5, 1.5)), (0, (2, 1)), (0, (5, 1, 1, 1)))[number % 4]}
-
-
-def upside_down(arm: Arm) -> bool:
-    """Return whether the base's axis points down in the world."""
-    return bool(base_rotation(arm)[2, 2] < -0.9999)

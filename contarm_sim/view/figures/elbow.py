@@ -11,31 +11,29 @@ from contarm_sim.kinematics.backbone import Backbone
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.colours import PURPLE, TARGET
-from contarm_sim.view.figures.common import section_look
-from contarm_sim.view.sections import section_places
-from contarm_sim.view.space import space
+from contarm_sim.view.once import once
+from contarm_sim.view.sections import section_look, section_places
+from contarm_sim.view.space import add_space
 from contarm_sim.view.style import Sheet
 
 
-def elbow(fig: Sheet, arm: Arm) -> None:
+def elbow(sheet: Sheet, arm: Arm) -> None:
     """Draw the poses of two sections that reach one point: some arms, the curve of their elbows, and their bends.
 
     Raises:
         InputError: an arm of other than two sections.
     """
-    from contarm_sim.kinematics.inverse import family
-
     backbone = shape.backbone(arm)
     if len(backbone) != 2:
         raise InputError("figure", "elbow", "an arm of two sections")
-    fig.heading("Poses of two sections that reach one point: the elbow runs along a curve")
+    sheet.heading("Poses of two sections that reach one point: the elbow runs along a curve")
     target = _seen_from_the_side(backbone)
-    found = family(target, backbone)
-    fig.tall(84 if fig.wide else 150)
-    layout = {"width_ratios": [1.5, 1]} if fig.wide else {"height_ratios": [1.5, 1]}
-    grid = fig.add_gridspec(*((1, 2) if fig.wide else (2, 1)), **layout)  # type: ignore[arg-type]
-    ax, plain = space(fig, arm, grid[0]), fig.add_subplot(grid[1])
-    for curve in found.curve(121):
+    curves = _poses(backbone)
+    sheet.tall(84 if sheet.wide else 150)
+    layout = {"width_ratios": [1.5, 1]} if sheet.wide else {"height_ratios": [1.5, 1]}
+    grid = sheet.add_gridspec(*((1, 2) if sheet.wide else (2, 1)), **layout)  # type: ignore[arg-type]
+    ax, plain = add_space(sheet, arm, grid[0]), sheet.add_subplot(grid[1])
+    for curve in curves:
         for bends in curve[:: max(len(curve) // 10, 1)]:
             for number, xi in enumerate(section_places(arm, 30)):
                 line = sections.position(bends, backbone, xi)
@@ -50,11 +48,19 @@ def elbow(fig: Sheet, arm: Arm) -> None:
     ax.plot([], [], color=PURPLE, linewidth=1.8, label="elbow's curve")
     ax.trace(target[None], color=TARGET, linestyle="", marker="o", markersize=5, label="target")
     ax.settle(legend=False)
-    fig.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4 if fig.wide else 2)
+    sheet.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4 if sheet.wide else 2)
     plain.set_xlabel("along the elbow's curve [%]")
     plain.set_ylabel("bend angle [deg]")
     plain.set_xlim(0, 100)
     plain.set_ylim(bottom=0)
+
+
+@once
+def _poses(backbone: Backbone) -> list[Array]:
+    """Return curves of bends that reach that place [rad], each of shape (K, 2, 2)."""
+    from contarm_sim.kinematics.inverse import family
+
+    return list(family(_seen_from_the_side(backbone), backbone).curve(121))
 
 
 def _seen_from_the_side(backbone: Backbone) -> Array:

@@ -12,8 +12,8 @@ from contarm_sim.mechanics import routing
 from contarm_sim.model.arm import Arm
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.colours import DISCRETISATION, ERROR
-from contarm_sim.view.figures.common import BROAD, THIN, Way, called, followed, section_look
-from contarm_sim.view.sections import section_hex
+from contarm_sim.view.figures.common import BROAD, THIN, OwnPath, called, followed
+from contarm_sim.view.sections import section_hex, section_look
 from contarm_sim.view.stance import stance
 from contarm_sim.view.style import Sheet
 
@@ -23,16 +23,16 @@ _CLEAR = np.radians(5.0)
 """Bends below it have no plane that would be worth a number [rad]."""
 
 
-def angles(fig: Sheet, arm: Arm, way: Way | None = None) -> None:
+def angles(sheet: Sheet, arm: Arm, own: OwnPath | None = None) -> None:
     """Draw bend and plane angle along a path, as commanded and as simulated lengths show them, and the differences."""
-    samples = followed(arm, way)
-    fig.heading(f"Bend along {called(way)}, asked for and as muscle lengths show it ({stance(arm)})")
+    samples = followed(arm, own)
+    sheet.heading(f"Bend along {called(own)}, asked for and as muscle lengths show it ({stance(arm)})")
     commanded, measured = _angles(samples)
     several = len(arm.sections) > 1
-    for i, (value, off) in enumerate(_panels(fig)):
+    for i, (value, off) in enumerate(_panels(sheet)):
         for number in range(len(arm.sections)):
-            own = {"color": section_hex(number), "label": f"section {number + 1}", "alpha": 0.45} if several else {}
-            value.plot(samples.time, measured[i][:, number], **BROAD | own)
+            look = {"color": section_hex(number), "label": f"section {number + 1}", "alpha": 0.45} if several else {}
+            value.plot(samples.time, measured[i][:, number], **BROAD | look)
             off.plot(
                 samples.time,
                 (measured[i] - commanded[i])[:, number],
@@ -67,17 +67,17 @@ def _angles(samples: Trajectory) -> list[list[Array]]:
     return out
 
 
-def lengths(fig: Sheet, arm: Arm, way: Way | None = None) -> None:
+def lengths(sheet: Sheet, arm: Arm, own: OwnPath | None = None) -> None:
     """Draw length changes of muscles 2 and 3 along a path, the arc's (paper) and simulated, and what they differ by.
 
     Beside it what the chain of links has otherwise than the arc: next to nothing, unless muscles run in spans.
     """
-    samples = followed(arm, way)
-    fig.heading(f"Lengths of muscles 2 and 3 along {called(way)}, of arcs and simulated ({stance(arm)})")
+    samples = followed(arm, own)
+    sheet.heading(f"Lengths of muscles 2 and 3 along {called(own)}, of arcs and simulated ({stance(arm)})")
     analytic = routing.arc_deltas(samples.bend, arm)
     simulated = samples.muscle_lengths - arm.length
     chained = routing.lengths_from_bend(samples.bend, arm) - arm.length
-    for i, (value, off) in zip((1, 2), _panels(fig), strict=True):
+    for i, (value, off) in zip((1, 2), _panels(sheet), strict=True):
         value.plot(samples.time, MM * simulated[:, i], **BROAD)
         value.plot(samples.time, MM * analytic[:, i], **THIN | {"label": "arc (paper)"})
         value.set_ylabel(f"muscle {i + 1}:\nlength change [mm]")
@@ -90,19 +90,19 @@ def lengths(fig: Sheet, arm: Arm, way: Way | None = None) -> None:
             off.legend(loc="upper left")
 
 
-def _panels(fig: Sheet) -> list[tuple[Any, Any]]:
+def _panels(sheet: Sheet) -> list[tuple[Any, Any]]:
     """Return two pairs of panels, a value over what it is off: beside each other on a page."""
-    if fig.wide:
-        fig.tall(88)
-        panels = fig.subplots(2, 2, sharex=True, height_ratios=[1.5, 1], squeeze=False)
+    if sheet.wide:
+        sheet.tall(88)
+        panels = sheet.subplots(2, 2, sharex=True, height_ratios=[1.5, 1], squeeze=False)
         pairs = [(panels[0, i], panels[1, i]) for i in range(2)]
     else:
-        fig.tall(150)
-        column = fig.subplots(4, 1, sharex=True, height_ratios=[1.5, 1, 1.5, 1])
+        sheet.tall(150)
+        column = sheet.subplots(4, 1, sharex=True, height_ratios=[1.5, 1, 1.5, 1])
         pairs = [(column[0], column[1]), (column[2], column[3])]
-    for _, off in pairs[0 if fig.wide else 1 :]:
+    for _, off in pairs[0 if sheet.wide else 1 :]:
         off.set_xlabel("time [s]")
-    fig.align_ylabels()
+    sheet.align_ylabels()
     return pairs
 
 

@@ -12,9 +12,10 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.backbone import Backbone
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
-from contarm_sim.view.colours import BLACK, HELD, PURPLE, TARGET
-from contarm_sim.view.figures.common import once, upside_down
-from contarm_sim.view.sections import section_hex, section_places
+from contarm_sim.view.colours import BLACK, HELD, PURPLE
+from contarm_sim.view.once import once
+from contarm_sim.view.sections import section_body, section_hex, section_places
+from contarm_sim.view.space import gravity_arrow, gravity_name
 from contarm_sim.view.style import Sheet
 from contarm_sim.view.trim import trim
 from contarm_sim.view.workspace import Grid, Workspace, folds, hull, planar_tips, workspace
@@ -22,9 +23,6 @@ from contarm_sim.view.workspace import Grid, Workspace, folds, hull, planar_tips
 MM = 1e3
 CELLS, POSES = 64, 1_000_000
 """Cells of a map in the length of the arm, and poses that it is drawn from."""
-
-_WIDTHS = (3.6, 2.4, 1.4)
-"""Of lines of sections, which are told apart without colours too [pt]."""
 
 _BY_THE_AXIS = 0.06
 """Cells so near to the axis [share of the length] are too small to hold enough poses. What is shown is even over the
@@ -37,23 +35,23 @@ _workspace, _planar_tips, _hull = once(workspace), once(planar_tips), once(hull)
 class _Plane:
     """A plane through the axis, the arm standing or hanging in it: distances from the axis and heights, in mm."""
 
-    def __init__(self, fig: Sheet, arm: Arm) -> None:
-        self.ax: Any = fig.subplots()
-        self.backbone, self._way = shape.backbone(arm), -MM if upside_down(arm) else MM
+    def __init__(self, sheet: Sheet, arm: Arm) -> None:
+        self.ax: Any = sheet.subplots()
+        self.backbone, self._upwards = shape.backbone(arm), -MM if arm.world.up[2] < -0.9999 else MM
         self._outer = _hull(self.backbone)
         self._pulled = any(arm.gravity) and abs(abs(arm.gravity[2]) - np.linalg.norm(arm.gravity)) < 1e-9
 
     def placed(self, distances: Array, heights: Array) -> tuple[Array, Array]:
         """Return distances and heights [m] as they are drawn [mm]."""
-        return MM * distances, self._way * heights
+        return MM * distances, self._upwards * heights
 
     def outline(self) -> tuple[Array, Array]:
         """Return the edge of the convex hull of tips on one side."""
         return self.placed(*self._outer.T)
 
-    def settle(self, fig: Sheet, most: float) -> None:
+    def settle(self, sheet: Sheet, most: float) -> None:
         """Set limits and names of the axes, and draw gravity's direction."""
-        wide, heights = MM * self._outer[:, 0].max(), self._way * self._outer[:, 1]
+        wide, heights = MM * self._outer[:, 0].max(), self._upwards * self._outer[:, 1]
         edge, beside = 0.06 * wide, 0.12 * wide if self._pulled else 0.0
         low, high = min(heights.min(), 0.0) - edge, max(heights.max(), 0.0) + edge
         left = -wide - edge - beside
@@ -62,21 +60,19 @@ class _Plane:
         self.ax.set_xlabel("distance from the axis [mm]")
         self.ax.set_ylabel("height z [mm]" if self._pulled else "along the base's axis, z [mm]")
         if self._pulled:
-            top, arrow = high - edge, {"arrowstyle": "-|>,head_width=0.25,head_length=0.5", "linewidth": 1.4}
-            ends = (left + edge, top - 0.5 * wide), (left + edge, top)
-            self.ax.annotate("", *ends, arrowprops=arrow | {"color": TARGET, "shrinkA": 0, "shrinkB": 0})
-            self.ax.annotate("gravity", ends[1], (4, 0), textcoords="offset points", color=TARGET, va="top",
-                             rotation=90)  # fmt: skip
-        trim(fig, most)
+            start, shaft = np.array([left + edge, high - edge]), np.array([0.0, 0.5 * wide])
+            gravity_arrow(self.ax, start, start - shaft)
+            gravity_name(self.ax, start, (4, 0), va="top", rotation=90)
+        trim(sheet, most)
 
 
-def slices(fig: Sheet, arm: Arm) -> None:
+def slices(sheet: Sheet, arm: Arm) -> None:
     """Draw where the tip can be in a plane through the axis, its convex hull, and arms bent in that plane.
 
     Of two sections also the curves at which poses fold or bends are at their limits: the edges are among them.
     """
-    fig.heading("Reachable tips in a plane through the axis, and three poses")
-    plane = _Plane(fig, arm)
+    sheet.heading("Reachable tips in a plane through the axis, and three poses")
+    plane = _Plane(sheet, arm)
     ax, backbone = plane.ax, plane.backbone
     _fill(plane, HELD)
     ax.fill([], [], color=HELD, label="reachable tips")
@@ -90,8 +86,8 @@ def slices(fig: Sheet, arm: Arm) -> None:
         ax.plot([], [], color=PURPLE, linewidth=0.9, label="folds and limits")
     _draw_examples(plane, arm)
     beside = {"loc": "upper left", "bbox_to_anchor": (1.02, 1.0)}
-    ax.legend(**beside if fig.wide else {"loc": "lower left", "bbox_to_anchor": (-0.15, 1.0)})
-    plane.settle(fig, 105 if fig.wide else 135)
+    ax.legend(**beside if sheet.wide else {"loc": "lower left", "bbox_to_anchor": (-0.15, 1.0)})
+    plane.settle(sheet, 105 if sheet.wide else 135)
 
 
 def _fill(plane: _Plane, colour: Any) -> Any:
@@ -140,58 +136,52 @@ def _draw_examples(plane: _Plane, arm: Arm) -> None:
         bends = np.stack([angles, 0 * angles], axis=-1)
         for number, xi in enumerate(section_places(arm, 40)):
             line = np.stack(plane.placed(*sections.position(bends, plane.backbone, xi)[:, [0, 2]].T))
-            ax.plot(*line, color=section_hex(number), linewidth=_WIDTHS[number % 3])
+            ax.plot(*line, **section_body(number))
             ax.plot(*line[:, -1], "o", color=section_hex(number), markersize=4)
     for number in range(len(limits)):
         limit = np.degrees(limits[number])
-        ax.plot(
-            [],
-            [],
-            color=section_hex(number),
-            linewidth=_WIDTHS[number % 3],
-            label=f"section {number + 1}, to {limit:.0f}°",
-        )
+        ax.plot([], [], **section_body(number), label=f"section {number + 1}, to {limit:.0f}°")
 
 
-def density(fig: Sheet, arm: Arm) -> None:
+def density(sheet: Sheet, arm: Arm) -> None:
     """Draw how much of all poses, drawn evenly from each section's disk of bends, have their tip in a volume."""
-    fig.heading("Share of all poses whose tip is there")
+    sheet.heading("Share of all poses whose tip is there")
     backbone = shape.backbone(arm)
     found = _workspace(backbone, CELLS, POSES)
     near = found.grid.distances < _BY_THE_AXIS * backbone.length
     volumes, values = found.grid.volumes[near], 0.1 * found.density
     values[near] = (values[near] * volumes).sum(axis=0) / volumes.sum()
-    _draw_map(fig, arm, found, values, "share of poses [% per litre]")
+    _draw_map(sheet, arm, found, values, "share of poses [% per litre]")
 
 
-def dexterity(fig: Sheet, arm: Arm) -> None:
+def dexterity(sheet: Sheet, arm: Arm) -> None:
     """Draw how well the tip does at a place: by the directions that it can have, or by how it can move.
 
     Three sections and more reach a place in directions of a whole range, whose share of all directions says how free a
     tool is. Two sections have a single curve of directions, a share of nothing; of them the figure shows the smallest
-    singular value of the position's Jacobian, of the best pose: the way of the tip for one radian of bends where it
-    moves least.
+    singular value of the position's Jacobian, of the best pose: how far the tip moves for one radian of bends where
+    it moves least.
     """
     backbone = shape.backbone(arm)
     if len(backbone) < 3:
-        fig.heading("How far the best pose moves the tip where it moves it least")
+        sheet.heading("How far the best pose moves the tip where it moves it least")
         found = _workspace(backbone, CELLS, POSES)
-        _draw_map(fig, arm, found, MM * found.slowest, "least tip motion [mm/rad]")
+        _draw_map(sheet, arm, found, MM * found.slowest, "least tip motion [mm/rad]")
     else:
-        fig.heading("Share of all directions that the tip can have there")
+        sheet.heading("Share of all directions that the tip can have there")
         found = _workspace(backbone, CELLS // 2, POSES)
         values = 100 * found.directions
         beside = int(np.argmax(found.grid.distances > 2 * _BY_THE_AXIS * backbone.length))
         values[:beside] = np.maximum(values[:beside], values[beside])
-        _draw_map(fig, arm, found, values, "tip directions [% of all]")
+        _draw_map(sheet, arm, found, values, "tip directions [% of all]")
 
 
-def _draw_map(fig: Sheet, arm: Arm, found: Workspace, values: Array, label: str) -> None:
+def _draw_map(sheet: Sheet, arm: Arm, found: Workspace, values: Array, label: str) -> None:
     """Draw values over what is reached, on both sides of the axis; its edge is that of `slices`."""
     from matplotlib import colormaps
     from matplotlib.ticker import MaxNLocator
 
-    plane, size = _Plane(fig, arm), found.grid.size
+    plane, size = _Plane(sheet, arm), found.grid.size
     colours = colormaps["viridis"]
     edge = _fill(plane, colours(0.0))
     distances = size * np.arange(found.grid.shape[0] + 1, dtype=float)
@@ -205,5 +195,5 @@ def _draw_map(fig: Sheet, arm: Arm, found: Workspace, values: Array, label: str)
     mesh.set_clip_path(edge.get_paths()[0], plane.ax.transData)
     bar = plane.ax.inset_axes((1.03, 0.0, 0.045, 1.0))
     marks = np.asarray(MaxNLocator(6).tick_values(0, top))
-    fig.colorbar(mesh, cax=bar, label=label, extend="max", ticks=marks[marks <= top])
-    plane.settle(fig, 105)
+    sheet.colorbar(mesh, cax=bar, label=label, extend="max", ticks=marks[marks <= top])
+    plane.settle(sheet, 105)

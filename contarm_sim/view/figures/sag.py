@@ -14,8 +14,9 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.paths.reference import Reference
 from contarm_sim.studies.scenarios import HANGING
-from contarm_sim.view.colours import LIMIT
-from contarm_sim.view.figures.common import bend_colours, once
+from contarm_sim.view.colours import LIMIT, NOTE
+from contarm_sim.view.figures.common import bend_colours
+from contarm_sim.view.once import once
 from contarm_sim.view.stance import stance
 from contarm_sim.view.style import Sheet
 
@@ -25,21 +26,21 @@ BENDS = (30, 90, 150)
 _MARKS = ("o", "s", "D")
 
 
-def sag(fig: Sheet, arm: Arm) -> None:
+def sag(sheet: Sheet, arm: Arm) -> None:
     """Draw how far weight moves the resting tip with perfect lengths, against weight over stiffness, at three bends.
 
     The weight is that of the arm and its payload; an arm without gravity hangs.
     """
     weights, own, moved = _moved(arm)
     pulled = _pulled(arm)
-    fig.heading(f"How far weight moves the resting tip, by bend ({stance(pulled)})")
-    fig.tall(92 if fig.wide else 80)
-    ax = fig.subplots()
+    sheet.heading(f"How far weight moves the resting tip, by bend ({stance(pulled)})")
+    sheet.tall(92 if sheet.wide else 80)
+    ax = sheet.subplots()
     for degrees, colour, marker, each in zip(BENDS, bend_colours(BENDS), _MARKS, moved, strict=True):
         ax.loglog(weights, each, color=colour, marker=marker, label=f"bend {degrees}°")
     ax.axvline(own, color=LIMIT, linestyle=(0, (4, 2)), linewidth=1.0)
     ax.axhline(1.0, color=LIMIT, linestyle=":", linewidth=1.0)
-    look: dict[str, Any] = {"textcoords": "offset points", "color": "#555555"}
+    look: dict[str, Any] = {"textcoords": "offset points", "color": NOTE}
     ax.annotate("1 % of length", (weights[0], 1.0), (0, 3), va="bottom", **look)
     ax.annotate(f"this arm: {own:.3g}", (own, 0.03), (-3, 4), xycoords=("data", "axes fraction"), ha="right",
                 va="bottom", **look)  # fmt: skip

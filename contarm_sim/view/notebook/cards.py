@@ -16,7 +16,7 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.view.colours import SIMULATED
 from contarm_sim.view.notebook import studies
 from contarm_sim.view.notebook.page import card, grid, pairs
-from contarm_sim.view.notebook.sketch import Line, curve, side_view, tip_line, upwards
+from contarm_sim.view.notebook.sketch import Line, curve, side_view, tip_line
 
 POSES = 5
 """Poses of a motion that are drawn."""
@@ -54,7 +54,7 @@ def _arm(arm: Arm) -> str:
     places = shape.stations(arm)
     straight, bent = (shape.position(pose, arm, places) for pose in (0 * bends, bends))
     lines = [Line(straight, opacity=0.4, width=2.0, dashes="5 5"), Line(bent, width=4.0), *_ends(bent, arm)]
-    picture = side_view(lines, "The arm straight and bent by 90 degrees, from the side", upwards(arm), arm.gravity)
+    picture = side_view(lines, "The arm straight and bent by 90 degrees, from the side", arm.world)
     below = grid(["section", *_SECTION], [[str(i + 1), *own] for i, own in enumerate(each)]) if count > 1 else ""
     title = "Arm of one section" if count == 1 else f"Arm of {count} sections"
     return card(title, pairs(rows), picture, below)
@@ -93,9 +93,7 @@ def _trajectory(samples: Any) -> str:
     seen = "The arm at some moments, the tip's path and its targets, from the side"
     title = f"Trajectory, {samples.status}"
     legend = f'<br><small><span style="color:{SIMULATED}">━</span> tip &nbsp; ┅ its targets</small>'
-    return card(
-        title, pairs(rows), side_view(lines, seen, upwards(arm), arm.gravity) + (legend if samples.moving else "")
-    )
+    return card(title, pairs(rows), side_view(lines, seen, arm.world) + (legend if samples.moving else ""))
 
 
 def _reference(reference: Any) -> str:

@@ -75,7 +75,7 @@ FIGURES: dict[str, Callable[[Sheet, Trajectory], None]] = {
     "overview": draw_overview,
     "path": lambda sheet, samples: draw_path(sheet, samples, compare(samples)),
     "budget": lambda sheet, samples: draw_budget(sheet, samples, compare(samples)),
-    "muscles": lambda sheet, samples: draw_muscles(sheet, samples, compare(samples)),
+    "muscles": draw_muscles,
 }
 """What `plot` draws."""
 

@@ -20,14 +20,13 @@ from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.notebook.places import check_progress, check_switches, check_writable, not_written, told
 from contarm_sim.view.rendering import BROADEST
 from contarm_sim.view.rendering.encode import CODECS, shrunk
-from contarm_sim.view.rendering.film import Look, Progress
+from contarm_sim.view.rendering.film import Progress
+from contarm_sim.view.rendering.formats import SIZES, SMALL, USUAL, usual_fps
+from contarm_sim.view.rendering.look import Look
 from contarm_sim.view.rendering.video import WRITERS, Shot
 
 LARGEST = 2_500_000
 """Most bytes of a film that a notebook is given: it keeps them, in text half as long again."""
-
-IN_NOTEBOOKS, IN_FILES = (640, 360), (1280, 720)
-"""Sizes [pixels], unless given."""
 
 MOST_FRAMES = 10_000
 """Most frames of a film: six minutes at 30 a second take an hour to draw."""
@@ -38,9 +37,6 @@ SMALLEST = 96
 _FAST = 60.0  # frames per second that no screen needs more than
 _CLEAR = (*(suffix for suffix, codec in CODECS.items() if codec.clear is not None), ".webp")
 """Endings of films whose edges may be transparent."""
-
-_SLOW, _POSES = {".gif": 15.0, ".webp": 15.0}, 2.0
-"""Frames per second unless given: of animated pictures, and of poses at rest, each of which is one frame."""
 
 _SMALL = 360
 """Height of a film that was made smaller to fit [pixels]."""
@@ -114,9 +110,8 @@ def film(
     if transparent and suffix not in _CLEAR:
         given = "True for a film without a file, a .mp4" if target is None else f"True for a {suffix}"
         raise InputError("transparent", given, f"a path that ends in {' or '.join(_CLEAR)}")
-    width, height = _size(size, IN_NOTEBOOKS if target is None else IN_FILES)
-    usual = 20.0 if target is None else _SLOW.get(suffix, 30.0)
-    rate = fps if fps is not None else usual if samples.moving else _POSES
+    width, height = _size(size, SMALL if target is None else SIZES[USUAL])
+    rate = fps if fps is not None else usual_fps(suffix, samples.moving, small=target is None)
     _refuse_too_long(samples, rate, speed)
     look = Look(width, height, camera, plots=plots, captions=captions, transparent=transparent)
     look = look.plain() if plain else look

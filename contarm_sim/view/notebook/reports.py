@@ -14,7 +14,6 @@ from contarm_sim.control.registry import controller as resolved
 from contarm_sim.errors import InputError, expect
 from contarm_sim.files import appearing
 from contarm_sim.inputs import as_path, quoted
-from contarm_sim.motion.simulate import CONTROL_RATE
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.notebook.places import check_progress, check_switches, not_written, told
 from contarm_sim.view.rendering.film import Progress
@@ -84,11 +83,7 @@ def report(
         raise InputError("trajectory", what, "a motion of two samples or more")
     target = None if folder is None else _target(as_path("folder", folder, _ALLOWED))
     job = RunReport(samples, controller=None if controller is None else resolved(controller))
-    summary = job.summary | {
-        "path": name, "duration": float(samples.time[-1]), "path_parameters": {}, "project": "refuse",
-        "timestep": samples.timestep, "rate": CONTROL_RATE, "video": "not asked for",
-        "command": "from Python; trajectory.npz holds the arm, its targets and its samples",
-    }  # fmt: skip
+    summary = job.told(name, command="from Python; trajectory.npz holds the arm, its targets and its samples")
     if samples.status == "interrupted":
         summary["duration"] = None  # a recording does not know how long it was to be
     with TemporaryDirectory() as made:

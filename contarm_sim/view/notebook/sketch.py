@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.kinematics.inverse.rotations import rotation_from_quaternion
-from contarm_sim.model.arm import Arm
+from contarm_sim.model.world import World
 from contarm_sim.view.colours import SIMULATED
 
 INK = "currentColor"
@@ -37,31 +36,17 @@ class Line:
     dashes: str = ""
 
 
-UP = np.array([0.0, 0.0, 1.0])
+FREE = World()
 
 
-def upwards(arm: Arm) -> Array:
-    """Return the direction of the base frame that is up in the world, shape (3,).
-
-    As the arm states how it stands, else against gravity, else along the straight arm.
-    """
-    if arm.base_orientation is not None:
-        return np.asarray(rotation_from_quaternion(arm.base_orientation)[2])
-    pull = np.array(arm.gravity, dtype=float)
-    return -pull / np.linalg.norm(pull) if any(arm.gravity) else UP
-
-
-def side_view(
-    lines: Sequence[Line], words: str, up: Array = UP, gravity: Sequence[float] = (0, 0, 0), width: int = 220,
-    height: int = 190,
-) -> str:  # fmt: skip
+def side_view(lines: Sequence[Line], words: str, world: World = FREE, width: int = 220, height: int = 190) -> str:
     """Return lines from the side from which they are widest, a little above, with the base, a scale and gravity.
 
     Args:
         words: what the picture shows, for those who hear it.
-        up: a direction of the base frame, shape (3,).
-        gravity: in the base frame [m/s^2].
+        world: says what is up, and where gravity points.
     """
+    up = np.array(world.up)
     points = np.concatenate([line.points for line in lines])
     flat = points - (points @ up)[:, None] * up
     right = np.linalg.svd(flat, full_matrices=False)[2][0] if np.ptp(flat, axis=0).max() > 0 else _across(up)
@@ -80,8 +65,8 @@ def side_view(
     drawn = [_base(start, np.array([0.0, 0.0, 1.0]) @ view)]
     drawn += [_path(start + scale * (line.points @ view), line) for line in lines]
     drawn.append(_scale(scale, span.max(), height))
-    if any(gravity):
-        drawn.append(_arrow(width, height, np.asarray(gravity, dtype=float) @ view))
+    if any(world.gravity):
+        drawn.append(_arrow(width, height, np.array(world.gravity) @ view))
     return _svg(width, height, drawn, words)
 
 
@@ -132,9 +117,9 @@ def _scale(scale: float, span: float, height: int) -> str:
 def _arrow(width: int, height: int, pull: Array) -> str:
     """Return an arrow that points as gravity does in the picture, in its corner."""
     x, y, turn = width - 14, height - 20, math.degrees(math.atan2(pull[1], pull[0])) - 90
-    way = f'<path d="M{x} {y - 14}v26m-4 -6l4 7l4 -7" stroke="{INK}" stroke-width="1.3"'
-    way += f' transform="rotate({turn:.0f} {x} {y})"/>' if abs(turn) > 0.5 else "/>"
-    return way + f'<text x="{x - 24}" y="{y + 2}" font-size="12" font-style="italic" fill="{INK}">g</text>'
+    arrow = f'<path d="M{x} {y - 14}v26m-4 -6l4 7l4 -7" stroke="{INK}" stroke-width="1.3"'
+    arrow += f' transform="rotate({turn:.0f} {x} {y})"/>' if abs(turn) > 0.5 else "/>"
+    return arrow + f'<text x="{x - 24}" y="{y + 2}" font-size="12" font-style="italic" fill="{INK}">g</text>'
 
 
 def _svg(width: int, height: int, parts: Sequence[Any], words: str) -> str:

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-_HIDDEN = 5
-"""A group of geoms that is not drawn."""
+from contarm_sim.view.rendering.tubes import UNSEEN
 
 _KEPT = "mount"
 """Material of what holds the arm: it stays."""
@@ -21,7 +20,7 @@ _KEPT = "mount"
 def clear_away(model: Any) -> None:
     """Hide what surrounds the arm and its mount, and make the sky white; before a renderer is made of the model."""
     surroundings = (model.geom_bodyid == 0) & (model.geom_matid != model.material(_KEPT).id)
-    model.geom_group[surroundings] = _HIDDEN
+    model.geom_group[surroundings] = UNSEEN
     sky = model.texture("sky").id
     start = model.tex_adr[sky]
     size = model.tex_height[sky] * model.tex_width[sky] * model.tex_nchannel[sky]

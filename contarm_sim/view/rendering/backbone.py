@@ -9,9 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf import names
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.rendering.tubes import Tube, hidden, smooth
+from contarm_sim.view.sections import section_colour
 
 _RINGS, _SIDES, _DISK_SIDES = 72, 12, 36
 """Rings along the spine, about, and sides of spine and disks."""
@@ -21,6 +23,9 @@ _ROUNDED = 0.5
 
 _PROFILE = ((0.0, 0.0, -1, -1.0), (1.0, -1.0, -1, -1.0), (1.0, 0.0, 0, 0.0), (1.0, -1.0, 1, 1.0), (0.0, 0.0, 1, 1.0))
 """Outline of a disk, each point: radius [radii], and in roundings; height [half thicknesses]; normal along the axis."""
+
+_PALER = 0.6
+"""Share of a section's colour in that of its disks; the rest is white."""
 
 
 class Backbone:
@@ -64,3 +69,23 @@ class Backbone:
             middle = centres[number, None] + high[:, :, None] * turns[number, None, :, 2]
             frames = np.repeat(turns[number], len(_PROFILE), axis=0)
             tube.show(scene, middle.reshape(-1, 3), frames, outline.ravel(), np.tile(axial, len(own)))
+
+
+def disk_colour(number: int) -> Array:
+    """Return red, green and blue of the disks of a section, numbered from 0: its colour, lighter."""
+    return _PALER * np.array(section_colour(number)) + (1 - _PALER)
+
+
+def tell_sections_apart(spec: Any, arm: Arm) -> None:
+    """Give the disks of each section a colour of their own where there are several; before a `Backbone` is made."""
+    if len(arm.sections) == 1:
+        return
+    stations, starts = names.stations(arm), names.section_stations(arm)
+    for number in range(len(arm.sections)):
+        look = f"{names.of_section(arm, number)}disk"
+        spec.add_material(name=look, rgba=[*disk_colour(number), 1.0], specular=0.3, shininess=0.4)
+        for station in stations[starts[number] + 1 : starts[number + 1] + 1]:
+            for part in ("disk", "guide"):
+                geom = spec.geom(f"{station}_{part}")
+                if geom is not None:
+                    geom.material = look

@@ -15,7 +15,7 @@ import weakref
 from contextlib import suppress
 from typing import Any
 
-from contarm_sim.errors import RenderingError
+from contarm_sim.errors import MESSAGE, RenderingError, one_line
 from contarm_sim.view.rendering.gl import choose_backend
 
 _open: weakref.WeakSet[Any] = weakref.WeakSet()
@@ -61,6 +61,14 @@ def _tell_dm_control() -> None:
         base._CURRENT_THREAD_FOR_CONTEXT.pop(place, None)
 
 
+def _failures() -> tuple[type[Exception], ...]:
+    """Return what the engine and PyOpenGL raise where a GL library fails."""
+    import mujoco
+
+    opengl = sys.modules.get("OpenGL.error")
+    return (mujoco.FatalError,) if opengl is None else (mujoco.FatalError, opengl.Error)
+
+
 @functools.cache
 def _kind() -> Any:
     """Return the class of renderers; MuJoCo is loaded late."""
@@ -77,8 +85,15 @@ def _kind() -> Any:
             super().close()
 
         def render(self, *, out: Any = None) -> Any:
-            """Return the picture."""
-            image = super().render(out=out)
+            """Return the picture.
+
+            Raises:
+                RenderingError: the GL library failed.
+            """
+            try:
+                image = super().render(out=out)
+            except _failures() as error:
+                raise RenderingError(f"the GL library failed: {one_line(str(error), MESSAGE)}") from error
             _tell_dm_control()
             return image
 

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
-from contarm_sim.view.colours import TARGET as ASKED
+from contarm_sim.view import colours
 from contarm_sim.view.colours import error_colours, rgb
 from contarm_sim.view.rendering.alpha import clear_away, cut_out
 from contarm_sim.view.rendering.cameras import Camera, check_camera
 from contarm_sim.view.rendering.context import open_renderer
+from contarm_sim.view.rendering.formats import check_size
 from contarm_sim.view.rendering.gl import choose_backend
 from contarm_sim.view.rendering.overlays import (
     MAX_SEGMENTS,
@@ -30,7 +29,6 @@ from contarm_sim.view.rendering.overlays import (
     thin,
 )
 from contarm_sim.view.rendering.tubes import hidden
-from contarm_sim.view.sections import section_colour
 
 if TYPE_CHECKING:
     from contarm_sim.mjcf.framing import Frame
@@ -38,11 +36,10 @@ if TYPE_CHECKING:
 
 Pixels = NDArray[np.uint8]
 
-PATH: Colour = (*rgb(ASKED), 1.0)
-TARGET: Colour = PATH
+ASKED: Colour = (*rgb(colours.TARGET), 1.0)
 """The planned path of the tip, and the target of a moment."""
 
-_PALER = 0.6
+TARGET = ASKED  # view/live imports this name
 
 _NEAREST = 0.05
 """Distance before which nothing is drawn, in extents of the model: what lies on the floor needs exact depths."""
@@ -103,13 +100,14 @@ class ArmRenderer:
         from contarm_sim.mjcf import scene_spec
         from contarm_sim.mjcf.framing import FOVY, Frame
         from contarm_sim.mjcf.scene import CLEAR, base_position, base_rotation
-        from contarm_sim.view.rendering.backbone import Backbone
+        from contarm_sim.view.rendering.backbone import Backbone, tell_sections_apart
         from contarm_sim.view.rendering.floor import Floor
         from contarm_sim.view.rendering.ghost import Ghost
         from contarm_sim.view.rendering.muscles import Muscles
 
         self.arm = arm
-        spec = _told_apart(scene_spec(arm), arm)
+        spec = scene_spec(arm)
+        tell_sections_apart(spec, arm)
         self._floor, self._ghost = Floor(spec, arm), Ghost(spec, arm)
         self._backbone, self._muscles = Backbone(spec, arm), Muscles(spec, arm)
         world = None if seen is None else base_position(arm) + seen @ base_rotation(arm).T
@@ -149,15 +147,15 @@ class ArmRenderer:
         self._show(samples.qpos[index], tension, index / max(len(samples) - 1, 1))
         scene = self._renderer.scene
         if overlays.path:
-            add_line(scene, thin(self.to_world(samples.target)), self._pixels(1.6), PATH)
+            add_line(scene, thin(self.to_world(samples.target)), self._pixels(1.6), ASKED)
         if overlays.trace:
             stride = -(-len(samples) // MAX_SEGMENTS)  # the same for all of a film, so that the line does not crawl
             tips = np.vstack([samples.stations[:index:stride, -1], samples.stations[index, -1]])
             error = samples.tip_error
             tints = error_colours(error[:index:stride], float(error.max()) if largest is None else largest)
-            add_line(scene, self.to_world(tips), self._pixels(3.2), PATH, tints, rank=1)
+            add_line(scene, self.to_world(tips), self._pixels(3.2), ASKED, tints, rank=1)
         if overlays.target:
-            add_ball(scene, self.to_world(samples.target[index]), 0.02 * self.arm.length, TARGET)
+            add_ball(scene, self.to_world(samples.target[index]), 0.02 * self.arm.length, ASKED)
         if overlays.ghost:
             base = self._data.body("base")
             self._ghost.show(self._renderer, base, samples.bend[index], samples.stations[index], self._pixels(1.0))
@@ -176,7 +174,7 @@ class ArmRenderer:
         self._show(qpos, np.ones(self._index.zero.size), share)
         self._ghost.hide(self._renderer.scene)
         if target is not None:
-            add_ball(self._renderer.scene, self.to_world(target), 0.02 * self.arm.length, TARGET)
+            add_ball(self._renderer.scene, self.to_world(target), 0.02 * self.arm.length, ASKED)
         return self._shot()
 
     def stations(self, qpos: Array) -> Array:
@@ -242,49 +240,6 @@ class ArmRenderer:
         for name in ("base", "tip"):
             body = self._data.body(name)
             add_triad(self._renderer.scene, body.xpos, body.xmat.reshape(3, 3), 0.14 * self.arm.length, width)
-
-
-def still(arm: Arm, bend: Array, path: Path, width: int = 1280, height: int = 720, camera: str = "front") -> None:
-    """Write a picture (.png) of the arm, every joint of a section bent alike; `bend` [rad], shape (2 S,)."""
-    from PIL import Image
-
-    seen = shape.position(bend, arm, np.linspace(0, 1, 25))
-    with ArmRenderer(arm, width, height, camera, seen) as renderer:
-        Image.fromarray(renderer.pose(renderer.bent(bend))).save(path, optimize=True)
-
-
-def check_size(width: int, height: int) -> None:
-    """Refuse sizes that are no positive whole numbers.
-
-    Raises:
-        InputError: names the side.
-    """
-    for name, value in (("width", width), ("height", height)):
-        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-            raise InputError(name, value, "a positive whole number [pixels]")
-
-
-def disk_colour(number: int) -> Array:
-    """Return red, green and blue of the disks of a section, numbered from 0: its colour, lighter."""
-    return _PALER * np.array(section_colour(number)) + (1 - _PALER)
-
-
-def _told_apart(spec: Any, arm: Arm) -> Any:
-    """Give the disks of each section a colour of their own where there are several; return the spec."""
-    from contarm_sim.mjcf import names
-
-    if len(arm.sections) == 1:
-        return spec
-    stations, starts = names.stations(arm), names.section_stations(arm)
-    for number in range(len(arm.sections)):
-        look = f"{names.of_section(arm, number)}disk"
-        spec.add_material(name=look, rgba=[*disk_colour(number), 1.0], specular=0.3, shininess=0.4)
-        for station in stations[starts[number] + 1 : starts[number + 1] + 1]:
-            for part in ("disk", "guide"):
-                geom = spec.geom(f"{station}_{part}")
-                if geom is not None:
-                    geom.material = look
-    return spec
 
 
 def _set_quality(spec: Any) -> None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
 
-_UNSEEN = 5
+UNSEEN = 5
 """Group of geoms that the engine's renderer leaves out."""
 
 
@@ -75,7 +75,7 @@ class Tube:
 def hidden(geom: Any) -> Array:
     """Keep a geom of a spec from being drawn; return its sizes."""
     geom.rgba[3] = 0.0
-    geom.group = _UNSEEN
+    geom.group = UNSEEN
     return np.array(geom.size)
 
 

@@ -13,9 +13,11 @@ import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.files import appearing
-from contarm_sim.view.rendering.draw import Pixels, check_size
+from contarm_sim.view.rendering.draw import Pixels
 from contarm_sim.view.rendering.encode import CODECS, encoder, encoding
-from contarm_sim.view.rendering.film import Look, Progress, film, film_beside, frame_indices
+from contarm_sim.view.rendering.film import Progress, film, film_beside
+from contarm_sim.view.rendering.formats import FPS, check_size
+from contarm_sim.view.rendering.look import Look, frame_indices
 
 if TYPE_CHECKING:
     from contarm_sim.results.trajectory import Trajectory
@@ -42,7 +44,7 @@ class Shot:
 
     samples: Trajectory
     look: Look
-    fps: float = 30
+    fps: float = FPS
     speed: float = 1.0
     beside: Trajectory | None = None
     names: tuple[str, str] = ("", "")
@@ -50,18 +52,21 @@ class Shot:
 
     def frames(self, on_frame: Progress | None = None, some: int | None = None) -> Generator[Pixels, None, None]:
         """Draw all frames one after the other, or `some` of them, evenly picked."""
-        indices = frame_indices(self.samples, self.fps, self.speed)
-        step = 1 if some is None else -(-len(indices) // some)
-        if self.beside is None:
-            return film(self.samples, indices[::step], self.look, on_frame, None, self.speed)
-        others = frame_indices(self.beside, self.fps, self.speed)
-        one, other = (self.samples, indices[::step]), (self.beside, others[::step])
-        return film_beside(one, other, self.look, on_frame, self.names, self.notes, self.speed)
+        step = 1 if some is None else -(-self.count // some)
+        one, *others = ((run, indices[::step]) for run, indices in self._indices())
+        if not others:
+            return film(*one, self.look, on_frame, None, self.speed)
+        return film_beside(one, others[0], self.look, on_frame, self.names, self.notes, self.speed)
 
     @property
     def count(self) -> int:
-        """Number of frames, without those of another run beside."""
-        return len(frame_indices(self.samples, self.fps, self.speed))
+        """Number of frames; of two runs that of the longer one."""
+        return max(len(indices) for _, indices in self._indices())
+
+    def _indices(self) -> list[tuple[Trajectory, list[int]]]:
+        """Return each run with the samples that frames show."""
+        runs = (self.samples,) if self.beside is None else (self.samples, self.beside)
+        return [(run, frame_indices(run, self.fps, self.speed)) for run in runs]
 
     def checked(self) -> Shot:
         """Return itself.
@@ -70,7 +75,7 @@ class Shot:
             InputError: a size, rate or speed that cannot be used.
         """
         check_size(self.look.width, self.look.height)
-        frame_indices(self.samples, self.fps, self.speed)
+        self._indices()
         return self
 
 

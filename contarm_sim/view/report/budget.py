@@ -12,22 +12,19 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.results.compare import Comparison
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.colours import DISCRETISATION, ERROR, MISS, MOTION, SERVO, SHAPE
-from contarm_sim.view.sections import section_hex
+from contarm_sim.view.sections import section_look
 from contarm_sim.view.style import Sheet
 
 LEAST = 1e-4
 """Foot of logarithmic axes [mm]."""
 
-DASHES: tuple[Any, ...] = ("-", (0, (4, 1.5)), (0, (4, 1.2, 1, 1.2)), (0, (1, 1)), (0, (7, 1.5)), (0, (2, 1)))
-"""They tell sections apart without colour."""
-
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A part of the tip error: its ways [m], shape (K, 3), and how it looks."""
+    """A part of the tip error: what it displaces the tip by [m], shape (K, 3), and how it looks."""
 
     words: str
-    ways: Array
+    moved: Array
     colour: str
     dashes: Any
     hatch: str
@@ -38,7 +35,7 @@ Split = tuple[NDArray[np.intp], list[Part]]
 
 
 def parts_of(samples: Trajectory, comparison: Comparison, motion: tuple[Array, Array] | None) -> Split:
-    """Return indices of samples, shape (K,), and the parts of the tip error there: their ways add up to its.
+    """Return indices of samples, shape (K,), and the parts of the tip error there: together they are its.
 
     Args:
         motion: what `moved_by_motion` returned. Without it, or where that is not known, motion is part of the shape.
@@ -66,28 +63,28 @@ def parts_of(samples: Trajectory, comparison: Comparison, motion: tuple[Array, A
     ]
 
 
-def along(ways: Array, error: Array) -> Array:
-    """Return the parts of ways along the error, both of shape (K, 3): shape (K,), negative where they make it less."""
+def along(moved: Array, error: Array) -> Array:
+    """Return the parts of displacements along the error, both of shape (K, 3): shape (K,), below zero if it is less."""
     size = np.linalg.norm(error, axis=-1)
-    return np.divide((ways * error).sum(axis=-1), size, out=np.zeros(len(size)), where=size > 0)
+    return np.divide((moved * error).sum(axis=-1), size, out=np.zeros(len(size)), where=size > 0)
 
 
 def draw_parts(
-    fig: Sheet, samples: Trajectory, comparison: Comparison, motion: tuple[Array, Array] | None = None
+    sheet: Sheet, samples: Trajectory, comparison: Comparison, motion: tuple[Array, Array] | None = None
 ) -> None:
     """Draw the tip error over time, and its parts along it, stacked; `motion` as in `parts_of`."""
-    fig.tall(85 if fig.wide else 92)
-    ax = fig.subplots()
+    sheet.tall(85 if sheet.wide else 92)
+    ax = sheet.subplots()
     split = parts_of(samples, comparison, motion)
     handles = _stack(ax, samples, comparison, split)
     ax.set_xlabel("time [s]")
     words = ["tip error: analytic vs simulated", *(part.words for part in split[1])]
-    fig.legend(handles, words, loc="outside lower center", ncols=2 if fig.wide else 1)
-    fig.heading("Where the tip error comes from: parts along the error, which add up to it")
+    sheet.legend(handles, words, loc="outside lower center", ncols=2 if sheet.wide else 1)
+    sheet.heading("Where the tip error comes from: parts along the error, which add up to it")
 
 
 def draw_budget(
-    fig: Sheet, samples: Trajectory, comparison: Comparison, motion: tuple[Array, Array] | None = None
+    sheet: Sheet, samples: Trajectory, comparison: Comparison, motion: tuple[Array, Array] | None = None
 ) -> None:
     """Draw tip error and its parts, their sizes, and orientation error, over time; `motion` as in `parts_of`.
 
@@ -99,11 +96,11 @@ def draw_budget(
     alone = ["discretisation", "servo", "shape"] if several else []
     rows: list[list[str]] = [["stack"], ["sizes"], *([[name] for name in alone]), ["turn"]]
     heights = [40, 40, *[24] * len(alone), 20]
-    if fig.wide:
+    if sheet.wide:
         rows = [["stack"] * 3, ["sizes"] * 3, *([alone] if several else []), ["turn"] * 3]
         heights = [40, 40, *([34] if several else []), 22]
-    fig.tall(sum(heights) + (50 if fig.wide else 66))
-    panels: dict[str, Any] = fig.subplot_mosaic(rows, height_ratios=heights)
+    sheet.tall(sum(heights) + (50 if sheet.wide else 66))
+    panels: dict[str, Any] = sheet.subplot_mosaic(rows, height_ratios=heights)
     split = parts_of(samples, comparison, motion)
     areas = _stack(panels["stack"], samples, comparison, split)
     lines = _sizes(panels["sizes"], samples, comparison, split)
@@ -118,19 +115,19 @@ def draw_budget(
         handles += own
         for name in alone:
             panels[name].set_title(name, loc="left")
-            panels[name].tick_params(labelleft=not fig.wide or name == alone[0])
-        panels[alone[0 if fig.wide else 1]].set_ylabel("moved by one\nsection's [mm]")
+            panels[name].tick_params(labelleft=not sheet.wide or name == alone[0])
+        panels[alone[0 if sheet.wide else 1]].set_ylabel("moved by one\nsection's [mm]")
     panels["turn"].plot(time, np.degrees(comparison.orientation_error), color=ERROR)
     panels["turn"].set_ylabel("orientation\nerror [deg]")
     for name, ax in panels.items():
         ax.sharex(panels["turn"])
-        ax.tick_params(labelbottom=name == "turn" or (fig.wide and name in alone))
+        ax.tick_params(labelbottom=name == "turn" or (sheet.wide and name in alone))
     panels["turn"].set_xlabel("time [s]")
-    fig.align_ylabels([ax for name, ax in panels.items() if name not in alone or not fig.wide])
-    fig.get_layout_engine().set(h_pad=0.06)  # type: ignore[union-attr, call-arg]
-    fig.legend(handles, words, loc="outside lower center", ncols=2 if fig.wide else 1, handlelength=3.2,
+    sheet.align_ylabels([ax for name, ax in panels.items() if name not in alone or not sheet.wide])
+    sheet.get_layout_engine().set(h_pad=0.06)  # type: ignore[union-attr, call-arg]
+    sheet.legend(handles, words, loc="outside lower center", ncols=2 if sheet.wide else 1, handlelength=3.2,
                handler_map={tuple: HandlerTuple(ndivide=2, pad=0.3)})  # fmt: skip
-    fig.heading("Where the tip error comes from: parts along the error, which add up to it, and sizes of the parts")
+    sheet.heading("Where the tip error comes from: parts along the error, which add up to it, and sizes of the parts")
 
 
 def _stack(ax: Any, samples: Trajectory, comparison: Comparison, split: Split) -> list[Any]:
@@ -144,7 +141,7 @@ def _stack(ax: Any, samples: Trajectory, comparison: Comparison, split: Split) -
     time, above, below = samples.time[index], np.zeros(len(index)), np.zeros(len(index))
     drawn = ax.plot(samples.time, 1e3 * comparison.tip_error, color=ERROR, zorder=3)
     for part in parts:
-        own = 1e3 * along(part.ways, error)
+        own = 1e3 * along(part.moved, error)
         start = np.where(own >= 0, above, below)
         drawn.append(ax.fill_between(time, start, start + own, facecolor=part.colour, hatch=part.hatch,
                                      edgecolor="white", linewidth=0))  # fmt: skip
@@ -163,11 +160,11 @@ def _sizes(ax: Any, samples: Trajectory, comparison: Comparison, split: Split) -
     drawn = ax.plot(time, 1e3 * comparison.tip_error, color=ERROR, linewidth=2.6)
     most = comparison.tip_error.max()
     for part in parts:
-        size = np.linalg.norm(part.ways, axis=-1)
+        size = np.linalg.norm(part.moved, axis=-1)
         most = max(most, size.max())
         drawn += ax.plot(time[index], 1e3 * size, color=part.colour, linestyle=part.dashes, linewidth=1.5)
     if comparison.miss.max() > 1e-6:
-        drawn += ax.plot(time, 1e3 * comparison.miss, color=MISS, linewidth=0.8)
+        drawn += ax.plot(time, 1e3 * comparison.miss, color=MISS, linestyle=(0, (7, 1.5)), linewidth=1.0)
         most = max(most, comparison.miss.max())
     ax.set_yscale("log")
     ax.set_ylim(LEAST, 2e3 * max(most, 1e-6))
@@ -187,10 +184,7 @@ def _of_sections(panels: list[Any], time: Array, comparison: Comparison) -> list
     sizes = [1e3 * of for of in (comparison.section_discretisation, comparison.section_servo, comparison.section_shape)]
     drawn: list[Any] = []
     for ax, own in zip(panels, sizes, strict=True):
-        drawn = [
-            ax.plot(time, own[:, number], color=section_hex(number), linestyle=DASHES[number % len(DASHES)])[0]
-            for number in range(own.shape[1])
-        ]
+        drawn = [ax.plot(time, own[:, number], **section_look(number))[0] for number in range(own.shape[1])]
         ax.set_yscale("log")
         ax.set_ylim(LEAST, 2 * max(float(np.max(sizes)), LEAST))
     return drawn

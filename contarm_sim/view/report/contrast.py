@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from contarm_sim.view.colours import rgb
+from contarm_sim.model.colours import hex_colour
+from contarm_sim.view.colours import linear, rgb
 
 LINES = 3.0
 """Least contrast of lines and marks (WCAG 2.2, 1.4.11); that of text is 4.5."""
@@ -17,12 +18,11 @@ def contrast(one: str, other: str) -> float:
 def lightened(colour: str, paper: str, least: float = LINES) -> str:
     """Return a colour mixed with as little white as gives it a contrast with dark paper; itself where it has that."""
     for share in range(0, 101, 2):
-        mixed = "#" + "".join(f"{round(255 * (part + (1 - part) * share / 100)):02x}" for part in rgb(colour))
+        mixed = hex_colour(part + (1 - part) * share / 100 for part in rgb(colour))
         if contrast(mixed, paper) >= least:
             return mixed
     return "#ffffff"
 
 
 def _luminance(colour: str) -> float:
-    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in rgb(colour)]
-    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+    return float(linear(rgb(colour)) @ (0.2126, 0.7152, 0.0722))

@@ -21,7 +21,7 @@ FINE = (81, 145)
 """Bend angles and planes that a map is drawn at."""
 
 
-def draw_error_maps(fig: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
+def draw_error_maps(sheet: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
     """Draw tip error over the dome, one polar map a scenario: bend angle outwards, bending plane around.
 
     All have one logarithmic scale, with a line where the error passes the limit of the verdict on constant curvature.
@@ -29,15 +29,15 @@ def draw_error_maps(fig: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure])
     """
     from matplotlib.colors import BoundaryNorm
 
-    cells, scale = _places(fig, len(outcomes))
+    cells, scale = _places(sheet, len(outcomes))
     levels = _levels(max((100 * o.comparison.tip_error.max() / arm.length for o in outcomes if isinstance(o, Outcome)),
                          default=1.0))  # fmt: skip
     norm, colours = BoundaryNorm(levels, 256), error_map()
     filled: Any = None
     for index, (outcome, cell) in enumerate(zip(outcomes, cells, strict=True)):
         rests = isinstance(outcome, Outcome)
-        ax: Any = fig.add_subplot(cell, projection="polar" if rests else None)
-        ax.set_title(textwrap.fill(outcome.scenario.meaning, 30 if fig.wide else 22))
+        ax: Any = sheet.add_subplot(cell, projection="polar" if rests else None)
+        ax.set_title(textwrap.fill(outcome.scenario.meaning, 30 if sheet.wide else 22))
         if isinstance(outcome, Failure):
             ax.set_axis_off()
             ax.text(0.5, 0.5, outcome.verdict, ha="center", va="center")
@@ -50,28 +50,28 @@ def draw_error_maps(fig: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure])
         ax.contour(plane, radius, shown, levels=[MODEL_LIMIT], colors="black", linewidths=1.2)
         _furnish(ax, float(radius.max()), first=index == 0)
     if filled is not None:
-        ax = fig.add_subplot(scale)
+        ax = sheet.add_subplot(scale)
         ax.set_axis_off()
-        flat = len(outcomes) == 4 and not fig.wide
-        bar = fig.colorbar(
+        flat = len(outcomes) == 4 and not sheet.wide
+        bar = sheet.colorbar(
             filled, cax=ax.inset_axes((0.0, 0.5, 1.0, 0.3) if flat else (0.4, 0.0, 0.12, 1.0)), format="%g",
             orientation="horizontal" if flat else "vertical", ticks=levels[1::3] if flat else levels,
         )  # fmt: skip
         bar.set_label("tip error vs arc [% of length]")
         (bar.ax.axvline if flat else bar.ax.axhline)(MODEL_LIMIT, color="black", linewidth=1.2)
         bar.minorticks_off()
-    fig.heading("Tip error at rest: bend angle outwards, bending plane around; black line: 1 % of length")
+    sheet.heading("Tip error at rest: bend angle outwards, bending plane around; black line: 1 % of length")
 
 
-def _places(fig: Sheet, maps: int) -> tuple[list[Any], Any]:
+def _places(sheet: Sheet, maps: int) -> tuple[list[Any], Any]:
     """Set the height for four or five maps; return where they stand, and where their scale does."""
     if maps == 4:
-        fig.tall(120 if fig.wide else 118)
-        grid = fig.add_gridspec(2, 3, width_ratios=[1, 1, 0.5]) if fig.wide else fig.add_gridspec(
+        sheet.tall(120 if sheet.wide else 118)
+        grid = sheet.add_gridspec(2, 3, width_ratios=[1, 1, 0.5]) if sheet.wide else sheet.add_gridspec(
             3, 2, height_ratios=[1, 1, 0.28])  # fmt: skip
-        return [grid[row, column] for row in range(2) for column in range(2)], grid[:, 2] if fig.wide else grid[2, :]
-    fig.tall(120 if fig.wide else 158)
-    grid = fig.add_gridspec(2, 3) if fig.wide else fig.add_gridspec(3, 2)
+        return [grid[row, column] for row in range(2) for column in range(2)], grid[:, 2] if sheet.wide else grid[2, :]
+    sheet.tall(120 if sheet.wide else 158)
+    grid = sheet.add_gridspec(2, 3) if sheet.wide else sheet.add_gridspec(3, 2)
     cells = [grid[place] for place in range(6)]
     return cells[:maps], cells[maps]
 

@@ -11,9 +11,9 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.studies.at_rest import Failure, Outcome
 from contarm_sim.studies.verdict import MODEL_LIMIT
-from contarm_sim.view.colours import BLUE, LIMIT, ORANGE, PURPLE, RED, SKY
+from contarm_sim.view.colours import LIMIT, SCENARIOS
 from contarm_sim.view.report.error_field import error_field
-from contarm_sim.view.sections import section_hex
+from contarm_sim.view.sections import section_marks
 from contarm_sim.view.style import Sheet
 
 LEAST = 1e-3
@@ -22,17 +22,11 @@ LEAST = 1e-3
 FINE, PLANES = 171, np.linspace(0, 2 * np.pi, 72, endpoint=False)
 """Bend angles, and planes [rad], that lines and bands are drawn of."""
 
-MARKS = "os^vDP"
-"""They tell scenarios, and sections, apart without colour."""
-
-_LOOKS = {"ideal": (BLUE, "o"), "naive": (SKY, "s"), "gravity": (ORANGE, "^"), "payload": (RED, "v"),
-          "upright": (PURPLE, "D")}  # fmt: skip
-
 HOLDS = f"below {MODEL_LIMIT:g} %: constant curvature holds"
 _HEADING = "Tip error at rest against bend"
 
 
-def draw_errors_by_bend(fig: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
+def draw_errors_by_bend(sheet: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
     """Draw tip error against bend angle, a line a scenario: the median of all bending planes in a band of their spread.
 
     Marks are medians of poses that were examined; the error between those is `error_field`'s.
@@ -41,13 +35,13 @@ def draw_errors_by_bend(fig: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failu
     whose shape or links move the tip most. A scenario without rest poses says so.
     """
     if len(arm.sections) > 1:
-        _draw_poses(fig, arm, outcomes)
+        _draw_poses(sheet, arm, outcomes)
         return
-    fig.tall(100 if fig.wide else 106)
-    ax = fig.subplots()
+    sheet.tall(100 if sheet.wide else 106)
+    ax = sheet.subplots()
     most = 2.0
     for outcome in outcomes:
-        colour, mark = _LOOKS[outcome.scenario.name]
+        colour, dashes, mark = SCENARIOS[outcome.scenario.name]
         words = outcome.scenario.meaning
         if isinstance(outcome, Failure):
             ax.plot([], [], " ", label=f"{words}: {outcome.verdict}")
@@ -56,16 +50,16 @@ def draw_errors_by_bend(fig: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failu
         at = np.linspace(0, np.radians(angle.max()), FINE)
         low, middle, high = np.quantile(error_field(outcome, at[:, None], PLANES), (0, 0.5, 1), axis=1)
         ax.fill_between(np.degrees(at), low, high, color=colour, alpha=0.3, linewidth=0)
-        ax.plot(np.degrees(at), middle, color=colour)
+        ax.plot(np.degrees(at), middle, color=colour, linestyle=dashes)
         rings = np.unique(angle)
         ax.plot(rings, [np.median(error[angle == ring]) for ring in rings], mark, color=colour, linestyle="none")
-        ax.plot([], [], mark, color=colour, linestyle="-", label=words)
+        ax.plot([], [], mark, color=colour, linestyle=dashes, label=words)
         most = max(most, float(high.max()))
     _scale(ax, LEAST, 1.5 * most)
     ax.set_xlabel("bend angle [deg]")
     ax.set_ylabel("tip error vs arc [% of length]")
-    fig.legend(loc="outside lower center", ncols=2 if fig.wide else 1)
-    fig.heading(f"{_HEADING}: median of all bending planes; bands are their spread")
+    sheet.legend(loc="outside lower center", ncols=2 if sheet.wide else 1)
+    sheet.heading(f"{_HEADING}: median of all bending planes; bands are their spread")
 
 
 def _total(outcome: Outcome) -> Array:
@@ -79,14 +73,14 @@ def _scale(ax: Any, least: float, most: float) -> None:
     ax.set_yscale("log")
     ax.set_ylim(least, most)
     ax.yaxis.set_major_formatter("{x:g}")
-    ax.axhline(MODEL_LIMIT, color=LIMIT, linestyle="--", label=HOLDS)
+    ax.axhline(MODEL_LIMIT, color=LIMIT, linewidth=0.9, label=HOLDS)
 
 
-def _draw_poses(fig: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
-    columns = 2 if fig.wide else 1
+def _draw_poses(sheet: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> None:
+    columns = 2 if sheet.wide else 1
     rows = -(-len(outcomes) // columns)
-    fig.tall((58 if fig.wide else 48) * rows + 24)
-    panels = fig.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    sheet.tall((58 if sheet.wide else 48) * rows + 24)
+    panels = sheet.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     rested = [outcome.comparison.tip_error for outcome in outcomes if isinstance(outcome, Outcome)]
     found = 100 * np.concatenate([*rested, np.zeros(0)]) / arm.length
     found = np.append(found[found > LEAST], MODEL_LIMIT)
@@ -103,7 +97,7 @@ def _draw_poses(fig: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> 
         largest = parts.argmax(axis=-1)
         for number in range(len(arm.sections)):
             own = largest == number
-            ax.plot(total[own], error[own], MARKS[number % len(MARKS)], color=section_hex(number), fillstyle="none")
+            ax.plot(total[own], error[own], **section_marks(number))
     for ax in panels.flat[len(outcomes) :]:
         ax.set_axis_off()
     for ax in panels[-1]:
@@ -111,9 +105,8 @@ def _draw_poses(fig: Sheet, arm: Arm, outcomes: Sequence[Outcome | Failure]) -> 
         ax.tick_params(labelbottom=True)
     for ax in panels[:, 0]:
         ax.set_ylabel("tip error vs arcs\n[% of length]")
-    marks = [panels[0, 0].plot([], [], MARKS[i % 6], color=section_hex(i), fillstyle="none")[0]
-             for i in range(len(arm.sections))]  # fmt: skip
+    marks = [panels[0, 0].plot([], [], **section_marks(i))[0] for i in range(len(arm.sections))]
     names = [f"section {i + 1} moves the tip most" for i in range(len(marks))]
     limit, _ = panels[0, 0].get_legend_handles_labels()
-    fig.legend([*marks, limit[0]], [*names, HOLDS], loc="outside lower center", ncols=2 if fig.wide else 1)
-    fig.heading(f"{_HEADING} of all sections")
+    sheet.legend([*marks, limit[0]], [*names, HOLDS], loc="outside lower center", ncols=2 if sheet.wide else 1)
+    sheet.heading(f"{_HEADING} of all sections")

@@ -15,6 +15,7 @@ from contarm_sim.mechanics.statics import balance
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.pneumatic_law import PneumaticLaw
 from contarm_sim.view.colours import ANALYTIC, BLACK
+from contarm_sim.view.once import once
 from contarm_sim.view.stance import stance
 from contarm_sim.view.style import Sheet
 
@@ -35,14 +36,6 @@ class Map:
 
     deltas: Array
     ways: tuple[tuple[Array, Array], ...]
-
-    @classmethod
-    def of(cls, arm: Arm) -> Map:
-        """Return the map of an arm."""
-        bend = arc.from_polar(_BENDS[:, None], _PLANES)
-        inflated, (vented,) = ways_to_hold(balance(bend, arm), arm)
-        always = np.full(inflated.shape[:-1], np.inf)
-        return cls(1e3 * routing.arc_deltas(bend, arm), ((inflated[..., 0], always), *vented))
 
     def room(self, pressure: float) -> Array:
         """Return what is left of a pressure [Pa] in the best way to hold a bend, shape (bends, planes).
@@ -74,6 +67,15 @@ class Map:
         return self.deltas[..., 1], self.deltas[..., 2]
 
 
+@once
+def map_of(arm: Arm) -> Map:
+    """Return the map of an arm."""
+    bend = arc.from_polar(_BENDS[:, None], _PLANES)
+    inflated, (vented,) = ways_to_hold(balance(bend, arm), arm)
+    always = np.full(inflated.shape[:-1], np.inf)
+    return Map(1e3 * routing.arc_deltas(bend, arm), ((inflated[..., 0], always), *vented))
+
+
 def no_map(arm: Arm) -> str | None:
     """Say what an arm would have to be for its map to be drawn, or None: it is of the paper's muscles."""
     if len(arm.sections) > 1:
@@ -84,7 +86,7 @@ def no_map(arm: Arm) -> str | None:
     return None if len(angles) == 3 and muscles.evenly_spaced(angles) else "three evenly spaced muscles"
 
 
-def draw_possibility(fig: Sheet, arms: dict[str, Arm]) -> None:
+def draw_possibility(sheet: Sheet, arms: dict[str, Arm]) -> None:
     """Draw, over the lengths of muscles 2 and 3, the pressure that holds each bend, one panel an arm.
 
     The outer ellipse is the paper's, bends of 180 deg.
@@ -94,29 +96,29 @@ def draw_possibility(fig: Sheet, arms: dict[str, Arm]) -> None:
     from matplotlib.colors import BoundaryNorm, ListedColormap
     from matplotlib.lines import Line2D
 
-    fig.heading("Muscle lengths that pressures can hold")
+    sheet.heading("Muscle lengths that pressures can hold")
     highest = max(arm.pneumatics.max_pressure for arm in arms.values())
     levels = highest * np.linspace(0, 1, 8)
     colours = colormaps[_COLOURS](np.linspace(0.06, 0.94, len(levels) - 1))
-    fig.tall((70.0 if fig.wide else 108.0) + 5.0 * fig.titled)
-    shape = (1, len(arms)) if fig.wide else (-(-len(arms) // 2), 2)
-    grid = fig.subplots(*shape, sharex=True, sharey=True, squeeze=False)
+    sheet.tall((70.0 if sheet.wide else 108.0) + 5.0 * sheet.titled)
+    shape = (1, len(arms)) if sheet.wide else (-(-len(arms) // 2), 2)
+    grid = sheet.subplots(*shape, sharex=True, sharey=True, squeeze=False)
     panels = list(grid.flat)
     for ax, arm in zip(panels, arms.values(), strict=False):
-        found = Map.of(arm)
+        found = map_of(arm)
         for level, colour in zip(levels[:0:-1], colours[::-1], strict=True):  # each over the one before
             found.fill(ax, level, colour)
         found.edge(ax, arm.pneumatics.max_pressure, colors=BLACK, linewidths=1.0)
         found.frame(ax)
         ax.set_title(stance(arm))
-    grid[-1, (len(arms) - 1) // 2 if fig.wide else 0].set_xlabel("length change\nof muscle 2 [mm]")
+    grid[-1, (len(arms) - 1) // 2 if sheet.wide else 0].set_xlabel("length change\nof muscle 2 [mm]")
     grid[-1, 0].set_ylabel("length change\nof muscle 3 [mm]")
     scale = ScalarMappable(BoundaryNorm(levels / 1e3, len(colours)), ListedColormap(colours))
     spare = panels[len(arms) :]
     for ax in spare:
         ax.set_axis_off()
     within = {"cax": spare[0].inset_axes((0.05, 0.0, 0.1, 1.0))} if spare else {"ax": panels, "aspect": 28, "pad": 0.02}
-    fig.colorbar(scale, label="highest pressure\nneeded [kPa]", **within)
+    sheet.colorbar(scale, label="highest pressure\nneeded [kPa]", **within)
     limit = Line2D([], [], color=BLACK, linewidth=1.0, label=f"held by up to {highest / 1e3:.0f} kPa")
     handles = [limit, panels[0].get_legend_handles_labels()[0][0]]
-    fig.legend(handles=handles, loc="outside lower center", ncols=2 if fig.wide else 1)
+    sheet.legend(handles=handles, loc="outside lower center", ncols=2 if sheet.wide else 1)

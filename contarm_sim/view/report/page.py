@@ -12,7 +12,7 @@ from contarm_sim.results.summary import spread
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.report.filled import safe_json, write_filled
 from contarm_sim.view.report.headline import headline, lead, standings
-from contarm_sim.view.report.pictures import embedded, encoded, figure
+from contarm_sim.view.report.pictures import embedded, encoded, figure, unshown
 from contarm_sim.view.report.space import space, telling
 from contarm_sim.view.report.words import budget, explanation, muscle_words, remarks
 
@@ -32,11 +32,14 @@ _CAPTIONS_OF_SEVERAL = {
     "a column a section.",
 }
 
+_DRAWN_BY = "`contarm render RUN`, where RUN is this folder, draws one."
+
 
 def write_page(folder: Path, samples: Trajectory, comparison: Comparison, summary: dict[str, Any]) -> None:
     """Write report.html beside the figures and the film that a run's folder holds already."""
     arm, several, best = samples.arm, len(samples.arm.sections) > 1, telling(samples, comparison)
     gif, captions = folder / "video.gif", _CAPTIONS_OF_SEVERAL if several else CAPTIONS
+    video, no_video = _film(folder / "video.mp4", samples, best, summary["video"])
     write_filled(
         folder,
         "run.html.j2",
@@ -51,9 +54,9 @@ def write_page(folder: Path, samples: Trajectory, comparison: Comparison, summar
         moment=f"{samples.time[best]:.2f} s",
         pulled=any(arm.gravity),
         several=several,
-        video=_film(folder / "video.mp4", samples, best),
+        video=video,
         gif=encoded(gif.read_bytes()) if gif.is_file() else None,
-        no_video=summary["video"],
+        no_video=no_video,
         space=safe_json(space(samples, comparison)),
         plotly=encoded(PLOTLY.read_bytes()),
         words=explanation(summary),
@@ -61,18 +64,19 @@ def write_page(folder: Path, samples: Trajectory, comparison: Comparison, summar
         muscles=muscle_words(summary["muscle"], any(isinstance(group.law, PneumaticLaw) for group in arm.groups)),
         captions=captions,
         figures={stem: figure(folder, stem) for stem in captions},
+        unshown=unshown(folder, captions),
     )
 
 
-def _film(film: Path, samples: Trajectory, best: int) -> dict[str, Any] | None:
-    """Return the film to embed; None where there is none, or none that can be read."""
+def _film(film: Path, samples: Trajectory, best: int, said: str) -> tuple[dict[str, Any] | None, str]:
+    """Return the film to embed, or None and why there is none; `said` is what the summary says of it."""
     if not film.is_file():
-        return None
+        return None, f"No film: {said.removeprefix('none: ')}. {_DRAWN_BY}"
     start, end = float(samples.time[0]), float(samples.time[-1])
     try:
-        return embedded(film, end - start, float(samples.time[best]) - start)
-    except EncodingError:
-        return None
+        return embedded(film, end - start, float(samples.time[best]) - start), ""
+    except EncodingError as error:
+        return None, f"The film, {film.name}, is beside this page, which cannot show it: {error}."
 
 
 def _section_rows(comparison: Comparison, length: float) -> list[tuple[str, list[float]]]:

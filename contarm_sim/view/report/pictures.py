@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import subprocess
+from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -38,6 +39,26 @@ def figure(folder: Path, stem: str) -> str | None:
         return None
     content, mime = min(found, key=lambda pair: len(pair[0]))
     return f"data:image/{mime};base64,{encoded(content)}"
+
+
+def unshown(folder: Path, stems: Iterable[str]) -> str:
+    """Return in a sentence which figures the page of a folder does not show, and why; "" where it shows all."""
+    without = [stem for stem in stems if figure(folder, stem) is None]
+    files = [f"{stem}.pdf" for stem in without if (folder / f"{stem}.pdf").is_file()]
+    missing = [stem.replace("_", " ") for stem in without if f"{stem}.pdf" not in files]
+    said = []
+    if files:
+        be = "is a figure" if len(files) == 1 else "are figures"
+        said.append(f"{_listed(files)} in this folder {be} that no page can show; `--figures pdf,png` has both.")
+    if missing:
+        one = len(missing) == 1
+        which = f"The figure {missing[0]} was" if one else f"The figures {_listed(missing)} were"
+        said.append(f"{which} not drawn; `--figures png` draws {'it' if one else 'them'}.")
+    return " ".join(said)
+
+
+def _listed(words: list[str]) -> str:
+    return " and ".join(part for part in (", ".join(words[:-1]), words[-1]) if part)
 
 
 @lru_cache(maxsize=8)  # a page is written without its film first, then with it

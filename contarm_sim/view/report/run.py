@@ -20,7 +20,7 @@ from contarm_sim.view.report.budget import draw_budget
 from contarm_sim.view.report.run_figures import draw_muscles, draw_path
 from contarm_sim.view.report.samples_csv import write_samples
 from contarm_sim.view.report.words import in_short
-from contarm_sim.view.style import save
+from contarm_sim.view.style import Draw, save
 
 
 class RunReport:
@@ -39,6 +39,34 @@ class RunReport:
         self._comparison, self._motion = judged.comparison, judged.swing
         self.summary: dict[str, Any] = document(judged) | {"versions": versions()}
 
+    def told(
+        self, path: str, *, command: str, video: str = "not asked for", duration: float | None = None,
+        parameters: dict[str, Any] | None = None, project: str = "refuse", direction: Any = None,
+    ) -> dict[str, Any]:  # fmt: skip
+        """Return the summary with what was asked for, as summary.json and report.html have it.
+
+        Args:
+            path: its name.
+            command: how to do it again, in words.
+            video: the name of the film, or why there is none.
+            duration: of the whole path [s]; default that of the run.
+            parameters: of the path.
+            project: what was done with targets off the dome.
+            direction: of the tip on the whole way, or None.
+        """
+        time = self._samples.time
+        asked = {
+            "path": path,
+            "duration": float(time[-1]) if duration is None else duration,
+            "path_parameters": parameters or {},
+            "project": project,
+        }
+        if direction is not None:
+            asked["direction"] = direction
+        rate = (len(time) - 1) / float(time[-1] - time[0])
+        asked |= {"timestep": self._samples.timestep, "rate": round(rate, 6), "command": command, "video": video}
+        return self.summary | asked
+
     def write(self, folder: Path) -> None:
         """Write trajectory.npz, samples.csv, arm.xml and arm.toml."""
         samples, comparison = self._samples, self._comparison
@@ -48,12 +76,20 @@ class RunReport:
         (folder / "arm.xml").write_text(exact_xml(arm_spec(samples.arm, "pressures" if self._pressures else "lengths")))
         (folder / "arm.toml").write_text(arm_to_toml(samples.arm))
 
-    def draw(self, folder: Path, prints: Prints = PLAIN) -> None:
-        """Draw the figures `path`, `budget` and `muscles`, each file whole or not at all."""
+    @property
+    def figures(self) -> dict[str, Draw]:
+        """What draws the figures, by their names: `path`, `budget`, `muscles`."""
         given = self._samples, self._comparison
-        save(folder, "path", lambda sheet: draw_path(sheet, *given), prints)
-        save(folder, "budget", lambda sheet: draw_budget(sheet, *given, self._motion), prints)
-        save(folder, "muscles", lambda sheet: draw_muscles(sheet, *given), prints)
+        return {
+            "path": lambda sheet: draw_path(sheet, *given),
+            "budget": lambda sheet: draw_budget(sheet, *given, self._motion),
+            "muscles": lambda sheet: draw_muscles(sheet, self._samples),
+        }
+
+    def draw(self, folder: Path, prints: Prints = PLAIN) -> None:
+        """Draw all figures, each file whole or not at all."""
+        for stem, draw in self.figures.items():
+            save(folder, stem, draw, prints)
 
     def write_page(self, folder: Path, summary: dict[str, Any]) -> None:
         """Write report.html around the figures and the film that are there; `summary` has more than the report's."""
@@ -68,15 +104,16 @@ class RunReport:
             RenderingError: nothing draws here, or the encoder failed.
         """
         from contarm_sim.view.rendering.encode import encoder
-        from contarm_sim.view.rendering.film import Look
+        from contarm_sim.view.rendering.formats import SMALL, usual_fps
+        from contarm_sim.view.rendering.look import Look
         from contarm_sim.view.rendering.video import Shot, write_gif, write_video
 
         look = Look(note=in_short(self.summary))
         try:
             encoder()
         except EncodingError:
-            small = replace(look, width=640, height=360)
-            write_gif(Shot(self._samples, small, fps=10), folder / "video.gif", on_frame)
+            small, fps = replace(look, width=SMALL[0], height=SMALL[1]), usual_fps(".gif", True, small=True)
+            write_gif(Shot(self._samples, small, fps), folder / "video.gif", on_frame)
             return "video.gif"
         write_video(Shot(self._samples, look), folder / "video.mp4", on_frame)
         return "video.mp4"

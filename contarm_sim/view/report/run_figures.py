@@ -14,9 +14,8 @@ from contarm_sim.model.pneumatic_law import PneumaticLaw
 from contarm_sim.results.compare import Comparison
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.colours import LIMIT, SIMULATED, TARGET
-from contarm_sim.view.report.budget import DASHES
-from contarm_sim.view.sections import backbone_lines
-from contarm_sim.view.space import space
+from contarm_sim.view.sections import backbone_lines, dashes
+from contarm_sim.view.space import add_space
 from contarm_sim.view.style import Sheet
 from contarm_sim.view.trim import trim
 
@@ -24,13 +23,13 @@ ROOM = 1.12
 """Pressures are drawn to so many times the highest that there is."""
 
 
-def draw_path(fig: Sheet, samples: Trajectory, comparison: Comparison) -> None:
+def draw_path(sheet: Sheet, samples: Trajectory, comparison: Comparison) -> None:
     """Draw target and simulated tips in the world, with the reachable tips behind and the backbone at the end.
 
     Of one section these are the dome; of several their hull is drawn.
     """
     arm = samples.arm
-    ax = space(fig, arm)
+    ax = add_space(sheet, arm)
     ax.reachable()
     for name, colour, stations in backbone_lines(samples.stations[-1], arm):
         ax.trace(stations, color=colour, linewidth=2.2, marker="o", markersize=2.4, label=f"{name}, last sample")
@@ -38,11 +37,11 @@ def draw_path(fig: Sheet, samples: Trajectory, comparison: Comparison) -> None:
     ax.trace(comparison.simulated_tip, color=SIMULATED, linewidth=1.4, label="simulated tip")
     ax.settle()
     where = "inside the hull" if len(arm.sections) > 1 else "on the dome"
-    fig.heading(f"Path of the tip {where} of reachable tips")
-    trim(fig, 110)
+    sheet.heading(f"Path of the tip {where} of reachable tips")
+    trim(sheet, 110)
 
 
-def draw_muscles(fig: Sheet, samples: Trajectory, comparison: Comparison) -> None:
+def draw_muscles(sheet: Sheet, samples: Trajectory) -> None:
     """Draw muscle lengths, how far they are off the arc's, tensions and, where there are any, pressures over time.
 
     Each section has a column.
@@ -52,8 +51,8 @@ def draw_muscles(fig: Sheet, samples: Trajectory, comparison: Comparison) -> Non
     pneumatic = any(isinstance(group.law, PneumaticLaw) for group in groups)
     kinds = ["length\nchange [mm]", "off the\narc's [mm]", "tension [N]", *(["pressure\nneeded [kPa]"] * pneumatic)]
     heights = [34, 24, 30, *([34] * pneumatic)]
-    fig.tall(sum(heights) + 34)
-    panels = fig.subplots(len(kinds), len(groups), sharex=True, sharey="row", squeeze=False, height_ratios=heights)
+    sheet.tall(sum(heights) + 34)
+    panels = sheet.subplots(len(kinds), len(groups), sharex=True, sharey="row", squeeze=False, height_ratios=heights)
     rows = (1e3 * off, 1e3 * (off - arc_deltas(samples.bend, arm)), samples.muscle_tensions)
     for column, (group, own) in enumerate(zip(groups, slices(arm), strict=True)):
         for ax, values in zip(panels[:, column], rows, strict=False):
@@ -63,29 +62,31 @@ def draw_muscles(fig: Sheet, samples: Trajectory, comparison: Comparison) -> Non
         panels[2, column].axhline(group.law.min_tension, color=LIMIT, linewidth=0.9, linestyle="--")
         panels[-1, column].set_xlabel("time [s]")
         if len(arm.sections) > 1:
-            named = "section " if fig.wide or len(groups) <= 3 else ""
+            named = "section " if sheet.wide or len(groups) <= 3 else ""
             panels[0, column].set_title(f"{named}{group.section + 1}")
     for ax, words in zip(panels[:, 0], kinds, strict=True):
         ax.set_ylabel(words)
     panels[2, 0].set_ylim(bottom=min(0.0, float(samples.muscle_tensions.min())))
     _name_limits(panels, [group.law for group in groups])
-    fig.get_layout_engine().set(h_pad=0.04)  # type: ignore[union-attr, call-arg]
-    fig.align_ylabels(panels[:, 0])
+    sheet.get_layout_engine().set(h_pad=0.04)  # type: ignore[union-attr, call-arg]
+    sheet.align_ylabels(panels[:, 0])
     most = max((group.routing.count for group in groups), default=0)
     for i in range(most):
-        panels[0, 0].plot([], [], color=muscle_hex(i), linestyle=DASHES[i % 6], label=f"muscle {i + 1}")
+        panels[0, 0].plot([], [], color=muscle_hex(i), linestyle=dashes(i), label=f"muscle {i + 1}")
     handles, labels = panels[0, 0].get_legend_handles_labels()
     if pneumatic and np.isinf(samples.pressure).any():
         handles.append(panels[3, 0].plot([], [], "k^", linestyle="none")[0])
         labels.append("more than any pressure")
-    fig.legend(handles, labels, loc="outside lower center", ncols=len(labels) if fig.wide else 3 - (len(labels) > most))
-    fig.heading("Muscles: lengths beside those of the arc, tensions" + (", pressures that they need" * pneumatic))
+    sheet.legend(
+        handles, labels, loc="outside lower center", ncols=len(labels) if sheet.wide else 3 - (len(labels) > most)
+    )
+    sheet.heading("Muscles: lengths beside those of the arc, tensions" + (", pressures that they need" * pneumatic))
 
 
 def _lines(ax: Any, time: Array, values: Array) -> None:
     """Draw a line a muscle through values of shape (T, n)."""
     for i in range(values.shape[1]):
-        ax.plot(time, values[:, i], color=muscle_hex(i), linestyle=DASHES[i % 6])
+        ax.plot(time, values[:, i], color=muscle_hex(i), linestyle=dashes(i))
 
 
 def _pressures(ax: Any, time: Array, pressure: Array, law: PneumaticLaw) -> None:

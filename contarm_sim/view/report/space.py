@@ -12,12 +12,9 @@ from contarm_sim.mjcf.scene import base_rotation
 from contarm_sim.model.arm import Arm
 from contarm_sim.results.compare import Comparison
 from contarm_sim.results.trajectory import Trajectory
-from contarm_sim.view.colours import ANALYTIC, FAINT, LIMIT, SIMULATED, TARGET, error_scale
+from contarm_sim.view.colours import ANALYTIC, DARK_PAGE, FAINT, LIMIT, SIMULATED, TARGET, error_scale
 from contarm_sim.view.report.contrast import lightened
-from contarm_sim.view.sections import backbone_lines, reachable_tips
-
-DARK = "#15171b"
-"""What the page is in the dark: colours of lines are lightened until they are seen on it."""
+from contarm_sim.view.sections import backbone_lines, base_rim, reachable_tips
 
 POINTS = 600
 """Points of a line, at most."""
@@ -76,9 +73,7 @@ def _traces(samples: Trajectory, comparison: Comparison) -> list[dict[str, Any]]
 
 def _base(arm: Arm) -> dict[str, Any]:
     """Return the rim of the base plate."""
-    turn = np.linspace(0, 2 * np.pi, 37)
-    rim = arm.disk_radius * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
-    return _line("base", rim, {"color": LIMIT, "width": 6})
+    return _line("base", base_rim(arm, 37), {"color": LIMIT, "width": 6})
 
 
 def _gravity(arm: Arm, dome: Array) -> list[dict[str, Any]]:
@@ -149,12 +144,12 @@ def _in_the_dark(trace: dict[str, Any]) -> dict[str, Any]:
     for owner, name in (("line", "color"), ("textfont", "color")):
         colour = trace.get(owner, {}).get(name)
         if isinstance(colour, str):
-            found[f"{owner}.{name}"] = lightened(colour, DARK, 4.5)
+            found[f"{owner}.{name}"] = lightened(colour, DARK_PAGE, 4.5)
     if "colorscale" in trace.get("line", {}):
         scale = trace["line"]["colorscale"]
-        found["line.colorscale"] = [[share, lightened(colour, DARK)] for share, colour in scale]
+        found["line.colorscale"] = [[share, lightened(colour, DARK_PAGE)] for share, colour in scale]
     if trace.get("name") == "reachable tips":
         found["opacity"] = 0.14
     elif "colorscale" in trace:
-        found["colorscale"] = [[share, lightened(colour, DARK, 4.5)] for share, colour in trace["colorscale"]]
+        found["colorscale"] = [[share, lightened(colour, DARK_PAGE, 4.5)] for share, colour in trace["colorscale"]]
     return found

@@ -31,13 +31,13 @@ _DIRECTIONS = {
 _OF_SECTIONS = _DIRECTIONS | {"bending": "bending:\nas all bends grow", "sideways": "sideways of that\nand of the tip"}
 
 
-def draw_convergence(fig: Sheet, study: Convergence) -> None:
+def draw_convergence(sheet: Sheet, study: Convergence) -> None:
     """Draw the largest tip error of all poses against the number of links, with the slope of second order."""
     from matplotlib.ticker import LogLocator
 
     links = np.array(study.links)
-    fig.tall(80)
-    ax = fig.subplots()
+    sheet.tall(80)
+    ax = sheet.subplots()
     for errors, colour, marker, label in (
         (study.max_error_vs_arc_m, ERROR, "o", "simulated vs arc"),
         (study.max_error_vs_chain_m, DISCRETISATION, "s", "simulated vs chain's closed form"),
@@ -56,20 +56,20 @@ def draw_convergence(fig: Sheet, study: Convergence) -> None:
     ax.yaxis.set_major_formatter("{x:g}")
     ax.set_xlabel("links N [-]")
     ax.set_ylabel("largest tip error [mm]")
-    fig.legend(loc="outside lower center", ncols=3 if fig.wide else 1)
-    fig.heading("Largest tip error of all poses against the number of links")
+    sheet.legend(loc="outside lower center", ncols=3 if sheet.wide else 1)
+    sheet.heading("Largest tip error of all poses against the number of links")
 
 
-def draw_controllers(fig: Sheet, found: ControllerComparison) -> None:
+def draw_controllers(sheet: Sheet, found: ControllerComparison) -> None:
     """Draw each controller's tip error along the spiral, a panel a load: the whole, and what lengths could correct.
 
     Where muscles would need more pressure than they have, or the spiral is not followed, words say so.
     """
     loads = list(dict.fromkeys(row.load for row in found.rows))
     names = list(dict.fromkeys(row.controller for row in found.rows))
-    fig.tall((10 + 7 * len(names)) * (1 if fig.wide else len(loads)) + 30)
-    shape = (1, len(loads)) if fig.wide else (len(loads), 1)
-    panels = fig.subplots(*shape, sharex=True, sharey=True, squeeze=False).ravel()
+    sheet.tall((10 + 7 * len(names)) * (1 if sheet.wide else len(loads)) + 30)
+    shape = (1, len(loads)) if sheet.wide else (len(loads), 1)
+    panels = sheet.subplots(*shape, sharex=True, sharey=True, squeeze=False).ravel()
     most = min((group.law.pressure_limits[1] for group in found.arm.groups), default=np.inf)
     followed = [row for row in found.rows if isinstance(row, Followed)]
     values = [value for row in followed for value in (row.tip_rms_percent, row.along_rms_percent)]
@@ -82,13 +82,13 @@ def draw_controllers(fig: Sheet, found: ControllerComparison) -> None:
     panels[0].xaxis.set_major_formatter("{x:g}")
     panels[0].set_yticks(range(len(names)), names)
     panels[0].set_ylim(len(names) - 0.5, -0.5)
-    for ax in panels if fig.wide else panels[-1:]:
+    for ax in panels if sheet.wide else panels[-1:]:
         ax.set_xlabel("tip error, rms [% of length]")
     handles = [panels[0].plot([], [], **look)[0] for look in (_WHOLE, _ALONG)]
-    fig.legend(handles, ["tip error", "its part that muscle lengths could correct"], loc="outside lower center",
-               ncols=2 if fig.wide else 1)  # fmt: skip
+    sheet.legend(handles, ["tip error", "its part that muscle lengths could correct"], loc="outside lower center",
+               ncols=2 if sheet.wide else 1)  # fmt: skip
     has = f"; muscles have {most / 1e3:g} kPa" if np.isfinite(most) else ""
-    fig.heading(f"Tip error along the spiral in {found.duration:g} s, by controller{has}")
+    sheet.heading(f"Tip error along the spiral in {found.duration:g} s, by controller{has}")
 
 
 _WHOLE: dict[str, Any] = {"marker": "o", "color": ERROR, "linestyle": "none", "markersize": 5}
@@ -110,16 +110,16 @@ def _row(ax: Any, row: Followed | NotFollowed, place: int, most: float) -> None:
                     textcoords="offset points", ha="right", va="center")  # fmt: skip
 
 
-def draw_stiffness(fig: Sheet, found: Stiffness) -> None:
+def draw_stiffness(sheet: Sheet, found: Stiffness) -> None:
     """Draw tip stiffness against mean pressure, a panel a direction: simulated as marks, closed form as lines."""
     pressure = [row.mean_pressure_pa / 1e3 for row in found.rows]
     closed = np.array([row.closed_form_n_per_m for row in found.rows])
     pushed = np.array([row.simulated_n_per_m for row in found.rows])
     several = len(found.arm.sections) > 1
-    fig.tall(76 if fig.wide else 140)
-    panels = fig.subplots(1, 3, sharex=True) if fig.wide else fig.subplots(3, 1, sharex=True)
+    sheet.tall(76 if sheet.wide else 140)
+    panels = sheet.subplots(1, 3, sharex=True) if sheet.wide else sheet.subplots(3, 1, sharex=True)
     for i, (ax, name) in enumerate(zip(panels, found.directions, strict=True)):
-        ax.set_title((_OF_SECTIONS if several else _DIRECTIONS)[name].replace("\n", "\n" if fig.wide else " "))
+        ax.set_title((_OF_SECTIONS if several else _DIRECTIONS)[name].replace("\n", "\n" if sheet.wide else " "))
         if not np.isfinite(pushed[:, i]).all():
             ax.annotate("rigid", (0.5, 0.85), xycoords="axes fraction", ha="center")
             ax.tick_params(labelleft=False)
@@ -127,18 +127,18 @@ def draw_stiffness(fig: Sheet, found: Stiffness) -> None:
         ax.plot(pressure, closed[:, i], color=ANALYTIC, label="closed form")
         ax.plot(pressure, pushed[:, i], "o", color=SIMULATED, markersize=4, label="simulated, pushed")
         ax.set_ylim(0, 1.15 * pushed[:, i].max())
-    for ax in panels if fig.wide else panels[-1:]:
+    for ax in panels if sheet.wide else panels[-1:]:
         ax.set_xlabel("mean pressure [kPa]")
-    panels[0 if fig.wide else 1].set_ylabel("tip stiffness [N/m]")
+    panels[0 if sheet.wide else 1].set_ylabel("tip stiffness [N/m]")
     if np.isfinite(pushed[:, :2]).all():  # both are as stiff, about: they have one scale
         panels[0].sharey(panels[1])
         panels[0].set_ylim(0, 1.15 * pushed[:, :2].max())
     if not several:
         _sketch(panels[2].inset_axes((0.25, 0.0, 0.75, 0.68)), found)
     handles, labels = next((got for ax in panels if (got := ax.get_legend_handles_labels())[0]), ([], []))
-    fig.legend(handles, labels, loc="outside lower center", ncols=2)
+    sheet.legend(handles, labels, loc="outside lower center", ncols=2)
     angles = (float(arc.to_polar(own)[0]) for own in np.atleast_2d(found.bend))
-    fig.heading(
+    sheet.heading(
         f"Tip stiffness at a bend of {', '.join(f'{np.degrees(angle):.0f}°' for angle in angles)}, by direction"
     )
 
@@ -152,11 +152,11 @@ def _sketch(ax: Any, found: Stiffness) -> None:
     backbone = np.array([arc.position(share * bend, share * length) for share in shares]) @ across.T / length
     ax.plot(*np.vstack([[0, 0], backbone]).T, color=LIMIT, linewidth=2)
     tip = backbone[-1]
-    for name, way in zip(("bending", "along"), directions_of(bend, found.arm)[[0, 2]] @ across.T, strict=True):
-        end, arrow = tip + 0.35 * way, {"arrowstyle": "-|>", "color": ERROR, "shrinkA": 0, "shrinkB": 0}
+    for name, towards in zip(("bending", "along"), directions_of(bend, found.arm)[[0, 2]] @ across.T, strict=True):
+        end, arrow = tip + 0.35 * towards, {"arrowstyle": "-|>", "color": ERROR, "shrinkA": 0, "shrinkB": 0}
         ax.annotate("", end, tip, arrowprops=arrow)
-        ax.annotate(name, end, xytext=tuple(7 * way), textcoords="offset points", va="center",
-                    ha="left" if way[0] > 0.3 else "center")  # fmt: skip
+        ax.annotate(name, end, xytext=tuple(7 * towards), textcoords="offset points", va="center",
+                    ha="left" if towards[0] > 0.3 else "center")  # fmt: skip
     ax.plot(*tip, "o", color="white", markeredgecolor=ERROR, markersize=6)
     ax.plot(*tip, "o", color=ERROR, markersize=2)
     ax.annotate("sideways", tip, xytext=(-6, 3), textcoords="offset points", ha="right", va="bottom")
@@ -164,7 +164,7 @@ def _sketch(ax: Any, found: Stiffness) -> None:
     ax.set_axis_off()
 
 
-def draw_muscle_law(fig: Sheet, group: MuscleGroup, pressures: Iterable[float]) -> None:
+def draw_muscle_law(sheet: Sheet, group: MuscleGroup, pressures: Iterable[float]) -> None:
     """Draw a muscle's force against contraction at pressures [Pa], beside the lengths that bends to 170 deg ask for.
 
     A muscle that runs through several sections has those of all of them.
@@ -174,13 +174,13 @@ def draw_muscle_law(fig: Sheet, group: MuscleGroup, pressures: Iterable[float]) 
     crossed = group.section - group.first + 1
     reach = group.routing.radius * arc.LARGEST_BEND * crossed
     asked = "lengths for bends to 170°" if crossed == 1 else f"lengths for {crossed} sections bent to 170°"
-    fig.tall(88)
-    ax = fig.subplots()
+    sheet.tall(88)
+    ax = sheet.subplots()
     used = 100 * (1 - (group.length + np.array([reach, -reach])) / rest)
     ax.axvspan(*used, color=HELD, label=asked)
     ax.axvline(100 * law.mount_contraction, color=LIMIT, linewidth=0.9, linestyle="--", label="straight arm")
     low, high = 100 * contraction[0], 100 * contraction[-1]
-    room = (0.13 if fig.wide else 0.28) * (high - low)
+    room = (0.13 if sheet.wide else 0.28) * (high - low)
     for pressure in pressures:
         curve = law.force(pressure, rest * (1 - contraction), rest)
         ax.plot(100 * contraction, curve, color=BLUE)
@@ -190,5 +190,5 @@ def draw_muscle_law(fig: Sheet, group: MuscleGroup, pressures: Iterable[float]) 
     ax.set_ylim(bottom=0)
     ax.set_xlabel("contraction from rest length [%]")
     ax.set_ylabel("force of one muscle [N]")
-    fig.legend(loc="outside lower center", ncols=2 if fig.wide else 1)
-    fig.heading("Force of one muscle against contraction, by pressure")
+    sheet.legend(loc="outside lower center", ncols=2 if sheet.wide else 1)
+    sheet.heading("Force of one muscle against contraction, by pressure")

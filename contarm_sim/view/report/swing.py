@@ -56,11 +56,11 @@ def swing_dict(found: SwingError) -> dict[str, Any]:
     }
 
 
-def draw_swing(fig: Sheet, arm: Arm, found: SwingError) -> None:
+def draw_swing(sheet: Sheet, arm: Arm, found: SwingError) -> None:
     """Draw a released tip's coordinates, its error by cause, and the energy left."""
     swing = found.swing
-    fig.tall(130 if fig.wide else 140)
-    top, middle, bottom = panels = fig.subplots(3, 1, sharex=True, height_ratios=[2, 1.4, 1])
+    sheet.tall(130 if sheet.wide else 140)
+    top, middle, bottom = panels = sheet.subplots(3, 1, sharex=True, height_ratios=[2, 1.4, 1])
     looks = zip("xyz", (BLUE, ORANGE, GREEN), ("-", (0, (4, 1.5)), (0, (1, 1))), strict=True)
     for axis, (name, colour, dashes) in enumerate(looks):
         moved = 1e3 * (swing.tip[:, axis] - swing.tip[-1, axis])
@@ -82,5 +82,5 @@ def draw_swing(fig: Sheet, arm: Arm, found: SwingError) -> None:
     bottom.plot(swing.time, 1e3 * (swing.energy - swing.energy.min()), color=BLACK)
     bottom.set_ylabel("energy above\nthe least [mJ]")
     bottom.set_xlabel("time since release [s]")
-    fig.align_ylabels(panels)
-    fig.heading("A released arm: the tip's way, its error by cause, and energy")
+    sheet.align_ylabels(panels)
+    sheet.heading("A released arm: its tip, the tip's error by cause, and energy")

@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.ticker import NullLocator
 
+from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.studies.how_far import Trust, TrustUnderLoad
-from contarm_sim.studies.trusted_bends import TrustedBend
 from contarm_sim.studies.what_it_takes import Change
-from contarm_sim.view.colours import BLUE, GREEN, LIMIT, ORANGE, RED
+from contarm_sim.view.colours import LIMIT, SCENARIOS
 from contarm_sim.view.style import Sheet
-
-_LOOKS = {"free": (BLUE, ":"), "gravity": (ORANGE, "-"), "payload": (RED, "--"), "upright": (GREEN, "-.")}
 
 _FLOOR = 1e-3
 """Least tip error that is drawn [% of length]."""
@@ -22,53 +20,54 @@ _TICKS = (1, 2, 5, 10, 20, 50, 100)
 
 
 def paragraph(found: Trust) -> str:
-    """Return the answer in words: how far to bend under each load, and what it would take to bend further."""
-    said = [_opening(found)]
-    said += [_how_far(found, each) for each in found.loads]
-    said += [_what_it_takes(found, each) for each in found.loads if each.takes is not None]
-    return " ".join(said)
-
-
-def _opening(found: Trust) -> str:
+    """Return the answer in words: how far to bend under each load, and how far it is off at the wanted bend."""
+    length = f"{found.within_percent:g} % of length ({10 * found.within_percent * found.arm.length:.3g} mm)"
     each = "" if len(found.arm.sections) == 1 else " of each section"
-    return (
-        f"The tip is within {found.within_percent:g} % of length ({_mm(found):.3g} mm) of where the constant-curvature "
-        f"model puts it, whatever the bending plane, up to these bends{each}:"
-    )
+    bends = "; ".join(f"{load.trusted.under.meaning}: {_bend(found, load)}" for load in found.loads)
+    said = f"At rest, constant curvature is within {length} of this arm's tip up to these bends{each}. {bends}. "
+    wanted = f"At {found.wanted_bend_deg:g} deg"
+    beyond = [load for load in found.loads if load.takes is not None]
+    if not beyond:
+        return f"{said}{wanted} it holds under each of these loads."
+    errors = ", ".join(f"{load.trusted.under.meaning} {_error(load)}" for load in beyond)
+    return f"{said}Up to {found.wanted_bend_deg:g} deg, the tip is off by at most this: {errors}."
 
 
-def _mm(found: Trust) -> float:
-    return 10 * found.within_percent * found.arm.length
-
-
-def _how_far(found: Trust, each: TrustUnderLoad) -> str:
-    own = each.trusted.within(found.within_percent)
-    return f"{each.trusted.under.meaning} {_bend(found, own)}" + ("." if each is found.loads[-1] else ",")
-
-
-def _bend(found: Trust, bend: TrustedBend) -> str:
+def _bend(found: Trust, load: TrustUnderLoad) -> str:
+    bend = load.trusted.within(found.within_percent)
     if bend.everywhere:
-        return f"{found.max_bend_deg:.0f} deg, the most that was tried"
-    return f"{bend.least_deg:.1f} deg" if bend.least_deg else "none, for it is off even when straight"
+        return f"all that were tried, to {found.max_bend_deg:.0f} deg"
+    if not bend.least_deg:
+        return "none, for it is off even when straight"
+    return f"{bend.least_deg:.1f} deg" + (", beyond which it has no pose at rest" if bend.no_rest else "")
 
 
-def _what_it_takes(found: Trust, each: TrustUnderLoad) -> str:
-    takes, arm = each.takes, each.trusted.under.arm
+def _error(load: TrustUnderLoad) -> str:
+    error = load.takes.error_percent if load.takes is not None else None
+    return "without a pose at rest" if error is None else f"{error:.3g} %"
+
+
+def remedies(found: Trust) -> list[str]:
+    """Return a line for each load under which the wanted bend is too far: what it would take."""
+    return [_what_it_takes(load) for load in found.loads if load.takes is not None]
+
+
+def _what_it_takes(load: TrustUnderLoad) -> str:
+    takes, arm = load.takes, load.trusted.under.arm
     assert takes is not None
-    now = "it has no rest somewhere" if takes.error_percent is None else f"now it is off by {takes.error_percent:.3g} %"
-    start = f"To hold to {found.wanted_bend_deg:.0f} deg {each.trusted.under.meaning} ({now}), "
-    if takes.bending_stiffness.factor is None and takes.mass.factor is None and takes.payload is None:
-        return f"{start}no change of stiffness or mass helps: {takes.bending_stiffness.why_not}."
-    ways = [_stiffness(takes.bending_stiffness, arm), _mass("mass", takes.mass)]
-    if takes.payload is not None:
-        ways.append(_mass("payload", takes.payload))
-    return f"{start}it would take one of: {'; '.join(ways)}."
+    if takes.muscles is not None:
+        return f"{load.trusted.under.meaning}: muscles that do more{_muscles(takes.muscles, arm)}"
+    ways = [_stiffness(takes.bending_stiffness, arm)] if takes.bending_stiffness.factor is not None else []
+    changes = {"mass": takes.mass} | ({"payload": takes.payload} if takes.payload is not None else {})
+    ways += [_mass(name, change) for name, change in changes.items() if change.factor is not None]
+    if not ways:
+        return f"{load.trusted.under.meaning}: more than stiffness or mass, for {takes.bending_stiffness.why_not}"
+    missing = " or ".join(f"less {name}" for name, change in changes.items() if change.factor is None)
+    return f"{load.trusted.under.meaning}: {', or '.join(ways)}" + (f"; {missing} alone is not enough" * bool(missing))
 
 
 def _stiffness(change: Change, arm: Arm) -> str:
-    if change.factor is None:
-        return f"no bending stiffness ({change.why_not})"
-    value = "" if change.value is None else f", {change.value:.3g} N m^2"
+    value = "" if change.value is None else f" ({change.value:.4g} N m^2)"
     return f"{change.factor:.3g} times the bending stiffness{value}{_muscles(change, arm)}"
 
 
@@ -78,15 +77,13 @@ def _muscles(change: Change, arm: Arm) -> str:
         return ""
     if change.peak_pressure_pa is not None:
         has = min(group.law.pressure_limits[1] for group in arm.groups)
-        return f" (which takes {change.peak_pressure_pa / 1e3:.0f} kPa; the muscles have {has / 1e3:.0f})"
+        return f", which takes {change.peak_pressure_pa / 1e3:.0f} kPa (the muscles have {has / 1e3:.0f})"
     has = min(group.law.blocked_force for group in arm.groups)
-    return f" (which takes {change.peak_tension_n:.0f} N; the muscles pull {has:.0f})"
+    return f", which takes {change.peak_tension_n:.0f} N (the muscles pull {has:.0f})"
 
 
 def _mass(name: str, change: Change) -> str:
-    if change.factor is None:
-        return f"no {name}, however small ({change.why_not})"
-    return f"{change.factor:.2g} times the {name}, {1e3 * (change.value or 0.0):.3g} g"
+    return f"{change.factor:.3g} times the {name} ({1e3 * (change.value or 0.0):.4g} g)"
 
 
 def draw_trust(sheet: Sheet, found: Trust) -> None:
@@ -99,8 +96,8 @@ def draw_trust(sheet: Sheet, found: Trust) -> None:
         over, around = sheet.subplots(2, 1, height_ratios=[1.5, 1])
     off_at_once = False
     for each in found.loads:
-        (colour, dashes), errors = _LOOKS[each.trusted.under.load], each.trusted.error_percent
-        shown = np.maximum(np.where(np.isfinite(errors), errors, np.nan), _FLOOR)[1:]
+        (colour, dashes, mark), errors = SCENARIOS[each.trusted.under.load], each.trusted.error_percent
+        shown = np.where(np.isfinite(errors) & (errors >= _FLOOR), errors, np.nan)[1:]
         rests = np.isfinite(shown).any(axis=1)
         bends, shown = found.bend_deg[1:][rests], shown[rests]
         if len(bends):
@@ -108,18 +105,19 @@ def draw_trust(sheet: Sheet, found: Trust) -> None:
             over.fill_between(bends, low, high, color=colour, alpha=0.3, linewidth=0)
             over.plot(bends, high, color=colour, linestyle=dashes)
         own = each.trusted.within(found.within_percent)
-        if own.least_deg and not own.everywhere:
-            over.plot(own.least_deg, found.within_percent, "o", color=colour)
+        if own.least_deg and not own.everywhere and not own.no_rest:
+            over.plot(own.least_deg, found.within_percent, mark, color=colour)
         planes, largest = np.append(found.plane_deg, 360.0), np.append(own.bend_deg, own.bend_deg[0])
         around.plot(planes, np.where(largest > 0, largest, np.nan), color=colour, linestyle=dashes)
-        over.plot([], [], color=colour, linestyle=dashes, label=each.trusted.under.meaning)
+        over.plot([], [], color=colour, linestyle=dashes, marker=mark, label=each.trusted.under.meaning)
         off_at_once |= not own.least_deg
     if off_at_once:
         note = "not drawn where the straight\narm is off by more already"
         around.text(180, 1.1 * found.bend_deg[1], note, ha="center", va="bottom")
     for bend in found.loads[0].trusted.bends:
         bold = bend.within_percent == found.within_percent
-        over.axhline(bend.within_percent, color=LIMIT, linewidth=1.0 if bold else 0.5, zorder=0.5)
+        over.axhline(bend.within_percent, color=LIMIT, linewidth=1.2 if bold else 0.8, zorder=1.5,
+                     linestyle="-" if bold else ":")  # fmt: skip
         over.annotate(f"{bend.within_percent:g} %", (found.max_bend_deg, bend.within_percent), xytext=(3, 0),
                       textcoords="offset points", ha="left", va="center", annotation_clip=False)  # fmt: skip
     over.set(xscale="log", yscale="log", xlim=(found.bend_deg[1], found.max_bend_deg), ylim=(_FLOOR, None))
@@ -133,7 +131,15 @@ def draw_trust(sheet: Sheet, found: Trust) -> None:
     for axis in (over.xaxis, around.yaxis):
         axis.set_minor_locator(NullLocator())
     over.yaxis.set_major_formatter("{x:g}")
+    if any(_spread(each.trusted.error_percent) > 0.02 for each in found.loads):
+        over.fill_between([], [], [], color="#999999", alpha=0.5, linewidth=0, label="by bending plane")
     sheet.legend(*over.get_legend_handles_labels(), loc="outside lower center", ncols=4 if sheet.wide else 2)
+
+
+def _spread(errors: Array) -> float:
+    """Return the largest share by which errors differ between planes."""
+    known = errors[np.isfinite(errors).all(axis=1) & (errors.max(axis=1) > _FLOOR)]
+    return float(np.max(1 - known.min(axis=1) / known.max(axis=1), initial=0.0))
 
 
 def _each(found: Trust) -> str:

@@ -9,10 +9,11 @@ import numpy as np
 
 from contarm_sim.results.document import document
 from contarm_sim.studies.at_rest import Failure, Outcome
+from contarm_sim.studies.convergence import Convergence
 from contarm_sim.studies.validation import Validation
 from contarm_sim.view.report.filled import write_filled
 from contarm_sim.view.report.headline import Standing, near
-from contarm_sim.view.report.pictures import figure
+from contarm_sim.view.report.pictures import figure, unshown
 from contarm_sim.view.report.validation import findings, notes, rows
 from contarm_sim.view.report.words import simulation_words
 
@@ -45,7 +46,16 @@ def write_validation_page(folder: Path, found: Validation, summary: dict[str, An
         rows=cells,
         captions=_CAPTIONS,
         figures={stem: figure(folder, stem) for stem in _CAPTIONS},
+        unshown=unshown(folder, _stems(found)),
     )
+
+
+def _stems(found: Validation) -> list[str]:
+    """Return the figures that `draw_validation` draws of a validation."""
+    absent = {"error_maps"} if len(found.arm.sections) > 1 else set()
+    if not isinstance(found.convergence, Convergence):
+        absent.add("convergence")
+    return [stem for stem in _CAPTIONS if stem not in absent]
 
 
 def headline(found: Validation) -> str:

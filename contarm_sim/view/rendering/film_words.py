@@ -1,0 +1,62 @@
+"""What is written around the pictures of a film: numbers of the moment, and what colours mean."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from contarm_sim.view.colours import ANALYTIC, TARGET, error_colours, rgb
+from contarm_sim.view.rendering.caption import Caption, Legend
+from contarm_sim.view.rendering.draw import Overlays
+from contarm_sim.view.rendering.look import Look, Scale
+from contarm_sim.view.sections import bend_words
+
+if TYPE_CHECKING:
+    from contarm_sim.results.trajectory import Trajectory
+
+AXES = [(0.86, 0.15, 0.15), (0.10, 0.62, 0.20), (0.15, 0.35, 0.90)]
+"""Colours of the axes of base and tip."""
+
+
+def texts(samples: Trajectory, indices: list[int], name: str, speed: float) -> list[list[str]]:
+    """Return what is said of some samples of a run, of each a list of short texts; its name first, if it has one."""
+    arm, error = samples.arm, samples.tip_error
+    moving = bool(samples.time[-1] > samples.time[0])
+    pace = "" if speed == 1 or not moving else f", {speed:g} × speed"
+    return [
+        [
+            *([name] if name else []),
+            f"t = {samples.time[i]:.2f} s{pace}" if moving else f"pose {i + 1} of {len(samples)}, at rest",
+            f"tip error {1e3 * error[i]:.2f} mm = {100 * error[i] / arm.length:.2f} %",
+            f"{'bend' if len(arm.sections) == 1 else 'bends'} {bend_words(samples.bend[i], arm)}",
+        ]
+        for i in indices
+    ]
+
+
+def caption(look: Look, said: list[list[list[str]]], scale: Scale, notes: list[str]) -> Caption | None:
+    """Return what writes around the pictures, or nothing if nothing is to be written.
+
+    Args:
+        said: of each run, of each of its pictures.
+        notes: of each whole run.
+    """
+    if look.transparent or not look.captions:
+        return None
+    widest = [[max(column, key=len) for column in zip(*run, strict=True)] for run in said]
+    return Caption(look.width, look.height, widest, legend(look.overlays, scale), notes)
+
+
+def legend(overlays: Overlays, scale: Scale) -> Legend:
+    """Return the colours of what is drawn over the arm, by what they mean."""
+    tints: Legend = {}
+    if overlays.path:
+        tints["path"] = [rgb(TARGET)]
+    if overlays.trace:
+        tints[f"tip, error 0 to {1e3 * scale.error:.2g} mm"] = error_colours(np.linspace(0, 1, 24), 1.0)
+    if overlays.ghost:
+        tints["analytic"] = [rgb(ANALYTIC)]
+    if overlays.frames:
+        tints["x, y, z"] = AXES
+    return tints
