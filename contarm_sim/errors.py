@@ -241,8 +241,8 @@ class EncodingError(RenderingError):
     """Pictures can be drawn, but no video encoder works here."""
 
 
-class MissingError(ContarmError):
-    """A library that an optional part needs is not installed; says how to get it.
+class MissingError(ContarmError, ImportError):
+    """A library that an optional part needs is not installed; says how to get it, in a copy of the repository.
 
     Attributes:
         library: its name.
@@ -251,7 +251,7 @@ class MissingError(ContarmError):
 
     def __init__(self, library: str, extra: str) -> None:
         self.library, self.extra = library, extra
-        super().__init__(f"{library} is not installed; get it with: pip install 'contarm-sim[{extra}]'")
+        super().__init__(f"{library} is not installed; get it with: pip install '.[{extra}]'")
 
 
 class GuardError(ContarmError):

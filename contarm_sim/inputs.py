@@ -5,11 +5,31 @@ from __future__ import annotations
 import os
 import stat
 from pathlib import Path
+from typing import Any
 
 from contarm_sim.errors import InputError
 
 MOST_BYTES = 64 * 2**20
 """Largest text file that is read [bytes]: a path of an hour at 100 Hz has 40 MB."""
+
+
+def as_path(name: str, given: Any, allowed: str) -> Path:
+    """Return a path that a user gave; a ~ in front is the user's folder.
+
+    Raises:
+        InputError: it is none, has a null character, which no system takes, or begins with a ~ of nobody.
+    """
+    if not isinstance(given, (str, os.PathLike)) or "\0" in os.fspath(given):
+        raise InputError(name, quoted(given), allowed)
+    try:
+        return Path(given).expanduser()
+    except RuntimeError:  # ~somebody that the system does not know
+        raise InputError(name, quoted(given), allowed) from None
+
+
+def quoted(given: Any) -> Any:
+    """Return what a message says of a text or path: it in quotes; anything else as it is."""
+    return repr(os.fspath(given)) if isinstance(given, (str, os.PathLike)) else given
 
 
 def read_bytes(path: str | Path, wanted: str, most: int = MOST_BYTES) -> bytes:

@@ -1,6 +1,6 @@
 """Train a small policy on one of the tasks with stable-baselines3 (PPO), and score it beside the baseline and chance.
 
-    pip install 'contarm-sim[train]'
+    pip install '.[train]'
     python scripts/train.py --task reach
 
 The folder (learned-reach) has policy.zip, the learning curve as curve.csv and curve.png, and film.mp4, the learned

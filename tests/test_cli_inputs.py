@@ -165,7 +165,7 @@ def test_without_an_optional_library_one_line_says_what_to_install(library, comm
         main()"""
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr == f"contarm: {library} is not installed; get it with: pip install 'contarm-sim[{extra}]'\n"
+    assert done.stderr == f"contarm: {library} is not installed; get it with: pip install '.[{extra}]'\n"
 
 
 def test_the_command_line_takes_every_controller_there_is():

@@ -14,7 +14,7 @@ from references import along, resting
 from text_boxes import faults
 
 import contarm_sim
-from contarm_sim import studies
+from contarm_sim import paths, studies
 from contarm_sim.display import LONGEST, Shown
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics import inverse
@@ -25,11 +25,13 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
 from contarm_sim.model.mckibben import McKibben
 from contarm_sim.model.routing import Routing
+from contarm_sim.model.section import Section
 from contarm_sim.model.world import World
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.motion.simulate import simulate
 from contarm_sim.results.compare import compare
 from contarm_sim.statics.equilibrium import equilibrium
+from contarm_sim.view.notebook.cards import _CARDS
 from contarm_sim.view.notebook.sketch import Line, side_view
 
 ARM = Arm(links=8)
@@ -55,7 +57,8 @@ def shown(run, rest):
         simulate(two, along(two, "circle", 0.3, max_bend=0.4), "chain"),
         inverse.solve(np.full((9, 3), (0.05, 0.0, 0.3)), backbone(two)),
         equilibrium(HANGING), studies.hold(ARM, bend), studies.stiffness(ARM, bend, levels=2),
-        studies.muscle_law(ARM), studies.judge_run(run, 5), studies.possibility(ARM, planes=1),
+        studies.muscle_law(ARM), studies.release(replace(ARM, links=4), settings=studies.SwingSettings(duration=0.2)),
+        studies.judge_run(run, 5), studies.possibility(ARM, planes=1),
         studies.compare_controllers(replace(ARM, links=4), duration=1), studies.validate(ARM, grid=1),
         studies.trust(replace(ARM, links=4), planes=1),
         *studies.equilibria([studies.LoadCase(ARM, Load())]),
@@ -96,6 +99,38 @@ def test_all_are_short_in_text_and_in_notebooks(shown):
         assert not re.search(r"(color|background):\s*(#[0-9a-f]|black|white)", page.replace("#D55E00", ""), re.I)
         for picture in re.findall("<svg.*?</svg>", page):
             assert ET.fromstring(picture).get("aria-label")
+
+
+def test_every_card_is_of_something_that_is_shown(shown):
+    kinds = {kind.__name__ for one in shown for kind in type(one).__mro__}
+    assert set(_CARDS) <= kinds
+
+
+def test_parts_of_an_arm_and_loads_say_the_calls_that_make_them():
+    assert [repr(one) for one in (McKibben(), Section(), World(), Load(), Routing(count=5))] == [
+        "McKibben()", "Section()", "World()", "Load()", "Routing(count=5)",
+    ]  # fmt: skip
+    path = paths.named("circle", 0.37, duration=2.0, max_bend=0.5)
+    assert repr(path) == "Path(circle, 2 s)"
+
+
+def test_answers_are_in_the_text(shown):
+    said = {type(one).__name__: repr(one) for one in shown}
+    assert re.search(r"bending [\d.]+ to [\d.]+ N/m", said["Stiffness"])
+    assert said["Equilibrium"].startswith("Equilibrium(stable, tip (")
+
+
+def test_holds_swings_and_muscles_have_units(shown):
+    pages = {type(one).__name__: " ".join(Seen(one._repr_html_()).words) for one in shown}
+    hold = studies.hold(ARM, np.array([1.0, 0.0]))
+    for cell in ("pressure [kPa]", f"{hold.pressures[0] / 1e3:.1f}", f"{1e3 * hold.muscle_lengths[0]:.2f}", "57.3"):
+        assert cell in pages["Hold"]
+    law = studies.muscle_law(ARM)
+    assert "700 kPa" in pages["MuscleCurves"]
+    assert f"{law.force_n[-1, 0]:.1f}" in pages["MuscleCurves"]
+    (release,) = (one for one in shown if isinstance(one, studies.Release))
+    assert "clamped beam [Hz]" in pages["Release"]
+    assert f"{release.modes.arm_hz[0]:.3g}" in pages["Release"]
 
 
 def test_an_arm_says_the_call_that_makes_it():
@@ -187,6 +222,7 @@ def test_figures_that_cannot_be_are_refused(run, rest):
         (run, {"figure": "pth"}),
         (run, {"figure": 3}),
         (run, {"width": "wide"}),
+        (run, {"titles": "no"}),
         (run.first(0), {}),
         (rest, {"figure": "budget"}),
         (rest, {"figure": "muscles"}),

@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from contarm_sim.errors import InputError, RenderingError
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.motion.simulate import simulate
-from contarm_sim.view.notebook import films
+from contarm_sim.view.notebook import films, places
 from contarm_sim.view.rendering.gl import choose_backend
 
 ARM = Arm(links=8, gravity=(0.0, 0.0, 9.81))
@@ -100,13 +101,64 @@ def test_films_that_cannot_be_are_refused_and_leave_nothing(gl, run, tmp_path):
         {"path": tmp_path / "a.avi"}, {"path": tmp_path / "none" / "a.mp4"}, {"path": 3}, {"path": "a\0b.mp4"},
         {"size": 3}, {"size": (160, "a")},
         {"size": "big"}, {"fps": -1}, {"fps": "x"}, {"speed": 0}, {"speed": 1e-6, "fps": 1000}, {"camera": "x"},
-        {"size": (161, 120)}, {"transparent": True},
+        {"size": (161, 120)}, {"transparent": True}, {"on_frame": 3}, {"plots": "x"}, {"transparent": 1},
+        {"size": (16, 16)}, {"size": (99_999, 99_999)}, {"fps": 1e6}, {"path": "/proc/a.mp4"},
+        {"path": "x" * 5000 + ".mp4"}, {"path": "~nobody-here/a.mp4"},
     ):  # fmt: skip
         with pytest.raises(InputError):
             run.film(**given)
     with pytest.raises(InputError):
         run.first(0).film()
     assert not list(tmp_path.iterdir())
+
+
+def test_refusals_of_films_name_what_was_given_and_what_would_do(run, tmp_path):
+    for given, said in (
+        ({"transparent": True}, "transparent is True for a film without a file, a .mp4; allowed: .*webm"),
+        ({"transparent": True, "path": tmp_path / "a.mp4"}, "transparent is True for a .mp4; allowed: .*webm"),
+        ({"fps": 1e6}, "fps is 1e.06, which makes"),
+        ({"size": (16, 16)}, r"size is \(16, 16\); allowed: at least 96 pixels"),
+        ({"size": (99_999, 99_999)}, "at most 16384 pixels"),
+        ({"plots": "x"}, "plots is 'x'; allowed: True or False"),
+    ):
+        with pytest.raises(InputError, match=said):
+            run.film(**given)
+
+
+@pytest.mark.gl
+def test_names_may_have_any_case_and_begin_at_home(gl, run, tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    assert run.film("~/X.MP4", **SMALL).path == tmp_path / "X.MP4"
+    run.save("~/t.npz")
+    assert contarm_sim.load("~/t.npz") == run == contarm_sim.Trajectory.load("~/t.npz")
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["X.MP4", "t.npz"]
+    for bad in (3, "~nobody-here/t.npz", "a\0.npz"):
+        with pytest.raises(InputError, match="path"):
+            run.save(bad)
+        with pytest.raises(InputError, match="path"):
+            contarm_sim.load(bad)
+
+
+def test_who_waits_is_told(monkeypatch, capsys):
+    monkeypatch.setattr(places, "PATIENCE", 0.0)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    show = places.told(None)
+    show(1, 3)
+    show(3, 3)
+    assert [words.strip() for words in capsys.readouterr().err.split("\r")] == [
+        "",
+        *["filming: 1 of 3 frames"] * 2,
+        "",
+        "",
+    ]
+
+
+def test_a_report_of_a_stopped_motion_says_where_it_stopped(run):
+    report = replace(run.first(50), status="interrupted").report()
+    assert "It was stopped at 0.49\u00a0s; all numbers" in report.page
+    assert "interrupted at 0.49 s" in repr(report)
+    assert report.summary["duration"] is None
 
 
 def test_a_report_leaves_what_a_run_leaves(run, folder):
@@ -155,8 +207,9 @@ def test_reports_that_cannot_be_are_refused(run, tmp_path):
     for samples in (rest, run.first(1), run.first(0)):
         with pytest.raises(InputError, match="trajectory"):
             samples.report(tmp_path / "x")
-    with pytest.raises(InputError, match="name"):
-        run.report(name=3)
+    for name, value in (("name", 3), ("film", "x.mp4"), ("on_frame", 3), ("controller", 3), ("controller", "foo")):
+        with pytest.raises(InputError, match=f"^{name} is "):
+            run.report(**{name: value})
     assert not list(tmp_path.iterdir())
 
 
@@ -169,6 +222,16 @@ def test_what_no_run_left_is_refused_in_one_line(folder, tmp_path):
         with pytest.raises(InputError) as error:
             contarm_sim.load(bad)
         assert len(str(error.value).splitlines()) == 1
+
+
+def test_it_says_which_file_is_missing_and_that_the_folder_is_wanted(folder, tmp_path):
+    with pytest.raises(InputError, match="allowed: the folder that it is in"):
+        contarm_sim.load(folder / "summary.json")
+    part = tmp_path / "part"
+    shutil.copytree(folder, part)
+    (part / "arm.toml").unlink()
+    with pytest.raises(InputError, match=r"part', which has no arm\.toml"):
+        contarm_sim.load(part)
 
 
 def test_it_opens_without_the_engine(folder):

@@ -255,4 +255,5 @@ def test_without_dm_control_one_line_says_so_and_nothing_else_breaks():
             print(error)"""
     done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True)
     assert "needs dm-control 1.0.50" in done.stdout
+    assert "pip install dm-control==1.0.50" in done.stdout
     assert done.stdout.count("\n") == 1

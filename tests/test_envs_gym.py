@@ -491,3 +491,19 @@ def test_wrong_seeds_and_options_are_refused_and_a_closed_vector_is_closed():
     for call in (many.reset, lambda: many.step(np.zeros((2, 2)))):
         with pytest.raises(InputError, match="after close"):
             call()
+
+
+@pytest.mark.parametrize(
+    ("module", "missing", "extra"),
+    [("gym", "gymnasium", "gym"), ("vector", "gymnasium", "gym"), ("sb3", "stable_baselines3", "train")],
+)
+def test_without_its_library_it_says_what_to_install(module, missing, extra):
+    code = f"""if True:
+        import sys
+        sys.modules[{missing!r}] = None
+        try:
+            import contarm_sim.envs.{module}
+        except ImportError as error:
+            print(error)"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.endswith(f"is not installed; get it with: pip install '.[{extra}]'\n")

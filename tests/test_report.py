@@ -172,7 +172,7 @@ def test_an_interrupted_run_says_so_first_and_how_much_there_is(tmp_path):
     report.write_page(tmp_path, report.summary | given | {"interrupted": True, "verdict": "interrupted"})
     text = (tmp_path / "report.html").read_text()
     assert text.index("This run was interrupted.") < text.index("The simulation is")
-    assert "It was recorded until 1.00\u00a0s of 4\u00a0s" in text
+    assert "It was stopped at 1.00\u00a0s of 4\u00a0s" in text
     assert "No film: interrupted. <code>contarm render RUN</code>, where RUN is this folder, draws one." in text
 
 

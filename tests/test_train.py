@@ -141,9 +141,7 @@ def test_without_the_extra_one_line_says_what_to_install(tmp_path):
         runpy.run_path({str(SCRIPT)!r}, run_name="__main__")"""
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 2
-    assert done.stderr == (
-        "train.py: stable-baselines3 is not installed; get it with: pip install 'contarm-sim[train]'\n"
-    )
+    assert done.stderr == ("train.py: stable-baselines3 is not installed; get it with: pip install '.[train]'\n")
     assert not list(tmp_path.iterdir())
 
 

@@ -130,5 +130,5 @@ def test_datasets(run):
 
 def test_without_the_libraries_it_says_what_to_install(run, monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(MissingError, match=r"contarm-sim\[tables\]"):
+    with pytest.raises(MissingError, match=r"pip install .\.\[tables\]"):
         run.to_dataframe()

@@ -2,10 +2,13 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+from contarm_sim.model.arm import Arm
 from contarm_sim.view.live import server
 from contarm_sim.view.live.pace import LEAST, MOST, Pace
+from contarm_sim.view.live.plots import Plots
 from contarm_sim.view.live.wishes import Wishes
 
 
@@ -50,7 +53,9 @@ def run(monkeypatch, tick, picture, seconds):
     panel = SimpleNamespace(paused=False, speed=1.0, note=lambda: None)
     panel.show = lambda pace, thinning: said.append((pace, thinning))
     viewers = SimpleNamespace(get_clients=lambda: {1: 0})
-    page = SimpleNamespace(panel=panel, wishes=Wishes(), scene=SimpleNamespace(show=show), server=viewers)
+    page = SimpleNamespace(
+        panel=panel, wishes=Wishes(), scene=SimpleNamespace(show=show, note=lambda: None), server=viewers
+    )
     with pytest.raises(OverError):
         server._loop(session, page)
     return session.time, shown, said
@@ -98,3 +103,21 @@ def test_many_tries_that_fail_become_rare():
         if pace.rate > before:
             raised.append(now)
     assert raised[-1] - raised[-2] > 5 * (raised[1] - raised[0])
+
+
+def test_a_curve_of_fewer_points_keeps_its_peaks_and_does_not_change_as_it_moves_on():
+    pytest.importorskip("viser")
+    cards = [SimpleNamespace() for _ in range(3)]
+    left = iter(cards)
+    plots = Plots(SimpleNamespace(add_uplot=lambda *given, **more: next(left)), Arm())
+    before = {}
+    for k in range(120):
+        error = 9e-3 if k == 47 else 1e-3
+        plots.note(SimpleNamespace(time=0.0501 * k, error=error, tensions=np.ones(3), pressures=np.ones(3)))
+        plots.show(thinning=4)
+        times, errors = cards[0].data
+        kept = dict(zip(times.tolist(), errors.tolist(), strict=True))
+        assert k < 47 or max(kept.values()) == pytest.approx(9.0)
+        assert len(kept) <= k // 4 + 2
+        assert all(kept.get(when) == what for when, what in before.items() if when < 0.0501 * (k - 4))
+        before = kept

@@ -12,12 +12,16 @@ from __future__ import annotations
 
 import functools
 import importlib.util
+import sys
 from collections import OrderedDict
 from collections.abc import Mapping
 from typing import Any
 
 if importlib.util.find_spec("dm_control") is None:
-    raise ImportError("contarm_sim.envs.dm needs dm-control 1.0.50, which installs on Python 3.11 and 3.12 only")
+    how = (
+        "get it with: pip install dm-control==1.0.50" if sys.version_info < (3, 13) else "there is none for this Python"
+    )
+    raise ImportError(f"contarm_sim.envs.dm needs dm-control 1.0.50, for Python 3.11 and 3.12; {how}")
 
 import dm_env
 import numpy as np

@@ -5,14 +5,20 @@ Observations are flat, of float64; `state` and each task have tables of what the
 at their time limit and never terminated. `info` has `error` [m] and `success`; at the end that is the verdict.
 
 Importing this module registers them; so does a name with the module in front, which needs no import:
-`gymnasium.make("contarm_sim.envs.gym:contarm/Reach-v0")`. Needs the extra: pip install contarm-sim[gym].
+`gymnasium.make("contarm_sim.envs.gym:contarm/Reach-v0")`. Needs the extra: pip install '.[gym]'.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from importlib.util import find_spec
 from typing import Any
+
+from contarm_sim.errors import MissingError
+
+if find_spec("gymnasium") is None:
+    raise MissingError("gymnasium", "gym")
 
 import gymnasium
 import numpy as np

@@ -6,8 +6,10 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
+from contarm_sim.view.rendering import BROADEST
 from contarm_sim.view.rendering.cameras import check_camera
 from contarm_sim.view.rendering.window import has_display
 
@@ -28,7 +30,7 @@ class Sight:
         camera: front, side, top, orbit (one turn an episode) or tip (follows it).
 
     Raises:
-        InputError: a size that is no positive whole number, or an unknown camera.
+        InputError: a size that is no positive whole number, or larger than anything draws, or an unknown camera.
     """
 
     width: int = 640
@@ -39,6 +41,9 @@ class Sight:
         from contarm_sim.view.rendering.formats import check_size
 
         check_size(self.width, self.height)
+        for name in ("width", "height"):
+            if getattr(self, name) > BROADEST:
+                raise InputError(name, getattr(self, name), f"at most {BROADEST} pixels")
         check_camera(self.camera)
 
 

@@ -7,13 +7,21 @@
 
 An arm whose episode ends is reset in the same step, as stable-baselines3 has it: the step returns the first observation
 of the next episode, and `infos` the last one of the old (`terminal_observation`). Episodes are cut off by time, so
-`TimeLimit.truncated` is always true then. Needs the extra: pip install contarm-sim[train].
+`TimeLimit.truncated` is always true then. Needs the extra: pip install '.[train]'.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib.util import find_spec
 from typing import Any
+
+from contarm_sim.errors import MissingError
+
+if find_spec("stable_baselines3") is None:
+    raise MissingError("stable-baselines3", "train")
+if find_spec("gymnasium") is None:
+    raise MissingError("gymnasium", "gym")
 
 import numpy as np
 from stable_baselines3.common.vec_env import VecEnv

@@ -7,7 +7,13 @@ default, NEXT_STEP: the step after an episode's end ignores that arm's action, r
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
 from typing import Any
+
+from contarm_sim.errors import MissingError
+
+if find_spec("gymnasium") is None:
+    raise MissingError("gymnasium", "gym")
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from contarm_sim.brevity import Told
 from contarm_sim.model.law import MuscleLaw
 from contarm_sim.model.parameters import number
 
 
-@dataclass(frozen=True, kw_only=True)
-class Ideal(MuscleLaw):
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Ideal(Told, MuscleLaw):
     """A muscle without mass, stiffness or friction: driven by tension, it pulls with its control, within limits.
 
     Driven by length it has the length servo that other muscles have.

@@ -6,6 +6,7 @@ import difflib
 from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
+from contarm_sim.brevity import Told
 from contarm_sim.errors import InputError
 from contarm_sim.model.parameters import LARGEST, Vector, as_number, as_numbers
 
@@ -26,8 +27,8 @@ def _vector(value: Any, size: int | None, name: str) -> tuple[float, ...]:
     return vector
 
 
-@dataclass(frozen=True, kw_only=True)
-class Wrench:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Wrench(Told):
     """A dead force [N] and couple [N m], fixed in the base frame, on the backbone at normalised arc length xi.
 
     Raises:
@@ -46,8 +47,8 @@ class Wrench:
             object.__setattr__(self, name, _vector(getattr(self, name), 3, f"wrench.{name}"))
 
 
-@dataclass(frozen=True, kw_only=True)
-class Muscles:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Muscles(Told):
     """How the muscles are driven.
 
     Attributes:
@@ -74,8 +75,8 @@ class Muscles:
             raise InputError(f"muscles {self.kind}", self.values, f"0 or more {unit}")
 
 
-@dataclass(frozen=True, kw_only=True)
-class Load:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Load(Told):
     """What acts on an arm besides its own weight and payload; vectors in the base frame, SI units.
 
     Attributes:

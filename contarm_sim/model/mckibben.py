@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from contarm_sim.brevity import Told
 from contarm_sim.errors import InputError
 from contarm_sim.model.parameters import check_numbers, number
 from contarm_sim.model.pneumatic_law import PneumaticLaw
@@ -15,8 +16,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-@dataclass(frozen=True, kw_only=True)
-class McKibben(PneumaticLaw):
+@dataclass(frozen=True, kw_only=True, repr=False)
+class McKibben(Told, PneumaticLaw):
     """One braided pneumatic muscle (PMA) and the length servo that stands for its valve and controller.
 
     Raises:

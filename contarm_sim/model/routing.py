@@ -7,6 +7,7 @@ import operator
 from dataclasses import dataclass, field
 from typing import Literal, get_args
 
+from contarm_sim.brevity import Told
 from contarm_sim.errors import InputError
 from contarm_sim.model.parameters import LARGEST, as_numbers, check_numbers, number
 
@@ -36,8 +37,8 @@ def coinciding(points: tuple[tuple[float, float], ...], *others: tuple[float, fl
     return None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Routing:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Routing(Told):
     """The muscles of one section, on a circle about the backbone. They end at the end of the section.
 
     Attributes:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from contarm_sim.display import call, differing
+from contarm_sim.brevity import call, differing
 
 if TYPE_CHECKING:
     from contarm_sim.model.arm import Arm

@@ -6,6 +6,7 @@ import math
 import operator
 from dataclasses import dataclass, field
 
+from contarm_sim.brevity import Told
 from contarm_sim.errors import InputError
 from contarm_sim.model.parameters import check_numbers, number
 
@@ -29,8 +30,8 @@ below and b above it does so by a b/(2 h) beta^2. Both are the same for a b = h^
 """
 
 
-@dataclass(frozen=True, kw_only=True)
-class Section:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Section(Told):
     """One inextensible section. SI units, checked at construction.
 
     Raises:

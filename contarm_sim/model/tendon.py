@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from contarm_sim.brevity import Told
 from contarm_sim.errors import InputError
 from contarm_sim.model.law import MuscleLaw
 from contarm_sim.model.parameters import check_numbers, number
 
 
-@dataclass(frozen=True, kw_only=True)
-class Tendon(MuscleLaw):
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Tendon(Told, MuscleLaw):
     """A cable along the arm, wound up at its start; driven by the length that is wound out, or by its tension.
 
     Driven by length, its tension is pretension + (stiffness/L) (l - L - control): l is its length, L that in the

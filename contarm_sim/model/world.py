@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from contarm_sim.brevity import Told
 from contarm_sim.errors import InputError
 from contarm_sim.model.parameters import Quaternion, Vector, check_numbers, check_vector, number
 
 
-@dataclass(frozen=True, kw_only=True)
-class World:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class World(Told):
     """Gravity, base and payload. SI units, vectors in the base frame, checked at construction.
 
     Raises:

@@ -48,6 +48,9 @@ class Path:
     duration: float
     even: bool = True
 
+    def __repr__(self) -> str:
+        return f"Path({self.name}, {self.duration:g} s{'' if self.even else ', its own timing'})"
+
     def targets(self, rate: float) -> tuple[Array, Array]:
         """Return (times [s], shape (T,); targets [m], shape (T, 3)) at `rate` [Hz], both ends included."""
         _require("rate", rate, 0, FASTEST, f"more than 0 and at most {FASTEST:g} Hz")

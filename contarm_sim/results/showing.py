@@ -51,7 +51,8 @@ class Showing(Shown):
             captions: the words along the top.
             plain: the arm alone, without words, plots and anything drawn over it.
             transparent: neither floor nor sky nor shadow, words and plots; for .mov, .webm and .webp.
-            on_frame: called with the number of frames drawn and their total.
+            on_frame: called with the number of frames drawn and their total; default a line on a terminal or in a
+                notebook.
 
         Raises:
             InputError: a value that cannot be used, or a place that cannot be written to.
@@ -75,8 +76,8 @@ class Showing(Shown):
                 A folder that a run left is filled anew.
             name: of the motion, for the title.
             film: whether the motion is filmed too.
-            controller: what drove the arm, if it was of your own.
-            on_frame: called with the number of frames drawn and their total.
+            controller: what drove the arm, if it was of your own, or a name.
+            on_frame: as of `film`.
 
         Raises:
             InputError: poses at rest, fewer than two samples, or a folder that holds something else.

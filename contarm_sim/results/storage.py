@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from contarm_sim.errors import InputError
+from contarm_sim.inputs import as_path, quoted
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import arm_from_dict, arm_to_dict
 from contarm_sim.results.arrays import RECORDING, SHAPES, read_arrays, require_arms_own
@@ -24,14 +25,15 @@ _KINDS: dict[str, Any] = {
 """What a trajectory says of itself beside its arm and its arrays."""
 
 
-def write(trajectory: Trajectory, path: Path) -> None:
+def write(trajectory: Trajectory, given: str | Path) -> None:
     """Write a trajectory.
 
     Raises:
         InputError: a name that does not end in .npz, a folder that is not there, or a disk that does not take it.
     """
-    if path.suffix != ".npz":
-        raise InputError("path", path, "a name that ends in .npz")
+    path = as_path("path", given, "a name that ends in .npz")
+    if path.suffix.lower() != ".npz":
+        raise InputError("path", quoted(path), "a name that ends in .npz")
     about = {name: getattr(trajectory, name) for name in _KINDS} | {"arm": arm_to_dict(trajectory.arm)}
     arrays = {name: getattr(trajectory, name) for name in (*ARRAYS, *OPTIONAL)}
     arrays = {name: array for name, array in arrays.items() if array is not None}
@@ -41,19 +43,20 @@ def write(trajectory: Trajectory, path: Path) -> None:
     except OSError as error:
         if error.errno == errno.ENOSPC:
             raise
-        raise InputError("path", f"{path} ({error.strerror})", "a file that can be written") from error
+        raise InputError("path", f"{quoted(path)} ({error.strerror})", "a file that can be written") from error
 
 
-def read(path: Path) -> Trajectory:
+def read(given: str | Path) -> Trajectory:
     """Return a trajectory that `write` wrote.
 
     Raises:
         InputError: not such a file, or arrays that do not fit together or hold what is not a number.
     """
+    path = as_path("path", given, RECORDING)
     arrays, text = read_arrays(path, SHAPES, optional=OPTIONAL)
-    arm, given = _about(text, str(path))
+    arm, told = _about(text, str(path))
     require_arms_own(arm, arrays, str(path))
-    return Trajectory(arm=arm, **(given | arrays))
+    return Trajectory(arm=arm, **(told | arrays))
 
 
 def _about(text: str | None, where: str) -> tuple[Arm, dict[str, Any]]:

@@ -166,7 +166,7 @@ class Trajectory(ReadOnly, Showing):
         """
         from contarm_sim.results.storage import write
 
-        write(self, Path(path))
+        write(self, path)
 
     @classmethod
     def load(cls, path: str | Path) -> Trajectory:
@@ -177,7 +177,7 @@ class Trajectory(ReadOnly, Showing):
         """
         from contarm_sim.results.storage import read
 
-        return read(Path(path))
+        return read(path)
 
     def to_dataframe(self) -> Any:
         """Return a pandas DataFrame with one row a sample; units are in the columns' names. Needs pandas.

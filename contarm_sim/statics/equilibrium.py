@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from contarm_sim.brevity import brief
 from contarm_sim.engine.models import structure
 from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.errors import InputError, expect
@@ -60,6 +61,11 @@ class Equilibrium(Solution):
     held: bool | None
     seconds: float
     qpos: Array
+
+    def __repr__(self) -> str:
+        tip = ", ".join(f"{x:.4g}" for x in self.tip)
+        pulled = f", tensions {brief(self.muscle_tensions)} N" if len(self.muscle_tensions) else ""
+        return f"Equilibrium({'stable' if self.stable else 'NOT stable'}, tip ({tip}) m{pulled})"
 
     @property
     def tip(self) -> Array:

@@ -78,6 +78,12 @@ class Stiffness(Shown):
     directions: tuple[str, ...]
     arm: Arm
 
+    def __repr__(self) -> str:
+        ends = zip(self.directions, self.rows[0].simulated_n_per_m, self.rows[-1].simulated_n_per_m, strict=True)
+        said = ", ".join(f"{name} {low:.3g} to {high:.3g} N/m" for name, low, high in ends)
+        bends = " and ".join(f"{np.degrees(np.hypot(*bend)):.3g}" for bend in self.bend.reshape(-1, 2))
+        return f"Stiffness(tip at {bends} deg, by co-contraction, simulated: {said}; {len(self.rows)} levels)"
+
 
 def stiffness(arm: Arm, bend: Array, levels: int = 6, track: Track = quietly) -> Stiffness:
     """Hold a bend [rad], shape (2,), without gravity and payload, and raise co-contraction from the least to the most.

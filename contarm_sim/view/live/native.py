@@ -17,7 +17,7 @@ from contarm_sim.mechanics.shape import bends_of
 from contarm_sim.mjcf import scene_spec
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.live.session import Session
-from contarm_sim.view.rendering.draw import TARGET
+from contarm_sim.view.rendering.draw import ASKED
 from contarm_sim.view.rendering.ghost import GHOST
 from contarm_sim.view.rendering.overlays import add_ball, add_line, placed
 from contarm_sim.view.rendering.window import window
@@ -85,8 +85,8 @@ def _draw_over(session: Session, data: Any, scene: Any) -> None:
     if len(arm.sections) == 1:
         _, plane = arc.to_polar(reading.goal)
         meridian = arc.from_polar(np.linspace(0.0, LARGEST_BEND, 49), plane)
-        add_line(scene, placed(base, arc.position(meridian, arm.length)), 1.5, TARGET)
-    add_ball(scene, placed(base, shape.position(reading.goal, arm)), 0.02 * arm.length, TARGET)
+        add_line(scene, placed(base, arc.position(meridian, arm.length)), 1.5, ASKED)
+    add_ball(scene, placed(base, shape.position(reading.goal, arm)), 0.02 * arm.length, ASKED)
 
 
 def _said(session: Session, paused: bool, chosen: int) -> tuple[str, str]:

@@ -28,6 +28,7 @@ class Plots:
     def __init__(self, gui: Any, arm: Arm) -> None:
         self._groups, self._length = slices(arm), arm.length
         self._several = len(arm.sections) > 1
+        self._count = 0
         self._points: deque[tuple[float, ...]] = deque(maxlen=round(_SHOWN / _EVERY))
         self._rows: list[slice] = []
         self._plots: list[Any] = []
@@ -70,12 +71,20 @@ class Plots:
         pressures = np.where(np.isfinite(reading.pressures), 1e-3 * reading.pressures, np.nan)
         if self._several:
             pressures = np.array([pressures[own].max() for own in self._groups])
+        self._count += 1
         self._points.append((reading.time, 1e3 * reading.error, *reading.tensions, *pressures))
 
     def show(self, thinning: int = 1) -> None:
-        """Draw one of so many points; the newest is among them."""
+        """Draw one of so many points, the one with the largest error, and the newest.
+
+        Points are picked by when they came, so that a curve does not change as it moves on.
+        """
         if self._points:
-            points: Array = np.array(self._points)[::-thinning][::-1].T
+            points: Array = np.array(self._points)
+            numbers = self._count - len(points) + np.arange(len(points))
+            groups = np.split(np.arange(len(points)), np.flatnonzero(np.diff(numbers // thinning)) + 1)
+            picked = [group[points[group, 1].argmax()] for group in groups]
+            points = points[np.unique([*picked, len(points) - 1])].T
             for plot, rows in zip(self._plots, self._rows, strict=True):
                 plot.data = (points[0], *points[rows])
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mjcf.scene import add_scene, base_rotation
+from contarm_sim.mjcf.scene import KEY, add_scene, base_rotation
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.live.shapes import as_bytes, faces
 from contarm_sim.view.sections import reachable_tips
@@ -28,7 +28,7 @@ _ASPECT = 0.78
 _TOWARDS = np.array([0.52, -0.80, 0.30])
 
 
-_SLANT = np.array([-0.35, -0.2])
+_SLANT = np.array(KEY[:2]) / -KEY[2]
 """How far a shadow falls aside for every metre of height."""
 
 _ROUND = np.stack([np.cos(turn := np.linspace(0, 2 * np.pi, 48, endpoint=False)), np.sin(turn)], axis=1)

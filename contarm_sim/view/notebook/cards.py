@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.display import brief
+from contarm_sim.brevity import brief
 from contarm_sim.kinematics import arc
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
@@ -112,10 +112,10 @@ def _comparison(found: Any) -> str:
     rows = []
     for name in _PARTS:
         sizes = 1e3 * getattr(found, name)
-        rows.append([name.replace("_", " "), f"{sizes.max():.3f}", f"{np.sqrt(np.mean(sizes**2)):.3f}"])
+        rows.append([f"{name.replace('_', ' ')} [mm]", f"{sizes.max():.3f}", f"{np.sqrt(np.mean(sizes**2)):.3f}"])
     degrees = np.degrees(found.orientation_error)
     rows.append(["orientation error [°]", f"{degrees.max():.3f}", f"{np.sqrt(np.mean(degrees**2)):.3f}"])
-    columns = ["distance [mm]", "largest", "root mean square"]
+    columns = ["", "largest", "root mean square"]
     title = f"Comparison of {len(found.tip_error)} samples with the closed forms"
     said = "tip error, sample by sample"
     return card(title, grid(columns, rows), f"{curve(found.tip_error, said)}<br><small>{said}</small>")

@@ -11,6 +11,7 @@ from contarm_sim.model.colours import muscle_hex
 from contarm_sim.results.compare import compare
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.colours import ERROR
+from contarm_sim.view.notebook.places import check_switches
 from contarm_sim.view.prints import WIDTHS
 from contarm_sim.view.report.budget import draw_budget
 from contarm_sim.view.report.run_figures import draw_muscles, draw_path
@@ -20,6 +21,7 @@ from contarm_sim.view.style import Sheet, drawn
 
 def plot(samples: Trajectory, figure: str = "overview", width: Any = "page", titles: bool = True) -> Sheet:
     """Return a figure of a trajectory, see `Trajectory.plot`."""
+    check_switches(titles=titles)
     if not isinstance(figure, str) or figure not in FIGURES:
         raise InputError("figure", repr(figure), ", ".join(FIGURES))
     if width not in WIDTHS:

@@ -14,9 +14,11 @@ from typing import Any
 
 from contarm_sim.errors import InputError
 from contarm_sim.files import appearing
+from contarm_sim.inputs import as_path, quoted
 from contarm_sim.model.parameters import as_number
 from contarm_sim.results.trajectory import Trajectory
-from contarm_sim.view.notebook.places import as_path
+from contarm_sim.view.notebook.places import check_progress, check_switches, check_writable, not_written, told
+from contarm_sim.view.rendering import BROADEST
 from contarm_sim.view.rendering.encode import CODECS, shrunk
 from contarm_sim.view.rendering.film import Progress
 from contarm_sim.view.rendering.formats import SIZES, SMALL, USUAL, usual_fps
@@ -28,6 +30,13 @@ LARGEST = 2_500_000
 
 MOST_FRAMES = 10_000
 """Most frames of a film: six minutes at 30 a second take an hour to draw."""
+
+SMALLEST = 96
+"""Shortest side of a film with words or plots [pixels]."""
+
+_FAST = 60.0  # frames per second that no screen needs more than
+_CLEAR = (*(suffix for suffix, codec in CODECS.items() if codec.clear is not None), ".webp")
+"""Endings of films whose edges may be transparent."""
 
 _SMALL = 360
 """Height of a film that was made smaller to fit [pixels]."""
@@ -68,7 +77,7 @@ class Film:
             with appearing(target) as scratch:
                 scratch.write_bytes(self.content)
         except OSError as error:
-            raise InputError("path", f"{target} ({error.strerror})", "a file that can be written") from error
+            raise not_written(target, error) from error
 
     def __repr__(self) -> str:
         where = "" if self.path is None else f", {self.path}"
@@ -94,20 +103,33 @@ def film(
     transparent: bool = False, on_frame: Progress | None = None,
 ) -> Film:  # fmt: skip
     """Film a trajectory, see `Trajectory.film`."""
+    check_switches(plots=plots, captions=captions, plain=plain, transparent=transparent)
+    check_progress(on_frame)
     target = None if path is None else _target(path, tuple(WRITERS))
-    suffix = ".mp4" if target is None else target.suffix
+    suffix = ".mp4" if target is None else target.suffix.lower()
+    if transparent and suffix not in _CLEAR:
+        given = "True for a film without a file, a .mp4" if target is None else f"True for a {suffix}"
+        raise InputError("transparent", given, f"a path that ends in {' or '.join(_CLEAR)}")
     width, height = _size(size, SMALL if target is None else SIZES[USUAL])
     rate = fps if fps is not None else usual_fps(suffix, samples.moving, small=target is None)
     _refuse_too_long(samples, rate, speed)
     look = Look(width, height, camera, plots=plots, captions=captions, transparent=transparent)
-    shot = Shot(samples, look.plain() if plain else look, rate, speed).checked()
+    look = look.plain() if plain else look
+    shot = Shot(samples, look, rate, speed).checked()
+    if (look.captions or look.plots) and not transparent and min(width, height) < SMALLEST:
+        raise InputError("size", (width, height), f"at least {SMALLEST} pixels a side; plain=True is for smaller ones")
+    if target is not None:
+        check_writable(target)
     with TemporaryDirectory() as folder:
         made = Path(folder) / f"film{suffix}"
-        WRITERS[suffix](shot, made, on_frame)
+        WRITERS[suffix](shot, made, told(on_frame))
         seconds = shot.count / rate
         if target is not None:
-            with appearing(target) as scratch:
-                shutil.copyfile(made, scratch)
+            try:
+                with appearing(target) as scratch:
+                    shutil.copyfile(made, scratch)
+            except OSError as error:
+                raise not_written(target, error) from error
         return Film(made.read_bytes(), suffix, (width, height), seconds, target, _shown(made, height, seconds))
 
 
@@ -133,7 +155,8 @@ def _refuse_too_long(samples: Trajectory, fps: Any, speed: Any) -> None:
             raise InputError(name, value, "a positive number")
     frames = (samples.time[-1] - samples.time[0]) * fps / speed if len(samples) else 0.0
     if frames > MOST_FRAMES:
-        raise InputError("speed", f"{speed:g}, which makes {frames:.0f} frames", f"at most {MOST_FRAMES:,} frames")
+        name, value = ("fps", fps) if fps > _FAST else ("speed", speed)
+        raise InputError(name, f"{value:g}, which makes {frames:.0f} frames", f"at most {MOST_FRAMES:,} frames")
 
 
 def _size(given: Any, usual: tuple[int, int]) -> tuple[int, int]:
@@ -141,6 +164,8 @@ def _size(given: Any, usual: tuple[int, int]) -> tuple[int, int]:
         return usual
     if isinstance(given, str) or not isinstance(given, Sequence) or len(given) != 2:
         raise InputError("size", given, "width and height [pixels], such as (1280, 720)")
+    if any(isinstance(side, int) and side > BROADEST for side in given):
+        raise InputError("size", tuple(given), f"at most {BROADEST} pixels a side")
     return given[0], given[1]
 
 
@@ -152,8 +177,12 @@ def _target(path: str | Path, suffixes: tuple[str, ...]) -> Path:
     """
     allowed = f"a name that ends in {' or '.join(suffixes)}"
     target = as_path("path", path, allowed)
-    if target.suffix not in suffixes:
-        raise InputError("path", str(path), allowed)
-    if not target.parent.is_dir() or target.is_dir():
-        raise InputError("path", str(path), "a file in an existing folder")
+    if target.suffix.lower() not in suffixes:
+        raise InputError("path", quoted(target), allowed)
+    try:
+        there = target.parent.is_dir() and not target.is_dir()
+    except OSError:  # a name too long
+        there = False
+    if not there:
+        raise InputError("path", quoted(target), "a file in an existing folder")
     return target

@@ -10,10 +10,12 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from contarm_sim.control.base import Controller
+from contarm_sim.control.registry import controller as resolved
 from contarm_sim.errors import InputError, expect
 from contarm_sim.files import appearing
+from contarm_sim.inputs import as_path, quoted
 from contarm_sim.results.trajectory import Trajectory
-from contarm_sim.view.notebook.places import as_path
+from contarm_sim.view.notebook.places import check_progress, check_switches, not_written, told
 from contarm_sim.view.rendering.film import Progress
 from contarm_sim.view.report.output import OutputFolder, check_output, to_json
 from contarm_sim.view.report.run import RunReport
@@ -50,16 +52,18 @@ class Report:
         allowed = "a name that ends in .html, in an existing folder"
         target = as_path("path", path, allowed)
         if target.suffix != ".html" or not target.parent.is_dir():
-            raise InputError("path", str(path), allowed)
+            raise InputError("path", quoted(target), allowed)
         try:
             with appearing(target) as scratch:
                 scratch.write_text(self.page, encoding="utf-8")
         except OSError as error:
-            raise InputError("path", f"{target} ({error.strerror})", "a file that can be written") from error
+            raise not_written(target, error) from error
 
     def __repr__(self) -> str:
-        said = "\n  ".join(f"{name}: {words}" for name, words in verdict_lines(self.summary))
-        return f"Report({'not written' if self.folder is None else self.folder}\n  {said})"
+        said = [f"{name}: {words}" for name, words in verdict_lines(self.summary)]
+        if self.summary["interrupted"]:
+            said.insert(0, f"interrupted at {(self.summary['samples'] - 1) / self.summary['rate']:.2f} s")
+        return "\n  ".join([f"Report({'not written' if self.folder is None else self.folder}", *said]) + ")"
 
     def _repr_html_(self) -> str:
         frame = f'<iframe title="{escape(in_short(self.summary))}" sandbox="allow-scripts" srcdoc="{escape(self.page)}"'
@@ -68,22 +72,26 @@ class Report:
 
 def report(
     samples: Trajectory, folder: str | Path | None = None, *, name: str = "motion", film: bool = False,
-    controller: Controller | None = None, on_frame: Progress | None = None,
+    controller: str | Controller | None = None, on_frame: Progress | None = None,
 ) -> Report:  # fmt: skip
     """Judge a motion and report it, see `Trajectory.report`."""
     expect("name", name, str)
+    check_switches(film=film)
+    check_progress(on_frame)
     if not samples.moving or len(samples) < 2:
         what = "poses at rest" if not samples.moving else f"{len(samples)} samples"
         raise InputError("trajectory", what, "a motion of two samples or more")
     target = None if folder is None else _target(as_path("folder", folder, _ALLOWED))
-    job = RunReport(samples, controller=controller)
+    job = RunReport(samples, controller=None if controller is None else resolved(controller))
     summary = job.told(name, command="from Python; trajectory.npz holds the arm, its targets and its samples")
+    if samples.status == "interrupted":
+        summary["duration"] = None  # a recording does not know how long it was to be
     with TemporaryDirectory() as made:
         place = Path(made)
         job.write(place)
         job.draw(place)
         if film:
-            summary["video"] = job.film(place, on_frame or (lambda done, total: None))
+            summary["video"] = job.film(place, told(on_frame))
         (place / "summary.json").write_text(to_json(summary) + "\n")
         job.write_page(place, summary)
         page = (place / "report.html").read_text(encoding="utf-8")

@@ -2,3 +2,6 @@
 
 `gl` finds a GL library, `draw` makes pictures, `video` makes films of a simulation.
 """
+
+BROADEST = 16_384
+"""Longest side of a picture [pixels]: OpenGL draws no longer ones."""

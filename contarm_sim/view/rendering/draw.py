@@ -39,7 +39,6 @@ Pixels = NDArray[np.uint8]
 ASKED: Colour = (*rgb(colours.TARGET), 1.0)
 """The planned path of the tip, and the target of a moment."""
 
-TARGET = ASKED  # view/live imports this name
 
 _NEAREST = 0.05
 """Distance before which nothing is drawn, in extents of the model: what lies on the floor needs exact depths."""

@@ -52,11 +52,12 @@ def standings(summary: dict[str, Any]) -> list[Standing]:
 def _cut_short(summary: dict[str, Any]) -> list[Standing]:
     if not summary["interrupted"]:
         return []
-    end = (summary["samples"] - 1) / summary["rate"]
-    whole = end >= summary["duration"] - 0.5 / summary["rate"]
-    text = "The motion is whole; not all of its checks are." if whole else (
-        f"It was recorded until {end:.2f} s of {summary['duration']:g} s; all numbers are about that part."
-    )  # fmt: skip
+    end, whole = (summary["samples"] - 1) / summary["rate"], summary["duration"]
+    if whole is not None and end >= whole - 0.5 / summary["rate"]:
+        text = "The motion is whole; not all of its checks are."
+    else:
+        of_whole = "" if whole is None else f" of {whole:g} s"
+        text = f"It was stopped at {end:.2f} s{of_whole}; all numbers are about that part."
     return [Standing("note", "This run was interrupted.", text)]
 
 

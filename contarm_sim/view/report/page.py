@@ -45,7 +45,7 @@ def write_page(folder: Path, samples: Trajectory, comparison: Comparison, summar
         "run.html.j2",
         arm,
         summary,
-        title=f"contarm run: {summary['path']}, {summary['duration']:g} s, controller {summary['controller']}",
+        title=_title(summary),
         headline=headline(summary),
         lead=lead(summary, arm),
         standings=standings(summary),
@@ -88,3 +88,9 @@ def _section_rows(comparison: Comparison, length: float) -> list[tuple[str, list
             found = spread(getattr(comparison, f"section_{name}")[:, number], length)
             rows.append((f"  {name}", [1e3 * found.max_m, 1e3 * found.rms_m, found.max_percent, found.rms_percent]))
     return rows
+
+
+def _title(summary: dict[str, Any]) -> str:
+    """Say what the run is of; how long it was to be is not always known."""
+    lasting = "" if summary["duration"] is None else f"{summary['duration']:g} s, "
+    return f"contarm run: {summary['path']}, {lasting}controller {summary['controller']}"
