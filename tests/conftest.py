@@ -50,3 +50,8 @@ def contarm(monkeypatch, capsys, tmp_path):
         return ended.value.code, printed.out, printed.err
 
     return call
+
+
+def pytest_collection_modifyitems(items):
+    """Begin with the file whose single test takes longest, so that no worker is left alone with it at the end."""
+    items.sort(key=lambda item: item.path.name != "test_view.py")

@@ -136,7 +136,7 @@ def test_the_first_beyond_is_found_whatever_follows():
     assert first_beyond(error, angles, error(angles) + 1.5, 1.0) == 0.0
 
 
-@pytest.mark.parametrize("arm", [ARM, replace(PRESETS["two"](), gravity=(3.0, 0.0, 9.0)), PRESETS["tendon"]()])
+@pytest.mark.parametrize("arm", [ARM, replace(PRESETS["two"](), gravity=(3.0, 0.0, 9.0))])
 def test_the_figure_has_no_faults_at_either_width(arm):
     answer = studies.trust(arm, planes=2)
     for width in ("column", "page"):

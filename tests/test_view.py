@@ -181,7 +181,7 @@ def test_two_browsers_steer_the_arm_and_may_leave():
             said += process.stdout.readline()
         url = json.loads(said)["url"]
         with browser() as chromium:
-            first, second = open_page(chromium, url, errors), open_page(chromium, url, errors, 900, 500)
+            first, second = open_page(chromium, url, errors, 900, 560), open_page(chromium, url, errors, 640, 400)
             for page in (first, second):
                 wait_for(lambda page=page: "Tip error" in _text(page))
             ring = _ring(first, Arm())
