@@ -530,13 +530,16 @@ def test_each_of_two_runs_is_on_its_own_side(gl, arm):
     """By the place of each target in the picture, beside the arm, not by the other run's film."""
     bent, asked = (np.zeros((2, 2)), np.full((2, 2), 0.4)), ([0.15, -0.1, 0.25], [0.2, 0.1, 0.1])
     runs = tuple(replace(samples_of(arm, bend), target=[place] * 2) for bend, place in zip(bent, asked, strict=True))
-    look = Look(640, 240, plots=False, captions=False, overlays=NOTHING)
-    with_target = replace(look, overlays=replace(NOTHING, target=True))
+    path = replace(NOTHING, path=True)  # it takes the same room with the target and without
+    look = Look(640, 240, plots=False, captions=False, overlays=path)
+    with_target = replace(look, overlays=replace(path, target=True))
     plain, drawn = (next(film_beside((runs[0], [1]), (runs[1], [1]), each)).astype(int) for each in (look, with_target))
     differs = changed(drawn, plain)
     for number, run in enumerate(runs):
         ball = np.argwhere(differs[:, 320 * number : 320 * number + 318])[:, ::-1] + 0.5
-        place = project(arm, run.target[1], 320, 240, extent=extent(*runs), frame=Frame(top=0.0, cards=(0.0, 0.0)))
+        place = project(
+            arm, run.target[1], 320, 240, extent=extent(*runs, ghost=False), frame=Frame(top=0.0, cards=(0.0, 0.0))
+        )
         assert np.linalg.norm(ball.mean(axis=0) - place) < 2
 
 
