@@ -96,7 +96,8 @@ def test_the_record_button_leaves_a_folder_and_ctrl_c_loses_nothing(tmp_path):
                 visitor.wait(lambda: _recorded(visitor.status) >= 0)
                 visitor.set("payload [g]", value=100)  # is not taken while it records
                 visitor.set("bend angle [deg]", value=40)
-                visitor.wait(lambda: _recorded(visitor.status) >= 1)
+                begun = _recorded(visitor.status)
+                visitor.wait(lambda begun=begun: _recorded(visitor.status) >= begun + 2)
                 if ended == "by hand":
                     visitor.set("Record", value=True)
                     before = visitor.time
