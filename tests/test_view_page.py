@@ -104,6 +104,7 @@ def test_the_scene_is_beside_the_controls_never_under_them(page):
 
 @needs_browser
 @pytest.mark.parametrize("page", ["light"], indirect=True)
+@pytest.mark.slow  # half a minute where a browser draws in software
 def test_another_arm_takes_the_place_of_the_one_before(page):
     for name in ("two sections", "three, nine tendons", "paper's, hanging, 100 g", "paper's arm"):
         choose(page, name)
