@@ -35,6 +35,18 @@ def typed(tmp_path_factory):
     return once
 
 
+@pytest.fixture(scope="session")
+def gl():
+    """Return the library that draws here; without one the test is skipped."""
+    from contarm_sim.errors import RenderingError
+    from contarm_sim.view.rendering.gl import choose_backend
+
+    try:
+        return choose_backend()
+    except RenderingError as error:
+        pytest.skip(str(error))
+
+
 @pytest.fixture
 def contarm(monkeypatch, capsys, tmp_path):
     """Run `contarm` in this process in a folder of its own; returns exit code, stdout and stderr."""

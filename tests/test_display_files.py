@@ -12,23 +12,14 @@ import pytest
 from references import along, resting
 
 import contarm_sim
-from contarm_sim.errors import InputError, RenderingError
+from contarm_sim.errors import InputError
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.motion.simulate import simulate
 from contarm_sim.view.notebook import films, places
-from contarm_sim.view.rendering.gl import choose_backend
 
 ARM = Arm(links=8, gravity=(0.0, 0.0, 9.81))
 SMALL = {"size": (160, 120), "fps": 5}
-
-
-@pytest.fixture(scope="session")
-def gl():
-    try:
-        return choose_backend()
-    except RenderingError as error:
-        pytest.skip(str(error))
 
 
 @pytest.fixture(scope="module")

@@ -9,18 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from contarm_sim.errors import RenderingError
-from contarm_sim.view.rendering.gl import choose_backend
-
 EXAMPLES = Path(__file__).parents[1] / "examples"
-
-
-@pytest.fixture(scope="module")
-def gl():
-    try:
-        return choose_backend()
-    except RenderingError as error:
-        pytest.skip(str(error))
 
 
 def _run(name):

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from test_rendering import gl, moved, samples_of, spiral  # noqa: F401
+from test_rendering import moved, samples_of, spiral
 from text_boxes import faults
 
 from contarm_sim.errors import EncodingError, InputError, RenderingError
@@ -176,7 +176,7 @@ def test_a_card_has_an_edge_that_shows_on_a_pale_floor(arm):
 
 
 @pytest.mark.gl
-def test_a_cut_out_looks_on_any_ground_as_if_it_were_drawn_there(gl, arm):  # noqa: F811
+def test_a_cut_out_looks_on_any_ground_as_if_it_were_drawn_there(gl, arm):
     """Opaque where the arm is, clear where nothing is, between at its edges; no floor, sky or shadow."""
     (picture,) = film(spiral(arm), [40], Look(640, 360, transparent=True).plain())
     assert picture.shape == (360, 640, 4)
@@ -193,7 +193,7 @@ def test_a_cut_out_looks_on_any_ground_as_if_it_were_drawn_there(gl, arm):  # no
 
 
 @pytest.mark.gl
-def test_plain_is_the_arm_alone(gl, arm):  # noqa: F811
+def test_plain_is_the_arm_alone(gl, arm):
     look = Look(640, 360)
     (with_all,), (plain,) = film(spiral(arm), [40], look), film(spiral(arm), [40], look.plain())
     assert np.all(with_all[1, 2] == PAPER)
@@ -243,7 +243,7 @@ def test_films_say_their_colours(tmp_path):
 
 
 @pytest.mark.gl
-def test_pictures_and_stills_may_be_transparent(gl, arm, tmp_path):  # noqa: F811
+def test_pictures_and_stills_may_be_transparent(gl, arm, tmp_path):
     shot = Shot(spiral(arm), Look(160, 120, transparent=True), fps=10)
     write_pictures(shot, tmp_path)
     names = sorted(os.listdir(tmp_path))
@@ -283,7 +283,7 @@ def run_folder(tmp_path_factory):
 
 
 @pytest.mark.gl
-def test_render_takes_sizes_in_pixels_and_writes_folders(gl, contarm, run_folder, tmp_path):  # noqa: F811
+def test_render_takes_sizes_in_pixels_and_writes_folders(gl, contarm, run_folder, tmp_path):
     code, out, err = contarm(
         "render", run_folder, "--size", "200x150", "--fps", 10, "--plain", "--transparent", "--out", "frames/", "--json"
     )  # fmt: skip
@@ -368,7 +368,7 @@ def test_a_film_that_fails_leaves_the_rest_and_says_why(contarm, monkeypatch, tm
 
 
 @pytest.mark.gl
-def test_a_gl_library_that_fails_is_said_in_one_line(gl, arm, monkeypatch):  # noqa: F811
+def test_a_gl_library_that_fails_is_said_in_one_line(gl, arm, monkeypatch):
     import mujoco
 
     def failing(*given):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_rendering import NOTHING, gl, project, samples_of, spiral  # noqa: F401
+from test_rendering import NOTHING, project, samples_of, spiral
 
 from contarm_sim import presets
 from contarm_sim.kinematics import arc
@@ -137,7 +137,7 @@ def test_lines_on_the_floor_are_round_numbers_apart():
 
 
 @pytest.mark.gl
-def test_muscles_are_drawn_as_thick_as_their_law_says(gl, arm):  # noqa: F811
+def test_muscles_are_drawn_as_thick_as_their_law_says(gl, arm):
     samples = samples_of(arm, [1.5, 0.0])
     with ArmRenderer(arm, 160, 120) as renderer:
         renderer.frame(samples, 0, NOTHING)
@@ -153,7 +153,7 @@ def test_muscles_are_drawn_as_thick_as_their_law_says(gl, arm):  # noqa: F811
 
 
 @pytest.mark.gl
-def test_a_line_over_the_arm_and_no_tube_where_arc_and_arm_agree(gl, arm):  # noqa: F811
+def test_a_line_over_the_arm_and_no_tube_where_arc_and_arm_agree(gl, arm):
     bend, violet = np.array([1.2, 0.9]), 255 * np.array(rgb(ANALYTIC))
     agreeing, apart = samples_of(arm, bend), samples_of(arm, bend, bent=0.8 * bend)
     with ArmRenderer(arm, 640, 480) as renderer:
@@ -173,7 +173,7 @@ def test_a_line_over_the_arm_and_no_tube_where_arc_and_arm_agree(gl, arm):  # no
 
 
 @pytest.mark.gl
-def test_the_mount_of_a_hanging_arm_is_cut_away_from_above(gl):  # noqa: F811
+def test_the_mount_of_a_hanging_arm_is_cut_away_from_above(gl):
     one = presets.two()
     with ArmRenderer(one, 64, 48, "top") as renderer:
         assert renderer._model.geom("column").group[0] == 5

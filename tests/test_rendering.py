@@ -21,7 +21,6 @@ from contarm_sim.view.rendering.cameras import Camera, extent
 from contarm_sim.view.rendering.draw import ArmRenderer, Overlays
 from contarm_sim.view.rendering.encode import encoder, encoding
 from contarm_sim.view.rendering.film import film, film_beside
-from contarm_sim.view.rendering.gl import choose_backend
 from contarm_sim.view.rendering.look import Look, Scale, frame_indices
 from contarm_sim.view.rendering.overlays import thin
 from contarm_sim.view.rendering.still import still
@@ -29,14 +28,6 @@ from contarm_sim.view.rendering.video import Shot, write_gif, write_still, write
 
 NOTHING = Overlays(path=False, trace=False, target=False, ghost=False, frames=False)
 DOWNS = [(0.0, 0.0, 0.0), (0.0, 0.0, 9.81), (9.81, 0.0, 0.0)]
-
-
-@pytest.fixture(scope="session")
-def gl():
-    try:
-        return choose_backend()
-    except RenderingError as error:
-        pytest.skip(str(error))
 
 
 def samples_of(arm, bend, bent=None, rate=100.0):

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from matplotlib.collections import QuadMesh
 
-from contarm_sim.errors import RenderingError
 from contarm_sim.kinematics import sections
 from contarm_sim.kinematics.backbone import Backbone
 from contarm_sim.mechanics import shape
@@ -27,7 +26,6 @@ from contarm_sim.view.live.session import Session
 from contarm_sim.view.rendering.backbone import _PALER
 from contarm_sim.view.rendering.draw import ArmRenderer, Overlays
 from contarm_sim.view.rendering.film import Look, film
-from contarm_sim.view.rendering.gl import choose_backend
 from contarm_sim.view.report.budget import draw_budget
 from contarm_sim.view.report.run_figures import draw_muscles, draw_path
 from contarm_sim.view.report.samples_csv import write_samples
@@ -56,14 +54,6 @@ def moved():
     angle = 5 * time[:, None] ** 2
     bend = np.concatenate([angle * [1.0, 0.5], angle * [-0.5, 1.0]], axis=1)
     return simulate(arm(), Reference.from_bends(bend, arm(), time))
-
-
-@pytest.fixture(scope="module")
-def gl():
-    try:
-        return choose_backend()
-    except RenderingError as error:
-        pytest.skip(str(error))
 
 
 def drawn_poses(backbone, count=20_000, seed=4):

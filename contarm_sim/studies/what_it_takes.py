@@ -15,7 +15,7 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.document import shown_if
-from contarm_sim.studies.trusted_bends import Trusted, have_enough, posed, tip_errors
+from contarm_sim.studies.trusted_bends import Trusted, have_enough, posed, tip_error, tip_errors
 
 LARGEST_FACTOR = 1e4
 """Most that stiffness is multiplied by, or a mass divided by."""
@@ -85,7 +85,7 @@ def what_it_takes(found: Trusted, angles: Array, planes: Array, bend: float, wit
     """
     arm, below = found.under.arm, angles[angles < bend - 1e-9]
     tried = np.append(below[:: -(-len(below) // (ANGLES - 1))], bend)
-    worst = max(float(tip_errors(arm, tried, plane).max()) for plane in planes)
+    worst = max(tip_error(arm, bend, plane) for plane in planes)
     worst = max(worst, float(found.error_percent[: len(below)].max(initial=0.0)))
     if worst <= within:
         return None
@@ -111,8 +111,8 @@ def what_it_takes(found: Trusted, angles: Array, planes: Array, bend: float, wit
 
     payload = None
     if arm.payload:
-        lighter = lambda x: replace(arm, payload=x * arm.payload)  # noqa: E731
-        payload = change(lighter, lambda own: own.payload, -1, "its own mass alone moves the tip by more than that")
+        own_mass = "its own mass alone moves the tip by more than that"
+        payload = change(lambda x: replace(arm, payload=x * arm.payload), lambda own: own.payload, -1, own_mass)
     carried = "its payload alone moves the tip by more than that" if arm.payload else "no mass is small enough"
     return WhatItTakes(
         error_percent=worst if math.isfinite(worst) else None,
