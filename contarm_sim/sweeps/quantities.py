@@ -23,6 +23,7 @@ class Quantity:
         name, unit, meaning: what it is.
         of: its value, of what a case tells (`sweeps.told`); None where there is none.
         kind: what its values are.
+        of_arm: whether the arm alone tells it, also where the case fails.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Quantity:
     meaning: str
     of: Callable[[Any], Any]
     kind: Kind = "number"
+    of_arm: bool = False
 
 
 _DISTANCES = {
@@ -75,7 +77,7 @@ def _of_any() -> Iterator[Quantity]:
         "own_weight_over_stiffness": "m g L^2/EI, without payload",
         "payload_over_mass": "payload over the mass of the arm",
     }.items():
-        yield Quantity(name, "-", meaning, attrgetter(name))
+        yield Quantity(name, "-", meaning, attrgetter(name), of_arm=True)
 
 
 def _of_samples(motion: bool) -> Iterator[Quantity]:
