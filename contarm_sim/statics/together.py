@@ -17,7 +17,7 @@ from contarm_sim.statics.loads import AppliedLoad
 from contarm_sim.statics.poses import Poses
 from contarm_sim.statics.solver import TOTAL_STEP
 from contarm_sim.statics.stability import surely_damped_out
-from contarm_sim.statics.stiffness import TangentStiffness
+from contarm_sim.statics.stiffness import TangentStiffness, definite
 
 ITERATIONS, HALVINGS = 40, 10
 """Most steps, and most tries for one, as in `Solver.newton`."""
@@ -99,19 +99,7 @@ class Together:
 
     def _stays(self, rows: NDArray[np.intp], K: Array) -> NDArray[np.bool_]:
         """Return whether poses at rest, with these stiffness matrices, would stay."""
-        stays = positive(K)
+        stays = definite(0.5 * (K + K.swapaxes(-1, -2)))
         for i in np.flatnonzero(stays & ~self.symmetric[rows]).tolist():
             stays[i] = surely_damped_out(self.poses, int(rows[i]), K[i])
         return stays
-
-
-def positive(K: Array) -> NDArray[np.bool_]:
-    """Return whether the symmetric parts of matrices are positive definite, shape (...)."""
-    symmetric = 0.5 * (K + K.swapaxes(-1, -2))
-    try:
-        np.linalg.cholesky(symmetric)
-    except np.linalg.LinAlgError:
-        if len(K) == 1:
-            return np.zeros(1, dtype=bool)
-        return np.concatenate([positive(part) for part in np.array_split(K, 2)])
-    return np.ones(len(K), dtype=bool)
