@@ -20,7 +20,16 @@ EXAMPLES = [block for block in SHOWN if block.kind == "python"]
 OUTPUTS = [block for block in SHOWN if block.kind == "console"]
 TABLES = [block for block in SHOWN if block.kind == "table"]
 
-SLOW = ("validate", "trust", "compare-controllers", "envs", "possibility", "sweep soft", "benchmarks/", "scripts/results.py")
+SLOW = (
+    "validate",
+    "trust",
+    "compare-controllers",
+    "envs",
+    "possibility",
+    "sweep soft",
+    "benchmarks/",
+    "scripts/results.py",
+)
 """Blocks and commands that take ten seconds and more."""
 
 CHEAPER = {
