@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import mujoco
 import numpy as np
@@ -26,6 +28,8 @@ from contarm_sim.studies.progress import Track, quietly
 from contarm_sim.studies.relinked import can_double, relinked
 from contarm_sim.studies.scenarios import Scenario, weight_over_stiffness
 from contarm_sim.studies.verdict import Check, ConstantCurvature, Verdict, constant_curvature, verdict
+
+T = TypeVar("T")
 
 NO_REST = "no rest pose"
 """The verdict on a scenario that the arm does not rest in everywhere."""
@@ -137,8 +141,13 @@ def examine(scenario: Scenario, bends: Array, track: Track = quietly) -> Outcome
     Raises:
         EquilibriumError, DivergenceError: the arm has no such rest pose.
     """
-    arm, rest = scenario.arm, at_rest(scenario, bends, track)
-    errors, rod = rest.errors, explain(rest.samples, rest.comparison).summary(arm)
+    return judge(scenario, at_rest(scenario, bends, track))
+
+
+def judge(scenario: Scenario, rest: Rest) -> Outcome:
+    """Say of a scenario at rest what it is off by, and whether that is explained."""
+    arm, errors = scenario.arm, rest.errors
+    rod = explain(rest.samples, rest.comparison).summary(arm)
     judged = verdict([] if scenario.checks is None else scenario.checks(arm, errors, rod, rest.chain_error))
     return Outcome(
         scenario=scenario,
@@ -148,7 +157,7 @@ def examine(scenario: Scenario, bends: Array, track: Track = quietly) -> Outcome
         chain_error=rest.chain_error,
         setting=_setting(scenario),
         real_time_factor=stepping_speed(arm, rest.samples),
-        link_error=_link_error(scenario, bends, rest.comparison) if any(arm.gravity) else None,
+        link_error=_link_error(scenario, rest) if any(arm.gravity) else None,
         rod=rod,
         constant_curvature=constant_curvature(errors, rod),
         judged=replace(judged, verdict=NOT_JUDGED) if scenario.checks is None else judged,
@@ -156,12 +165,34 @@ def examine(scenario: Scenario, bends: Array, track: Track = quietly) -> Outcome
 
 
 def attempt(scenario: Scenario, bends: Array, track: Track = quietly) -> Outcome | Failure:
-    """Do as `examine`, and return the failure where the arm has no rest pose: the other scenarios still count."""
-    try:
-        return examine(scenario, bends, track)
-    except (EquilibriumError, DivergenceError) as error:
-        reason = str(error).removeprefix(f"scenario {scenario.name}: ")
-        return Failure(scenario=scenario, setting=_setting(scenario), reason=reason)
+    """Do as `examine`, and return the failure where the arm has no rest pose."""
+    return attempts([scenario], bends, track, lambda: None)[0][scenario.name]
+
+
+def attempts(
+    scenarios: Iterable[Scenario], bends: Array, track: Track, besides: Callable[[], T]
+) -> tuple[dict[str, Outcome | Failure], T]:
+    """Examine scenarios by name, each judged while the next is simulated; where an arm has no rest, return that.
+
+    Args:
+        besides: something else to do, while the last is judged; its result is returned too.
+    """
+    found: dict[str, Outcome | Failure] = {}
+    with ThreadPoolExecutor(1) as pool:
+        waiting: dict[str, Future[Outcome]] = {}
+        for scenario in scenarios:
+            found[scenario.name] = _failed(scenario, "")  # its place
+            try:
+                waiting[scenario.name] = pool.submit(judge, scenario, at_rest(scenario, bends, track))
+            except (EquilibriumError, DivergenceError) as error:
+                found[scenario.name] = _failed(scenario, str(error))
+        other = besides()
+        return found | {name: each.result() for name, each in waiting.items()}, other
+
+
+def _failed(scenario: Scenario, reason: str) -> Failure:
+    said = reason.removeprefix(f"scenario {scenario.name}: ")
+    return Failure(scenario=scenario, setting=_setting(scenario), reason=said)
 
 
 def _at_rest(arm: Arm, bends: Array, controller: ControllerName, ticks: Iterable[int] | None = None) -> Trajectory:
@@ -191,15 +222,15 @@ def stepping_speed(arm: Arm, samples: Trajectory, steps: int = 300) -> float | N
     return steps * plant.model.opt.timestep / elapsed
 
 
-def _link_error(scenario: Scenario, bends: Array, comparison: Comparison) -> LinkError | None:
+def _link_error(scenario: Scenario, rest: Rest) -> LinkError | None:
     """Return how far the tip of the worst pose is from that of infinitely many links.
 
     None where the arm of other links has no rest. Estimated from twice (or, past the limit, half) the links, the error
     being of second order. Under load this is more than the closed-form discretisation, which knows of no sag: coarse
     spans make the arm a little softer.
     """
-    worst, arm = int(comparison.tip_error.argmax()), scenario.arm
-    bend, tip, double = bends[worst], comparison.simulated_tip[worst], can_double(arm)
+    worst, arm = int(rest.comparison.tip_error.argmax()), scenario.arm
+    bend, tip, double = rest.samples.bend[worst], rest.comparison.simulated_tip[worst], can_double(arm)
     try:
         samples = _at_rest(relinked(arm, double), bend[None], scenario.controller)
     except (EquilibriumError, DivergenceError):
