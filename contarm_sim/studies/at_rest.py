@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
 
 import mujoco
 import numpy as np
@@ -28,8 +26,6 @@ from contarm_sim.studies.progress import Track, quietly
 from contarm_sim.studies.relinked import can_double, relinked
 from contarm_sim.studies.scenarios import Scenario, weight_over_stiffness
 from contarm_sim.studies.verdict import Check, ConstantCurvature, Verdict, constant_curvature, verdict
-
-T = TypeVar("T")
 
 NO_REST = "no rest pose"
 """The verdict on a scenario that the arm does not rest in everywhere."""
@@ -155,7 +151,7 @@ def judge(scenario: Scenario, rest: Rest) -> Outcome:
         comparison=rest.comparison,
         errors=errors,
         chain_error=rest.chain_error,
-        setting=_setting(scenario),
+        setting=setting_of(scenario),
         real_time_factor=stepping_speed(arm, rest.samples),
         link_error=_link_error(scenario, rest) if any(arm.gravity) else None,
         rod=rod,
@@ -164,42 +160,12 @@ def judge(scenario: Scenario, rest: Rest) -> Outcome:
     )
 
 
-def attempt(scenario: Scenario, bends: Array, track: Track = quietly) -> Outcome | Failure:
-    """Do as `examine`, and return the failure where the arm has no rest pose."""
-    return attempts([scenario], bends, track, lambda: None)[0][scenario.name]
-
-
-def attempts(
-    scenarios: Iterable[Scenario], bends: Array, track: Track, besides: Callable[[], T]
-) -> tuple[dict[str, Outcome | Failure], T]:
-    """Examine scenarios by name, each judged while the next is simulated; where an arm has no rest, return that.
-
-    Args:
-        besides: something else to do, while the last is judged; its result is returned too.
-    """
-    found: dict[str, Outcome | Failure] = {}
-    with ThreadPoolExecutor(1) as pool:
-        waiting: dict[str, Future[Outcome]] = {}
-        for scenario in scenarios:
-            found[scenario.name] = _failed(scenario, "")  # its place
-            try:
-                waiting[scenario.name] = pool.submit(judge, scenario, at_rest(scenario, bends, track))
-            except (EquilibriumError, DivergenceError) as error:
-                found[scenario.name] = _failed(scenario, str(error))
-        other = besides()
-        return found | {name: each.result() for name, each in waiting.items()}, other
-
-
-def _failed(scenario: Scenario, reason: str) -> Failure:
-    said = reason.removeprefix(f"scenario {scenario.name}: ")
-    return Failure(scenario=scenario, setting=_setting(scenario), reason=said)
-
-
 def _at_rest(arm: Arm, bends: Array, controller: ControllerName, ticks: Iterable[int] | None = None) -> Trajectory:
     return poses_at_rest(arm, Reference.from_bends(bends, arm), controller, ticks)
 
 
-def _setting(scenario: Scenario) -> Setting:
+def setting_of(scenario: Scenario) -> Setting:
+    """Return what a scenario is, in words and numbers."""
     arm = scenario.arm
     return Setting(scenario.meaning, scenario.controller, arm, weight_over_stiffness(arm))
 

@@ -14,7 +14,8 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.parameters import check_count
 from contarm_sim.results.document import HIDDEN, INLINE
-from contarm_sim.studies.at_rest import NOT_JUDGED, Failure, Outcome, attempts
+from contarm_sim.studies.at_rest import NOT_JUDGED, Failure, Outcome
+from contarm_sim.studies.attempts import attempts
 from contarm_sim.studies.convergence import Convergence, NoConvergence, attempt_convergence
 from contarm_sim.studies.progress import Track, quietly
 from contarm_sim.studies.scenarios import dome_grid, scenarios, spread_bends
