@@ -15,7 +15,7 @@ from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.motion.simulate import simulate
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.compare import compare
-from contarm_sim.studies.at_rest import attempt
+from contarm_sim.studies.attempts import attempt
 from contarm_sim.studies.controllers import ControllerComparison, Followed, NotFollowed
 from contarm_sim.studies.convergence import convergence
 from contarm_sim.studies.scenarios import dome_grid, scenarios, spread_bends
