@@ -383,7 +383,12 @@ class Plants:
 
 def thread_count(arms: int, threads: int = 0) -> int:
     """Return how many of the threads given (0: one a processor) step so many arms."""
-    return max(1, min(threads or len(os.sched_getaffinity(0)), arms // ARMS_A_THREAD))
+    return max(1, min(threads or processors(), arms // ARMS_A_THREAD))
+
+
+def processors() -> int:
+    """Return how many processors there are for this process."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def grouped(arms: Sequence[Arm], actuation: Actuation = "lengths") -> list[list[int]]:
