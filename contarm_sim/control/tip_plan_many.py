@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from contarm_sim.control.tip_plan import ITERATIONS, KEPT, LARGEST, LONGEST, STEP
 from contarm_sim.engine.plant import Plant
-from contarm_sim.engine.plants import processors
+from contarm_sim.engine.threads import processors
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import muscles
 from contarm_sim.mechanics.routing import length_jacobian, lengths_from_bend
