@@ -101,7 +101,8 @@ def _starts(plant: Plant, chunk: Chunk, failed: dict[int, ContarmError]) -> tupl
             plant.become(arm)
         told.append(written(plant))
     ready = np.setdiff1d(np.arange(count), list(failed))
-    return Starts(qpos[ready], control[ready], which[ready], tuple(told)), ready
+    allowed = np.array([tolerance(arm) for arm in arms])
+    return Starts(qpos[ready], control[ready], which[ready], tuple(told), allowed[which][ready]), ready
 
 
 def _command(
@@ -132,9 +133,7 @@ def _together(
 ) -> None:
     """Solve cases together, as far as that goes; those that are found are no longer `left`."""
     poses = Poses(plant, starts)
-    arms = [chunk.arms[case] for case in ready.tolist()]
-    allowed = {id(arm): tolerance(arm) for arm in arms}
-    newton = Together(poses, [chunk.loads[case] for case in ready.tolist()], np.array([allowed[id(a)] for a in arms]))
+    newton = Together(poses, [chunk.loads[case] for case in ready.tolist()], starts.tolerance)
     out, index, details = found.arrays, plant.index, "growth" in found.arrays
     servos = plant.actuation == "lengths"
 
@@ -152,6 +151,7 @@ def _together(
             out["held"][cases] = ~poses.at_limit[rows].any(axis=-1)
         if details:
             _detail(poses, rows, K, newton.symmetric[rows], cases, out)
+            out["growth"][cases] = newton.growth[rows]
         left[cases] = ~possible(index, poses.qpos[rows], out["muscle_lengths"][cases])
 
     newton(arrived)
@@ -161,9 +161,8 @@ def _detail(
     poses: Poses, rows: NDArray[np.intp], K: Array, symmetric: NDArray[np.bool_], cases: NDArray[np.intp],
     out: dict[str, Array],
 ) -> None:  # fmt: skip
-    """Write eigenvalues, growth and compliance of stable poses whose stiffness matrices are K [N m/rad]."""
+    """Write eigenvalues and compliance of stable poses whose stiffness matrices are K [N m/rad]."""
     out["smallest_eigenvalue"][cases] = np.linalg.eigvalsh(K)[:, 0]
-    out["growth"][cases] = np.where(symmetric, np.nan, -np.inf)
     for i in np.flatnonzero(~symmetric).tolist():
         out["smallest_eigenvalue"][cases[i]] = np.linalg.eigvals(K[i]).real.min()
     J = np.array([poses.tip_jacobian(row) for row in rows.tolist()])

@@ -16,7 +16,7 @@ from contarm_sim.model.load import Load
 from contarm_sim.statics.loads import AppliedLoad
 from contarm_sim.statics.poses import Poses
 from contarm_sim.statics.solver import TOTAL_STEP
-from contarm_sim.statics.stability import surely_damped_out
+from contarm_sim.statics.stability import growth_at
 from contarm_sim.statics.stiffness import TangentStiffness, definite
 
 ITERATIONS, HALVINGS = 40, 10
@@ -31,15 +31,16 @@ class Together:
         residual: largest generalised force left at their present poses [N m], shape (C,).
         iterations: evaluations of the stiffness matrix, shape (C,).
         symmetric: whether their loads have energy, shape (C,).
+        growth: of a small disturbance [1/s], shape (C,), once they have come to rest; NaN where loads have energy.
         tensions: of the muscles [N], shape (C, M).
     """
 
-    def __init__(self, poses: Poses, loads: Sequence[Load], tolerances: Array) -> None:
+    def __init__(self, poses: Poses, loads: Sequence[Load], tolerance: Array | float) -> None:
         self.poses, self._loads = poses, AppliedLoad(poses, loads)
-        self.symmetric, self._tolerance = self._loads.symmetric, tolerances
+        self.symmetric, self._tolerance = self._loads.symmetric, np.broadcast_to(tolerance, len(poses))
         self._largest = TOTAL_STEP / poses.arm.links
         self.places = np.arange(len(poses))
-        self.iterations = np.zeros(len(poses), dtype=int)
+        self.iterations, self.growth = np.zeros(len(poses), dtype=int), np.full(len(poses), np.nan)
         self._start, self._step = poses.qpos.copy(), np.zeros_like(poses.qpos)
         self._before, self._tries = np.full(len(poses), np.inf), np.zeros(len(poses), dtype=int)
         self._stiffness = TangentStiffness(poses, self._loads)
@@ -79,7 +80,7 @@ class Together:
     def _keep(self, rows: NDArray[np.bool_]) -> None:
         self.poses.keep(rows)
         self._loads.keep(rows)
-        for name in ("places", "iterations", "residual", "forces", "_start", "_step", "_before", "_tries",
+        for name in ("places", "iterations", "growth", "residual", "forces", "_start", "_step", "_before", "_tries",
                      "symmetric", "_tolerance"):  # fmt: skip
             setattr(self, name, getattr(self, name)[rows])
         self._stiffness = TangentStiffness(self.poses, self._loads)
@@ -101,5 +102,6 @@ class Together:
         """Return whether poses at rest, with these stiffness matrices, would stay."""
         stays = definite(0.5 * (K + K.swapaxes(-1, -2)))
         for i in np.flatnonzero(stays & ~self.symmetric[rows]).tolist():
-            stays[i] = surely_damped_out(self.poses, int(rows[i]), K[i])
+            self.growth[rows[i]] = growth_at(self.poses, int(rows[i]), K[i])
+            stays[i] = not self.growth[rows[i]] > 0
         return stays
