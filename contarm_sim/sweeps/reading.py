@@ -99,7 +99,9 @@ def _spec(table: dict[str, Any], name: str, beside: Path) -> Spec:
         name, run, arm, design, _drawn(table, design), seed, _asked(table.get("ask"), run), fixed, vary, backend
     )
     if not 1 <= spec.cases <= MOST_CASES:
-        raise InputError("cases", f"{spec.cases:,} of them", f'at most {MOST_CASES:,}: fewer values, or design = "sobol"')
+        raise InputError(
+            "cases", f"{spec.cases:,} of them", f'at most {MOST_CASES:,}: fewer values, or design = "sobol"'
+        )
     _check_values(spec)
     return spec
 
