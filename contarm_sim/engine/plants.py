@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 import mujoco
 import numpy as np
@@ -68,6 +68,8 @@ class Plants:
         InputError: no arms, arms of several layouts, or not as many time steps as arms.
     """
 
+    engine: ClassVar[Callable[..., Any]] = Batch
+
     def __init__(
         self,
         arms: Sequence[Arm],
@@ -89,7 +91,7 @@ class Plants:
             raise InputError("arms", "of several layouts", "arms of one: see grouped")
         self.models, self.index = [own.model for own in self._own], self._own[0].index
         self._steps = np.full(len(arms), TIMESTEP)
-        self.batch = Batch(self.models[0], len(arms), threads, persistent)
+        self.batch = self.engine(self.models[0], len(arms), threads, persistent)
         self._views()
         self.timestep = TIMESTEP if timestep is None else timestep
         for place in range(len(arms)):
@@ -104,10 +106,8 @@ class Plants:
         self._tendons = rows(index.tendons) if model.nu else slice(0, 0)
         every_control, every_force = batch.bind("ctrl")[:, every], self._fields["actuator_force"][:, every]
         self.control, self._force = every_control.reshape(shape), every_force.reshape(shape)
-        self.pressure = batch.bind("act").reshape(shape[0], -1 if model.na else 0, shape[2])
         if shape[1] == 1:
-            self.control, self.pressure = self.control[:, 0], self.pressure.reshape(shape[0], -1)
-        self.qpos, self.qvel, self.state = batch.bind("qpos"), batch.bind("qvel"), batch.state
+            self.control = self.control[:, 0]
         self.centres, self.sensors = self._fields["xpos"][:, index.stations], self._fields["sensordata"]
         self._numbers, self._last = batch.warning[:, :, 1], batch.warning[:, :, 0]  # the engine's mjWarningStat
 
@@ -150,6 +150,28 @@ class Plants:
 
     def __len__(self) -> int:
         return len(self.arms)
+
+    @property
+    def state(self) -> Array:
+        """All that an arm goes on from, as of `mjSTATE_INTEGRATION`, a view, shape (B, size): copies of rows last."""
+        return self.batch.state
+
+    @property
+    def qpos(self) -> Array:
+        """Joint angles [rad], a view, shape (B, D)."""
+        return self.batch.bind("qpos")
+
+    @property
+    def qvel(self) -> Array:
+        """Rates of the joint angles [rad/s], a view, shape (B, D)."""
+        return self.batch.bind("qvel")
+
+    @property
+    def pressure(self) -> Array:
+        """Pressures behind the valves [Pa], a view of the form of `control`; empty for servos."""
+        model, (several, count) = self.models[0], self.index.actuators.shape
+        shape = (several if model.na else 0, count)
+        return self.batch.bind("act").reshape(len(self.arms), *(shape[1:] if several == 1 and model.na else shape))
 
     @property
     def timestep(self) -> Array:
