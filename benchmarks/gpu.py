@@ -1,8 +1,8 @@
 """Arms times steps a second on a GPU, beside the processor's `Batch` on all its cores, in the same run.
 
 The default arm of 24 links, driven by lengths, each with a bending stiffness of its own; controls of a second of motion
-are known beforehand. The table is of the device that it names: with a CUDA device 256 to 65,536 arms; without one Warp's
-processor device, which is there to test with, at small counts. The last column says that it is the same motion.
+are known beforehand. The table is of the device that it names: with a CUDA device 256 to 65,536 arms; without one
+Warp's processor device, which is there to test with, at small counts. The last column says that it is the same motion.
 
     python benchmarks/gpu.py [--links N] [--arms N ...]
 """
@@ -37,7 +37,7 @@ def controls(model, count):
 
 
 def springs(model, count):
-    """Return stiffnesses of joints, shape (count, joints) [N m/rad]; the first arms' are the same whatever the count."""
+    """Return stiffnesses of joints [N m/rad], shape (count, joints), of the first arms the same whatever the count."""
     return model.jnt_stiffness * (1 + 0.3 * np.sin(np.arange(count)))[:, None]
 
 

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike
 
-from contarm_sim.engine.models import Built, built
+from contarm_sim.engine.plant import Plant
 from contarm_sim.engine.plants import Plants
 from contarm_sim.engine.warp_batch import WarpBatch
+from contarm_sim.engine.warp_library import library
+from contarm_sim.engine.warp_models import kept_once
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mjcf import Actuation
-from contarm_sim.model.arm import Arm
 
 _PROVEN = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
 
@@ -38,21 +37,30 @@ class WarpPlants(Plants):
 
     batch: WarpBatch
     engine = WarpBatch
+    at_once = 1024
 
-    def __init__(
-        self,
-        arms: Sequence[Arm],
-        actuation: Actuation = "lengths",
-        pull_only: bool = True,
-        timestep: float | ArrayLike | None = None,
-        integrator: mujoco.mjtIntegrator | None = None,
-        threads: int = 0,
-        *,
-        compiled: Callable[[Arm, Actuation], Built] = built,
-        persistent: bool = False,
-    ) -> None:
-        check_integrator(integrator)
-        super().__init__(arms, actuation, pull_only, timestep, integrator, threads, compiled=compiled)
+    def _begin(self, *given: Any) -> None:
+        _check_integrator(self._integrator)
+        super()._begin(*given)
+
+    @staticmethod
+    def check_installed() -> None:
+        """Refuse to begin without MuJoCo Warp.
+
+        Raises:
+            MissingError: it is not installed.
+        """
+        library()
+
+    @staticmethod
+    def alike(plant: Plant) -> Any:
+        """Return what MuJoCo Warp keeps once for all arms.
+
+        Raises:
+            InputError: another integrator.
+        """
+        _check_integrator(plant.integrator)
+        return tuple(np.asarray(getattr(plant.model, name)).tobytes() for name in kept_once(plant.model))
 
     @property
     def rotations(self) -> Array:
@@ -70,7 +78,7 @@ class WarpPlants(Plants):
         self.batch.write("jnt_stiffness", springs)
 
 
-def check_integrator(integrator: mujoco.mjtIntegrator | None) -> None:
+def _check_integrator(integrator: mujoco.mjtIntegrator | None) -> None:
     """Refuse integrators that are not proven on this backend.
 
     Raises:

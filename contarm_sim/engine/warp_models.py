@@ -39,11 +39,8 @@ class WarpModels:
 
     def __init__(self, models: Sequence[mujoco.MjModel]) -> None:
         self._wp, self._mjw = library()
-        kinds = [one for one in fields(self._mjw.Model) if not one.name.startswith(_UNUSED)]
-        shapes = {one.name: getattr(one.type, "shape", None) for one in kinds if hasattr(models[0], one.name)}
-        per_arm = [name for name, shape in shapes.items() if shape and shape[0] == "*"]
+        once, per_arm = _kept(models[0])
         self._batched = [name for name in per_arm if name in _ALWAYS or not _alike(models, name)]
-        once = [name for name in shapes if name not in per_arm]
         self._once = {name: copy.copy(getattr(models[0], name)) for name in once}
         self._alike = {name: getattr(models[0], name).copy() for name in per_arm if name not in self._batched}
         self._check(models)
@@ -89,6 +86,19 @@ class WarpModels:
     def write(self, name: str, values: Array) -> None:
         """Write a field of all arms, shape (B, ...)."""
         _assign(getattr(self.model, name), values)
+
+
+def kept_once(model: mujoco.MjModel) -> list[str]:
+    """Return the fields that MuJoCo Warp keeps once for all arms."""
+    return _kept(model)[0]
+
+
+def _kept(model: mujoco.MjModel) -> tuple[list[str], list[str]]:
+    """Return which of a model's fields are kept once for all arms, and which may be kept for each."""
+    kinds = [one for one in fields(library()[1].Model) if not one.name.startswith(_UNUSED)]
+    shapes = {one.name: getattr(one.type, "shape", None) for one in kinds if hasattr(model, one.name)}
+    per_arm = [name for name, shape in shapes.items() if shape and shape[0] == "*"]
+    return [name for name in shapes if name not in per_arm], per_arm
 
 
 def _assign(array: Any, values: Array) -> None:
