@@ -11,13 +11,15 @@ import mujoco
 import numpy as np
 import pytest
 
-from contarm_sim import Arm
+from contarm_sim import Arm, paths, simulate_many
 from contarm_sim.engine.plants import Plants
 from contarm_sim.errors import InputError, MissingError
 from contarm_sim.kinematics import hinges
 from contarm_sim.mechanics.routing import lengths_from_bend
 from contarm_sim.mechanics.servos import servo_control
 from contarm_sim.mechanics.statics import holding_tensions
+from contarm_sim.motion.time_step import Stepping
+from contarm_sim.paths.reference import Reference
 
 LINKS, LENGTH = 6, 0.37
 BENDS = np.array([[0.0, 0.0], [1.0, 0.3], [-0.4, 1.2], [1e-7, 0.0]])
@@ -146,6 +148,26 @@ def test_parameters_follow_their_arm(kind):
     assert np.array_equal(plants.qpos, other.qpos)
 
 
+def spiral(arm, duration=0.3):
+    return Reference.from_path(paths.named("spiral", arm.length, duration, turns=0.2), arm)
+
+
+def test_motions_on_this_backend_are_those_of_the_processor(kind):
+    """With feedback and without; muscles in other places, or that push, in groups of their own; one ends earlier."""
+    arms = [*loaded(), Arm(links=LINKS, muscle_radius=0.03), loaded()[0]]
+    references = [spiral(arm, 0.2 if number == 1 else 0.3) for number, arm in enumerate(arms)]
+    controllers = ["servo", "servo", "tip", "servo", "chain"]
+    steppings = [None, None, Stepping(), Stepping(), Stepping()]  # None: found, by several passes
+    given = {"stepping": steppings, "check_step": False}
+    cpu, warp = (simulate_many(arms, references, controllers, backend=name, **given) for name in ("cpu", "warp"))
+    for ours, theirs in zip(warp, cpu, strict=True):
+        assert len(ours) == len(theirs)
+        assert ours.timestep == theirs.timestep
+        assert np.abs(ours.tip - theirs.tip).max() < ENGINE
+        assert np.abs(ours.setpoint - theirs.setpoint).max() < ENGINE
+        assert not np.array_equal(ours.tip, theirs.tip)  # in another precision
+
+
 # What compiles nothing.
 
 
@@ -154,6 +176,12 @@ def test_only_the_proven_integrator_is_offered(kind, name):
     with pytest.raises(InputError, match="implicitfast on the backend warp") as refused:
         kind([Arm(links=LINKS)], integrator=getattr(mujoco.mjtIntegrator, f"mjINT_{name}"))
     assert name.lower() in str(refused.value)
+
+
+def test_motions_with_other_integrators_are_refused(kind):
+    arm = Arm(links=LINKS)
+    with pytest.raises(InputError, match="integrator is rk4; allowed: implicitfast"):
+        simulate_many(arm, spiral(arm), stepping=Stepping(0.005, mujoco.mjtIntegrator.mjINT_RK4), backend="warp")
 
 
 def test_muscles_in_other_places_are_refused(kind):
@@ -168,6 +196,8 @@ def test_without_the_library_one_line_says_how_to_get_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "mujoco_warp", None)
     with pytest.raises(MissingError, match=r"mujoco-warp is not installed; get it with: pip install '\.\[warp\]'"):
         WarpPlants([Arm(links=LINKS)])
+    with pytest.raises(MissingError, match="mujoco-warp is not installed"):
+        simulate_many(Arm(links=LINKS), spiral(Arm(links=LINKS)), backend="warp")
 
 
 def test_nothing_of_warp_loads_with_the_engine():

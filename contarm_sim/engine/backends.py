@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 BackendName = Literal["cpu", "warp"]  # what type checkers know
 
 BACKENDS: tuple[BackendName, ...] = get_args(BackendName)
-"""`cpu`: the engine itself, on threads, to the bits of one arm alone. `warp`: MuJoCo Warp on a GPU, single precision."""
+"""`cpu`: the engine itself, on threads, to the bits of one arm alone. `warp`: MuJoCo Warp, on a GPU, in single
+precision."""
 
 _HOMES: dict[str, str] = {"cpu": "plants:Plants", "warp": "warp:WarpPlants"}
 """Classes with the interface of `engine.plants.Plants`."""

@@ -14,6 +14,7 @@ import numpy as np
 
 from contarm_sim.engine.warp_device import WarpDevice
 from contarm_sim.engine.warp_library import library
+from contarm_sim.engine.warp_limits import ForceLimits
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 
@@ -165,6 +166,7 @@ class WarpBatch:
                 self.pull()
                 self._device, self._written = WarpDevice(self._given, self._rows.shape), True
             self._new_models = False
+            self._limits = ForceLimits(self._given)
             self._steps = np.array([model.opt.timestep for model in self._given])
         self._rows[self._gone, self._columns(_S.mjSTATE_CTRL)] = 0.0
         if self._written:
@@ -192,6 +194,8 @@ class WarpBatch:
         for name, mirror in self._derived.items():
             if name not in _SELDOM:
                 mirror[at] = self._device.read(name).reshape(mirror.shape)[at]
+        if "sensordata" in self._derived:
+            self._limits.meet(self._derived["sensordata"])
 
     def _went_on(self, ids: Any, count: int) -> None:
         at = slice(None) if ids is None else np.asarray(ids)
