@@ -23,14 +23,14 @@ class ForceLimits:
     def __init__(self, models: Sequence[mujoco.MjModel]) -> None:
         first = models[0]
         tendons = np.where(first.actuator_trntype == mujoco.mjtTrn.mjTRN_TENDON, first.actuator_trnid[:, 0], -1)
-        found = []
+        columns: list[int] = []
+        actuators: list[int] = []
         for sensor in np.flatnonzero(first.sensor_type == mujoco.mjtSensor.mjSENS_TENDONACTFRC):
             pulling = np.flatnonzero(tendons == first.sensor_objid[sensor])
             if len(pulling) == 1:  # of several it is their sum
-                found.append((int(first.sensor_adr[sensor]), int(pulling[0])))
-        self._columns, actuators = (np.array(each, dtype=int) for each in zip(*found, strict=True)) if found else (
-            np.zeros(0, dtype=int), np.zeros(0, dtype=int)
-        )  # fmt: skip
+                columns.append(int(first.sensor_adr[sensor]))
+                actuators.append(int(pulling[0]))
+        self._columns = columns
         self._exact = np.stack([model.actuator_forcerange[actuators] for model in models])
         self._rounded = self._exact.astype(np.float32).astype(float)
 
