@@ -20,7 +20,10 @@ EXAMPLES = [block for block in SHOWN if block.kind == "python"]
 OUTPUTS = [block for block in SHOWN if block.kind == "console"]
 TABLES = [block for block in SHOWN if block.kind == "table"]
 
-SLOW = ("validate", "trust", "compare-controllers", "envs", "possibility", "benchmarks/", "scripts/results.py")
+SLOW = (
+    "validate", "trust", "compare-controllers", "envs", "possibility", "benchmarks/", "scripts/results.py",
+    'backend="warp"',
+)  # fmt: skip
 """Blocks and commands that take ten seconds and more."""
 
 CHEAPER = {

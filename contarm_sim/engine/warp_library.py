@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from contarm_sim.errors import MissingError
@@ -15,9 +16,8 @@ def library() -> tuple[Any, Any]:
     Raises:
         MissingError: they are not installed.
     """
+    warp = _warp()
     try:
-        import warp
-
         with quiet():
             import mujoco_warp
     except ImportError:
@@ -41,22 +41,32 @@ def on_cuda() -> bool:
     """Whether there is a CUDA device, on which arms are then stepped.
 
     Raises:
-        MissingError: MuJoCo Warp is not installed.
+        MissingError: Warp is not installed.
     """
-    warp, _ = library()
+    warp = _warp()
     with quiet():
         return bool(warp.is_cuda_available())
 
 
 def described() -> str:
-    """Return what there is in words: versions, and the device that arms are stepped on.
+    """Return what there is in words: versions, and the device that arms are stepped on. MuJoCo Warp is not loaded.
 
     Raises:
-        MissingError: as above.
+        MissingError: it is not installed.
     """
-    warp, mujoco_warp = library()
-    where = "no CUDA device, so on the processor"
+    warp, where = _warp(), "no CUDA device, so on the processor"
     if on_cuda():
         device = warp.get_preferred_device()
         where = f"on {device.name} ({device.alias})"
-    return f"mujoco-warp {mujoco_warp.__version__} with Warp {warp.config.version}, {where}"
+    try:
+        return f"mujoco-warp {version('mujoco-warp')} with Warp {warp.config.version}, {where}"
+    except PackageNotFoundError:
+        raise MissingError("mujoco-warp", "warp") from None
+
+
+def _warp() -> Any:
+    try:
+        import warp
+    except ImportError:
+        raise MissingError("mujoco-warp", "warp") from None
+    return warp
