@@ -20,10 +20,7 @@ EXAMPLES = [block for block in SHOWN if block.kind == "python"]
 OUTPUTS = [block for block in SHOWN if block.kind == "console"]
 TABLES = [block for block in SHOWN if block.kind == "table"]
 
-SLOW = (
-    "validate", "trust", "compare-controllers", "envs", "possibility", "benchmarks/", "scripts/results.py",
-    'backend="warp"',
-)  # fmt: skip
+SLOW = ("validate", "trust", "compare-controllers", "envs", "possibility", "benchmarks/", "scripts/results.py")
 """Blocks and commands that take ten seconds and more."""
 
 CHEAPER = {
