@@ -212,7 +212,7 @@ def test_nothing_of_warp_loads_with_the_engine():
         ({}, "lengths", 1e-6),
         ({}, "tensions", 1e-6),
         ({}, "pressures", 1e-6),
-        ({"path": "spans"}, "lengths", 1e-5),
+        ({"path": "spans"}, "lengths", 3e-5),
         ({"torsional_stiffness": 0.5}, "lengths", 1e-6),
         ({"torsional_stiffness": 0.5}, "tensions", 1e-6),
         ({"joint_friction": 0.002}, "lengths", 1e-4),
@@ -223,7 +223,7 @@ def test_all_kinds_of_arms_move_as_in_the_engine(kind, given, actuation, toleran
     """1 s of every actuation, and of all that arms may have; tips within a share of length."""
     arms = [Arm(links=links, gravity=(0.3, 0, -9.81 + k), payload=0.02 * (k + 1), **given) for k in range(3)]
     both = kind(arms, actuation), Plants(arms, actuation)
-    scale = {"lengths": -0.004, "tensions": 8.0, "pressures": 1e5}[actuation]
+    scale = {"lengths": -0.01, "tensions": 8.0, "pressures": 1e5}[actuation]
     for plants in both:
         straight(plants)
         for tick in range(200):
@@ -231,5 +231,5 @@ def test_all_kinds_of_arms_move_as_in_the_engine(kind, given, actuation, toleran
             plants.send(np.tile(scale * np.arange(3) * (1 - np.cos(0.05 * tick)), (3, 1)))
             plants.step()
         plants.forward()
-    assert np.abs(both[1].qpos).max() > 0.01
+    assert np.abs(both[1].tip[:, :2]).max() > 0.01 * arms[0].length
     assert np.abs(both[0].tip - both[1].tip).max() < tolerance * arms[0].length
