@@ -68,6 +68,12 @@ class WarpPlants(Plants):
         self.batch.refresh("xmat")
         return super().rotations
 
+    @property
+    def muscle_lengths(self) -> Array:
+        """Muscle lengths [m], shape (B, M), as of `Plant`."""
+        self.batch.pull()  # twist sees joint angles
+        return super().muscle_lengths
+
     def stiffen_twist(self) -> None:
         """Let twisted parallel muscles stiffen the engine's joints by their present tensions: see `DrivenMuscles`."""
         if self._helices is None:
