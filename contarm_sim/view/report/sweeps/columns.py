@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +16,9 @@ LEVELS = 24
 
 _READ = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg"), "Pa": (1e-3, "kPa"), "kg": (1e3, "g")}
 """Units of the table, what numbers are multiplied by, and units that people read."""
+
+_OF_LENGTH = "_percent"
+"""How names of shares of the arm's length end."""
 
 _WIDE = 30.0
 """Numbers that are this many times as large as the least are drawn on a logarithmic scale."""
@@ -49,8 +53,24 @@ class Column:
     @property
     def label(self) -> str:
         """Name and unit for an axis."""
-        unit = _READ.get(self.unit, (1.0, self.unit.replace("^2", "²")))[1]
-        return f"{self.name.replace('_percent', '').replace('_', ' ')}{'' if unit == '-' else f' [{unit}]'}"
+        unit = self.read_unit.replace(" ", "\u00a0")  # it is not broken
+        return f"{self.words}{'' if unit == '-' else f' [{unit}]'}"
+
+    @property
+    def words(self) -> str:
+        """Name without unit."""
+        return self.name.removesuffix(_OF_LENGTH if self.unit == "%" else "").replace("_", " ")
+
+    @property
+    def read_unit(self) -> str:
+        """The unit that people read; "-" for none."""
+        if self.unit == "%" and self.name.endswith(_OF_LENGTH):
+            return "% of length"
+        return _READ.get(self.unit, (1.0, self.unit.replace("^2", "²")))[1]
+
+    def wrapped(self, letters: int) -> str:
+        """Return the label in lines of at most so many letters, where that can be."""
+        return textwrap.fill(self.label.replace(".", ".\u200b"), letters).replace("\u200b", "")
 
     @property
     def log(self) -> bool:
@@ -90,12 +110,18 @@ def sorted_into(column: Column, bins: int) -> Sorted:
     shown = column.shown
     levels, place = np.unique(np.round(shown, 12), return_inverse=True)
     if len(levels) <= LEVELS:
-        return Sorted(place, len(levels), [f"{level:.3g}" for level in levels], levels, False)
+        return Sorted(place, len(levels), [in_digits(level) for level in levels], levels, False)
     low, high = float(shown.min()), float(shown.max())
     edges = np.geomspace(low, high, bins + 1) if column.log else np.linspace(low, high, bins + 1)
     place = np.clip(np.searchsorted(edges, shown, side="right") - 1, 0, bins - 1)
     middles = np.sqrt(edges[1:] * edges[:-1]) if column.log else 0.5 * (edges[1:] + edges[:-1])
-    return Sorted(place, bins, [f"{edge:.3g}" for edge in edges], middles, True)
+    return Sorted(place, bins, [in_digits(edge) for edge in edges], middles, True)
+
+
+def in_digits(number: float) -> str:
+    """Return a number in three digits."""
+    rounded = float(f"{number:.3g}")
+    return f"{rounded:g}".replace("e+0", "e").replace("e-0", "e-")
 
 
 def bins_for(cases: int, axes: int) -> int:
@@ -120,15 +146,19 @@ def by_effect(columns: list[Column], values: Array) -> list[Column]:
     return sorted(varied, key=lambda column: -effect(column, values))
 
 
+def axes_of(columns: list[Column], values: Array) -> tuple[Column, Column, list[Column]]:
+    """Return two of the columns for a map, across and upwards, and the others: numbers before texts, by effect."""
+    ranked = sorted(by_effect(columns, values), key=lambda column: not column.numeric)
+    ranked += [column for column in columns if column not in ranked]
+    across, upwards = ranked[:2]
+    return across, upwards, ranked[2:]
+
+
 def name_places(axis: Any, groups: Sorted, most: int) -> None:
     """Name levels, or edges of bins, on an axis of their numbers; at most so many of them, evenly."""
+    from matplotlib.ticker import NullLocator
+
     places = np.arange(len(groups.names)) - 0.5 * groups.binned
     step = -(-len(places) // max(most, 1))
     axis.set_ticks(places[::step], groups.names[::step])
-    axis.set_minor_locator(_none())
-
-
-def _none() -> Any:
-    from matplotlib.ticker import NullLocator
-
-    return NullLocator()
+    axis.set_minor_locator(NullLocator())

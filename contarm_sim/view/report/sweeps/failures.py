@@ -17,7 +17,7 @@ DONE = "ok"
 
 _COLOURS = (RED, ORANGE, PURPLE, BLUE, SKY)
 
-_AT_MOST = 5
+_AT_MOST, _IN_COLUMN = 6, 3
 """Parameters that have bars: those of the largest effect on failing."""
 
 
@@ -31,41 +31,41 @@ def draw_failures(sheet: Sheet, columns: list[Column], status: NDArray[Any]) -> 
     failed = status != DONE
     reasons = [str(reason) for reason in np.unique(status[failed])]
     ranked = by_effect(columns, failed.astype(float)) or columns
-    drawn, mapped = ranked[:_AT_MOST], len(ranked) > 1
-    panels = len(drawn) + mapped
-    beside = min(panels, 3 if sheet.wide else 1)
-    rows = -(-panels // beside)
-    sheet.tall(30 + 50 * rows if sheet.wide else 34 + 36 * rows)
-    axes: Any = sheet.subplots(rows, beside, squeeze=False).ravel()
+    drawn, mapped = ranked[: _AT_MOST if sheet.wide else _IN_COLUMN], len(ranked) > 1
+    beside = min(2 if mapped else 3, len(drawn)) if sheet.wide else 1
+    rows = -(-len(drawn) // beside)
+    whole: Any = sheet.add_gridspec(1, 2, width_ratios=[1, beside]) if sheet.wide else sheet.add_gridspec(
+        2, 1, height_ratios=[1.7, rows])  # fmt: skip
     if mapped:
-        draw_share_map(sheet, axes[0], ranked, failed)
-    bars = axes[mapped:]
-    for ax, column in zip(bars, drawn, strict=False):
-        _bars(ax, column, status, reasons, sheet.wide, beside)
-    for ax in bars[len(drawn) :]:
-        ax.set_axis_off()
-    most = max(ax.get_ylim()[1] for ax in bars[: len(drawn)])
-    for number, ax in enumerate(bars[: len(drawn)]):
-        ax.set_ylim(0, min(1.08 * most, 100))
-        if (number + mapped) % beside == 0 or (number == 0):
+        sheet.tall(max(34 + 44 * rows, 92) if sheet.wide else 98 + 40 * rows)
+        draw_share_map(sheet, sheet.add_subplot(whole[0]), ranked, failed)
+    else:
+        sheet.tall(80)
+    grid = (whole[1] if mapped else sheet.add_gridspec(1, 1)[0]).subgridspec(rows, beside)
+    bars = [sheet.add_subplot(grid[place]) for place in range(len(drawn))]
+    for place, (ax, column) in enumerate(zip(bars, drawn, strict=True)):
+        _bars(ax, column, status, reasons, (110 if sheet.wide else 66) // beside)
+        if place % beside == 0:
             ax.set_ylabel("failed [%]")
+    most = max(ax.get_ylim()[1] for ax in bars)
+    for ax in bars:
+        ax.set_ylim(0, min(most, 100))
     handles = bars[0].get_legend_handles_labels()[0]
-    sheet.legend(handles, reasons, loc="outside lower center", ncols=3 if sheet.wide else 1)
-    count, total = int(failed.sum()), len(failed)
-    sheet.heading(f"{count} of {total} cases failed: where, and why")
+    sheet.legend(handles, reasons, loc="outside lower center", ncols=3 if sheet.wide else 2)
+    sheet.heading(f"{int(failed.sum())} of {len(failed)} cases failed: where, and why")
 
 
-def _bars(ax: Any, column: Column, status: NDArray[Any], reasons: list[str], wide: bool, beside: int) -> None:
+def _bars(ax: Any, column: Column, status: NDArray[Any], reasons: list[str], width: float) -> None:
+    """Draw shares by levels or bins of a parameter, in so many millimetres."""
     groups = sorted_into(column, min(bins_for(len(status), 1), 10))
     total = np.bincount(groups.place, minlength=groups.count)
     base, places = np.zeros(groups.count), np.arange(groups.count)
     for number, reason in enumerate(reasons):
         share = 100 * np.bincount(groups.place[status == reason], minlength=groups.count) / np.maximum(total, 1)
         ax.bar(places, share, bottom=base, color=_COLOURS[number % len(_COLOURS)], width=0.9, label=reason,
-               hatch="/" * (number // len(_COLOURS)), edgecolor=HELD, linewidth=0.3)  # fmt: skip
+               hatch="//" * (number // len(_COLOURS)), edgecolor=HELD, linewidth=0.3)  # fmt: skip
         base = base + share
     ax.set_xlim(-0.6, groups.count - 0.4)
-    letters = max(map(len, groups.names)) + 1
-    name_places(ax.xaxis, groups, int((150 / beside if wide else 62) / (1.9 * letters)) or 1)
-    ax.set_xlabel(column.label)
+    name_places(ax.xaxis, groups, int(width / (2.0 * (max(map(len, groups.names)) + 1))))
+    ax.set_xlabel(column.wrapped(int(0.5 * width)))
     ax.grid(axis="x", visible=False)

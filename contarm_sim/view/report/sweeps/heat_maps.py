@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.view.colours import FAINT, NOTE, error_map, failure_map, value_map
-from contarm_sim.view.report.sweeps.columns import Column, Sorted, bins_for, by_effect, name_places, sorted_into
+from contarm_sim.view.report.sweeps.columns import Column, Sorted, axes_of, bins_for, in_digits, name_places, sorted_into
 from contarm_sim.view.style import INCH, Sheet
 
 _PANELS = 3
@@ -37,11 +37,16 @@ def slices(others: Sequence[Column], grid: bool) -> list[Slice]:
     for column, group in list(zip(others, groups, strict=True))[1:]:
         middle = group.count // 2
         rows &= group.place == middle
-        said.append(f"{column.label} {group.names[middle]}")
+        said.append(_at(column, group.names[middle]))
     first = groups[0]
     levels = np.unique(np.linspace(0, first.count - 1, min(_PANELS, first.count)).round().astype(int))
     common = f", {', '.join(said)}" if said else ""
-    return [Slice(f"{others[0].label} {first.names[k]}{common}", rows & (first.place == k)) for k in levels]
+    return [Slice(f"{_at(others[0], first.names[k])}{common}", rows & (first.place == k)) for k in levels]
+
+
+def _at(column: Column, level: str) -> str:
+    """Return a level in words: payload 50 g."""
+    return f"{column.words} {level}{'' if column.read_unit == '-' else f' {column.read_unit}'}"
 
 
 
@@ -55,16 +60,15 @@ def draw_heat_map(sheet: Sheet, columns: list[Column], value: Column, failed: ND
         failed: rows without it because the case failed, shape (K,).
         grid: whether the design is a grid, so that others can stand at levels.
     """
-    ranked = by_effect(columns, np.log(value.shown) if value.log else value.shown)
-    x, y = sorted(ranked[:2], key=lambda column: not column.numeric)
-    parts = slices(ranked[2:], grid) or [Slice("", np.ones(len(failed), dtype=bool))]
+    x, y, others = axes_of(columns, np.log(value.shown) if value.log else value.shown)
+    parts = slices(others, grid) or [Slice("", np.ones(len(failed), dtype=bool))]
     bins = bins_for(len(failed), 2)
     across, upwards = sorted_into(x, bins), sorted_into(y, bins)
     cells = [_medians(across, upwards, value.shown, part.rows) for part in parts]
     lost = [_any(across, upwards, failed & part.rows) & np.isnan(cell) for part, cell in zip(parts, cells, strict=True)]
     norm = scale_of(value, np.concatenate([cell[np.isfinite(cell)] for cell in cells]))
     count = len(parts)
-    sheet.tall((96 if count == 1 else 80) if sheet.wide else (40 + 58 * count if count > 1 else 92))
+    sheet.tall((96 if count == 1 else 80) if sheet.wide else (44 + 52 * count if count > 1 else 92))
     panels: Any = sheet.subplots(*((1, count) if sheet.wide else (count, 1)), squeeze=False, sharex=True, sharey=True)
     drawn: Any = None
     for ax, part, cell, gone in zip(panels.flat, parts, cells, lost, strict=True):
@@ -72,9 +76,9 @@ def draw_heat_map(sheet: Sheet, columns: list[Column], value: Column, failed: ND
         _cross_out(ax, gone)
         ax.set_title(textwrap.fill(part.title, 90 // count if sheet.wide else 44))
     _furnish(sheet, panels, (x, across), (y, upwards))
-    bar = sheet.colorbar(drawn, ax=panels, orientation="vertical" if sheet.wide else "horizontal",
-                         aspect=30 if sheet.wide else 40)  # fmt: skip
-    bar.set_label(value.label)
+    bar = sheet.colorbar(drawn, ax=panels if sheet.wide else panels[-1, 0], aspect=30,
+                         orientation="vertical" if sheet.wide else "horizontal")  # fmt: skip
+    bar.set_label(value.label if sheet.wide else value.wrapped(40))
     name_scale(bar, norm)
     crossed = "; crossed out: every case there failed" if any(gone.any() for gone in lost) else ""
     sheet.heading(f"{value.label}, median of the cases in each cell{crossed}")
@@ -84,7 +88,7 @@ def draw_share_map(sheet: Sheet, ax: Any, columns: list[Column], failed: NDArray
     """Draw which share of the cases failed, over the two parameters of the largest effect on that."""
     from matplotlib.colors import Normalize
 
-    x, y = sorted(by_effect(columns, failed.astype(float))[:2], key=lambda column: not column.numeric)
+    x, y, _ = axes_of(columns, failed.astype(float))
     bins = bins_for(len(failed), 2)
     across, upwards = sorted_into(x, bins), sorted_into(y, bins)
     total = np.zeros((across.count, upwards.count))
@@ -94,8 +98,8 @@ def draw_share_map(sheet: Sheet, ax: Any, columns: list[Column], failed: NDArray
     with np.errstate(invalid="ignore"):
         share = 100 * bad / np.where(total > 0, total, np.nan)
     drawn = _cells(ax, share, Normalize(0, 100), failure_map())
-    _furnish(sheet, np.array([[ax]]), (x, across), (y, upwards), 0.5)
-    sheet.colorbar(drawn, ax=ax, aspect=30).set_label("failed [%]")
+    _furnish(sheet, np.array([[ax]]), (x, across), (y, upwards), 0.4 if sheet.wide else 0.85)
+    sheet.colorbar(drawn, ax=ax, orientation="horizontal", aspect=30).set_label("cases that failed [%]")
 
 
 def map_of(value: Column) -> Any:
@@ -121,10 +125,10 @@ def name_scale(bar: Any, norm: Any) -> None:
     if isinstance(norm, LogNorm):
         low, high = float(norm.vmin or 0), float(norm.vmax or 1)
         decades = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
-        firsts = (1,) if len(decades) > 4 else (1, 2, 5)
+        firsts = (1,) if len(decades) > 3 else (1, 2, 5)
         named = [first * 10.0**decade for decade in decades for first in firsts]
         named = [value for value in named if low <= value <= high] or [low, high]
-        bar.set_ticks(named, labels=[f"{value:.3g}" for value in named])
+        bar.set_ticks(named, labels=[in_digits(value) for value in named])
         bar.ax.yaxis.set_minor_formatter(NullFormatter())
         bar.ax.xaxis.set_minor_formatter(NullFormatter())
 
@@ -151,9 +155,9 @@ def _furnish(sheet: Sheet, panels: Any, across: tuple[Column, Sorted], upwards: 
     name_places(panels[0, 0].xaxis, across[1], int(width / (1.75 * letters)))
     name_places(panels[0, 0].yaxis, upwards[1], 12)
     for ax in panels[-1]:
-        ax.set_xlabel(across[0].label)
+        ax.set_xlabel(across[0].wrapped(max(int(0.6 * width), 12)))
     for ax in panels[:, 0]:
-        ax.set_ylabel(upwards[0].label)
+        ax.set_ylabel(upwards[0].wrapped(30))
 
 
 def _medians(across: Sorted, upwards: Sorted, values: Array, rows: NDArray[Any]) -> Array:

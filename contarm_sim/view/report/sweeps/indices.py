@@ -32,13 +32,13 @@ def draw_indices(sheet: Sheet, found: Indices, value: Column) -> None:
         apart = np.maximum([index - interval[0], interval[1] - index], 0.0)[:, order]
         ax.errorbar(index[order], rows + shift, xerr=apart, elinewidth=1.1, **look)
     ax.axvline(0.0, color="black", linewidth=0.6)
-    ax.set_yticks(rows, [found.names[k].replace("_", " ") for k in order])
+    names = [Column(found.names[k], "-", order) for k in order]
+    ax.set_yticks(rows, [name.wrapped(40 if sheet.wide else 18) for name in names])
     ax.set_ylim(len(order) - 0.5, -0.5)
     ax.set_xlim(right=max(1.0, ax.get_xlim()[1]))
-    ax.set_xlabel(f"share of the variance [-], bars: {LEVEL:g} % intervals")
+    ax.set_xlabel(f"share of the variance [-]{', ' if sheet.wide else chr(10)}bars: {LEVEL:g} % intervals")
     ax.grid(axis="y", visible=False)
-    handles, _ = ax.get_legend_handles_labels()
     handles = [ax.errorbar([], [], xerr=[], elinewidth=1.1, **look) for look in (_ALONE, _TOTAL)]
     words = ["caused by the parameter alone (first order)", "together with others, too (total)"]
     sheet.legend(handles, words, loc="outside lower center", ncols=2 if sheet.wide else 1)
-    sheet.heading(f"What causes the variance of {value.label.partition(' [')[0]}: Sobol's indices from {found.points} points")
+    sheet.heading(f"What causes the variance of {value.words}: Sobol's indices from {found.points} points")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.view.colours import BLUE, ERROR, HELD
@@ -24,7 +25,7 @@ _AT_MOST = 8
 def draw_marginals(sheet: Sheet, columns: list[Column], value: Column) -> None:
     """Draw a quantity against each parameter that varies, those of the largest effect first.
 
-    Lines are medians of levels or bins, bands are between the tenths; marks are cases, where a design has none at the
+    Lines are medians of levels or bins, bands are from the 10th to the 90th percentile; marks are cases, where a design has none at the
     same place. Texts have a strip each.
     """
     ranked = by_effect(columns, np.log(value.shown) if value.log else value.shown) or columns
@@ -42,10 +43,10 @@ def draw_marginals(sheet: Sheet, columns: list[Column], value: Column) -> None:
         panels[0, 0].set_yscale("log")
         panels[0, 0].yaxis.set_major_formatter("{x:.3g}")
     for ax in panels[:, 0]:
-        ax.set_ylabel(value.label)
+        ax.set_ylabel(value.wrapped(26))
     left = len(ranked) - len(drawn)
     more = f"; {left} more have less effect" if left else ""
-    band = ", and between the tenths" if bands else ""
+    band = ", in a band from the 10th to the 90th percentile" if bands else ""
     sheet.heading(f"{value.label} by each parameter, whatever the others are: median{band}{more}")
 
 
@@ -53,7 +54,7 @@ def _panel(ax: Any, column: Column, value: Column, sheet: Sheet, beside: int) ->
     """Draw one parameter; return whether there is a band."""
     known = np.isfinite(value.shown)
     chosen, values = column.chosen(known), value.shown[known]
-    ax.set_xlabel(column.label)
+    ax.set_xlabel(column.wrapped((84 if sheet.wide else 40) // beside))
     if len(values) == 0:
         return False
     groups = sorted_into(chosen, bins_for(len(values), 1))
@@ -71,6 +72,8 @@ def _panel(ax: Any, column: Column, value: Column, sheet: Sheet, beside: int) ->
     if column.log:
         ax.set_xscale("log")
         _name_few(ax, chosen.shown)
+    else:
+        ax.xaxis.set_major_locator(MaxNLocator(3 if beside > 1 and not sheet.wide else 4))
     return bool(np.any(high > low))
 
 
@@ -93,8 +96,6 @@ def _strips(ax: Any, groups: Sorted, values: Array, middle: Array) -> None:
 
 def _name_few(ax: Any, shown: Array) -> None:
     """Name decades of a logarithmic axis; of one without two of them 1, 2 and 5."""
-    from matplotlib.ticker import LogLocator, NullFormatter
-
     wide = np.log10(shown.max() / shown.min())
     if wide < 1.5:
         ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if wide > 0.4 else (1, 1.5, 2, 3, 5, 7)))
