@@ -137,12 +137,13 @@ def bend_of(given: Options, arm: Arm) -> Array | None:
         return None
     made = []
     for k in range(len(arm.sections)):
-        own = f"section_{k + 1}.bend"
-        angle: float = given.get(f"{own}.angle", given.get("bend.angle", 0.0))
-        plane = given.get(f"{own}.plane", given.get("bend.plane", 0.0))
-        if not 0 <= angle < np.pi:
-            raise InputError("bend.angle", angle, "0 <= bend angle < pi rad (180 deg)")
-        made.append(arc.from_polar(angle, plane))
+        own = {"angle": 0.0, "plane": 0.0}
+        for part in own:
+            for name in (f"bend.{part}", f"section_{k + 1}.bend.{part}"):
+                own[part] = given.get(name, own[part])
+        if not 0 <= own["angle"] < np.pi:
+            raise InputError("bend.angle", own["angle"], "0 <= bend angle < pi rad (180 deg)")
+        made.append(arc.from_polar(own["angle"], own["plane"]))
     return np.concatenate(made)
 
 

@@ -56,6 +56,15 @@ class Parameter:
     choices: tuple[str, ...] = ()
     of_arm: bool = False
 
+    @property
+    def meant(self) -> str:
+        """What its values are, in words."""
+        if self.choices:
+            return ", ".join(self.choices)
+        return {"number": "a number", "whole": "a whole number", "text": "a text"}.get(
+            self.kind, f"{self.size} numbers"
+        )
+
     def checked(self, value: Any) -> Any:
         """Return a value as a float, a whole number, a text or a tuple of floats.
 
