@@ -110,7 +110,11 @@ def _of_bends() -> Iterator[Quantity]:
     for percent in WITHIN:
         meaning = f"largest bend, up to max_bend, at which the tip error stays within {percent:g} % of length"
         yield Quantity(f"bend_within_{percent:g}_percent", "rad", meaning,
-                       lambda told, percent=percent: told.bend_within(percent), costly=True)  # fmt: skip
+                       _bend_within(percent), costly=True)  # fmt: skip
+
+
+def _bend_within(percent: float) -> Callable[[Any], float | None]:
+    return lambda told: told.bend_within(percent)
 
 
 def _of_rest() -> Iterator[Quantity]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
@@ -61,7 +63,7 @@ def sobol(names: tuple[str, ...], f_a: Array, f_b: Array, f_ab: Array) -> Indice
     used = whole[: 2 ** (len(whole).bit_length() - 1)]
     n = len(used)
 
-    def indices(rows: Array) -> Array:
+    def indices(rows: NDArray[np.integer[Any]]) -> Array:
         values = {"f_A": f_a[None, rows], "f_B": f_b[None, rows], "f_AB": f_ab[:, None, rows]}
         found = sobol_indices(func=values, n=n)
         return np.array([found.first_order, found.total_order]).reshape(2, len(names))
@@ -70,5 +72,5 @@ def sobol(names: tuple[str, ...], f_a: Array, f_b: Array, f_ab: Array) -> Indice
     again = np.array([indices(rng.choice(used, n)) for _ in range(RESAMPLED)])
     low, high = np.quantile(again, (0.5 - LEVEL / 200, 0.5 + LEVEL / 200), axis=0)
     first, total = indices(used)
-    both = (np.stack([low[k], high[k]]) for k in range(2))
-    return Indices(names, first, total, *both, n, len(f_a) - n)
+    intervals = np.stack([low, high], axis=1)
+    return Indices(names, first, total, intervals[0], intervals[1], n, len(f_a) - n)

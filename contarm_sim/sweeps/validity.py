@@ -126,12 +126,12 @@ def chart_of(sweep: Sweep) -> Validity | None:
     shape = tuple(len(levels) for levels, _ in places)
     if np.prod(shape) != spec.cases or min(shape[:3]) < 2 or weight[0][0] == 0 or payload[0][0] > 0:
         return None
-    at = tuple(place for _, place in places)
+    at: Any = tuple(place for _, place in places)
     error, bends = np.full(shape, np.inf), np.zeros((*shape, len(BENDS)))
     found = sweep.column(ERROR)
     error[at] = np.where(np.isfinite(found), found, np.inf)
     for i, name in enumerate(BENDS):
-        bends[(*at, i)] = np.degrees(np.nan_to_num(sweep.column(name)))
+        bends[..., i][at] = np.degrees(np.nan_to_num(sweep.column(name)))
     usual = int(np.abs(links[0] - Arm().links).argmin())
     stances = tuple(
         Stance(_MEANING[bool(upright)], error[:, :, :, k], bends[:, :, :, k]) for k, upright in enumerate(stance[0])

@@ -32,13 +32,13 @@ class Column:
         name: as in the table.
         unit: of the values, SI; "-" for none.
         values: numbers, NaN where there is none, or texts, shape (K,).
-        spaced: whether numbers are evenly spaced in their logarithm.
+        spaced: whether numbers are evenly spaced in their logarithm; None: as their range suggests.
     """
 
     name: str
     unit: str
     values: NDArray[Any]
-    spaced: bool = False
+    spaced: bool | None = None
 
     @property
     def numeric(self) -> bool:
@@ -76,7 +76,9 @@ class Column:
     def log(self) -> bool:
         """Whether its numbers are better told on a logarithmic scale."""
         known = self.shown[np.isfinite(self.shown)] if self.numeric else np.zeros(0)
-        return len(known) > 0 and known.min() > 0 and (self.spaced or known.max() > _WIDE * known.min())
+        if len(known) == 0 or known.min() <= 0:
+            return False
+        return bool(known.max() > _WIDE * known.min()) if self.spaced is None else self.spaced
 
     def chosen(self, rows: NDArray[Any]) -> Column:
         """Return some of its rows."""
@@ -125,8 +127,8 @@ def in_digits(number: float) -> str:
 
 
 def bins_for(cases: int, axes: int) -> int:
-    """Return into how many bins each of one or two axes is sorted: some ten cases each or more, where there are any."""
-    return int(np.clip((cases / 10) ** (1 / axes), 4, 12 if axes == 2 else 20))
+    """Return into how many bins each of one or two axes is sorted: some twenty cases each, where there are as many."""
+    return int(np.clip((cases / 20) ** (1 / axes), 4, 12 if axes == 2 else 16))
 
 
 def effect(column: Column, values: Array) -> float:
@@ -149,9 +151,8 @@ def by_effect(columns: list[Column], values: Array) -> list[Column]:
 def axes_of(columns: list[Column], values: Array) -> tuple[Column, Column, list[Column]]:
     """Return two of the columns for a map, across and upwards, and the others: numbers before texts, by effect."""
     ranked = sorted(by_effect(columns, values), key=lambda column: not column.numeric)
-    ranked += [column for column in columns if column not in ranked]
-    across, upwards = ranked[:2]
-    return across, upwards, ranked[2:]
+    across, upwards, *others = ranked + [column for column in columns if column not in ranked]
+    return across, upwards, others
 
 
 def name_places(axis: Any, groups: Sorted, most: int) -> None:

@@ -14,7 +14,7 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.model.named import find, with_parameters
 from contarm_sim.results.document import document
 from contarm_sim.sweeps.chunks import OK
-from contarm_sim.sweeps.distributions import Range
+from contarm_sim.sweeps.distributions import Normal, Range
 from contarm_sim.sweeps.sensitivity import Indices, sobol
 from contarm_sim.sweeps.table import Sweep
 from contarm_sim.sweeps.validity import Validity, chart_of
@@ -156,7 +156,11 @@ class Found:
 
     def _validity(self, chart: Validity) -> dict[str, Any]:
         within = [
-            {"stance": stance.meaning, "within_percent": bound, "own_weight_over_stiffness": chart.weight_within(bound, k)}
+            {
+                "stance": stance.meaning,
+                "within_percent": bound,
+                "own_weight_over_stiffness": chart.weight_within(bound, k),
+            }
             for k, stance in enumerate(chart.stances)
             for bound in chart.bounds
         ]
@@ -169,7 +173,7 @@ class Found:
         elif values.dtype == bool:
             values = values.astype(float)
         varied = self.sweep.spec.vary.get(name)
-        return Column(name, self.sweep.unit(name), values, isinstance(varied, Range) and varied.log)
+        return Column(name, self.sweep.unit(name), values, varied.log if isinstance(varied, Range | Normal) else None)
 
 
 def found_of(sweep: Sweep, quantity: str | None = None) -> Found:

@@ -11,11 +11,21 @@ from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.view.colours import FAINT, NOTE, error_map, failure_map, value_map
-from contarm_sim.view.report.sweeps.columns import Column, Sorted, axes_of, bins_for, in_digits, name_places, sorted_into
+from contarm_sim.view.report.sweeps.columns import (
+    Column,
+    Sorted,
+    axes_of,
+    bins_for,
+    by_effect,
+    in_digits,
+    name_places,
+    sorted_into,
+)
 from contarm_sim.view.style import INCH, Sheet
 
 _PANELS = 3
 """Most levels of a third parameter that have a map each."""
+
 
 class Slice(NamedTuple):
     """Some rows of a table, and what they have in common."""
@@ -27,11 +37,11 @@ class Slice(NamedTuple):
 def slices(others: Sequence[Column], grid: bool) -> list[Slice]:
     """Return the rows that have a map each: levels of the first of the other parameters, the rest at middle levels.
 
-    All rows at once where the design is no grid.
+    None where the design is no grid: all rows belong together then.
     """
-    count = len(others[0].values) if others else 0
     if not others or not grid:
-        return [Slice("", np.ones(count, dtype=bool))] if others else []
+        return []
+    count = len(others[0].values)
     groups = [sorted_into(column, 1) for column in others]
     rows, said = np.ones(count, dtype=bool), []
     for column, group in list(zip(others, groups, strict=True))[1:]:
@@ -49,8 +59,6 @@ def _at(column: Column, level: str) -> str:
     return f"{column.words} {level}{'' if column.read_unit == '-' else f' {column.read_unit}'}"
 
 
-
-
 def draw_heat_map(sheet: Sheet, columns: list[Column], value: Column, failed: NDArray[Any], grid: bool) -> None:
     """Draw a quantity over the two parameters of the largest effect on it.
 
@@ -61,7 +69,8 @@ def draw_heat_map(sheet: Sheet, columns: list[Column], value: Column, failed: ND
         grid: whether the design is a grid, so that others can stand at levels.
     """
     x, y, others = axes_of(columns, np.log(value.shown) if value.log else value.shown)
-    parts = slices(others, grid) or [Slice("", np.ones(len(failed), dtype=bool))]
+    every = Slice("", np.ones(len(failed), dtype=bool))
+    parts = [part for part in slices(others, grid) if (part.rows & ~np.isnan(value.shown)).any()] or [every]
     bins = bins_for(len(failed), 2)
     across, upwards = sorted_into(x, bins), sorted_into(y, bins)
     cells = [_medians(across, upwards, value.shown, part.rows) for part in parts]
@@ -88,7 +97,8 @@ def draw_share_map(sheet: Sheet, ax: Any, columns: list[Column], failed: NDArray
     """Draw which share of the cases failed, over the two parameters of the largest effect on that."""
     from matplotlib.colors import Normalize
 
-    x, y, _ = axes_of(columns, failed.astype(float))
+    two = by_effect(columns, failed.astype(float))
+    x, y = sorted((two if len(two) > 1 else columns)[:2], key=lambda column: not column.numeric)
     bins = bins_for(len(failed), 2)
     across, upwards = sorted_into(x, bins), sorted_into(y, bins)
     total = np.zeros((across.count, upwards.count))
@@ -136,14 +146,18 @@ def name_scale(bar: Any, norm: Any) -> None:
 def _cells(ax: Any, cell: Array, norm: Any, colours: Any) -> Any:
     edges = (np.arange(size + 1) - 0.5 for size in cell.shape)
     ax.grid(False)
-    return ax.pcolormesh(*edges, np.ma.masked_invalid(cell.T), cmap=colours, norm=norm, edgecolor="white", linewidth=0.3)
+    return ax.pcolormesh(
+        *edges, np.ma.masked_invalid(cell.T), cmap=colours, norm=norm, edgecolor="white", linewidth=0.3
+    )
 
 
 def _cross_out(ax: Any, gone: NDArray[Any]) -> None:
     places = np.argwhere(gone)
     if len(places):
         for i, j in places:
-            ax.fill([i - 0.5, i + 0.5, i + 0.5, i - 0.5], [j - 0.5, j - 0.5, j + 0.5, j + 0.5], color=FAINT, linewidth=0)
+            ax.fill(
+                [i - 0.5, i + 0.5, i + 0.5, i - 0.5], [j - 0.5, j - 0.5, j + 0.5, j + 0.5], color=FAINT, linewidth=0
+            )
         ax.plot(*places.T, "x", color=NOTE, markersize=3.5, markeredgewidth=0.8)
 
 
@@ -164,6 +178,8 @@ def _medians(across: Sorted, upwards: Sorted, values: Array, rows: NDArray[Any])
     """Return medians of values by cell, shape (across, upwards); NaN where there are none."""
     out = np.full((across.count, upwards.count), np.nan)
     known = rows & np.isfinite(values)
+    if not known.any():
+        return out
     cell = across.place * upwards.count + upwards.place
     order = np.argsort(cell[known], kind="stable")
     numbers, firsts = np.unique(cell[known][order], return_index=True)

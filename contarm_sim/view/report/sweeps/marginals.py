@@ -25,8 +25,8 @@ _AT_MOST = 8
 def draw_marginals(sheet: Sheet, columns: list[Column], value: Column) -> None:
     """Draw a quantity against each parameter that varies, those of the largest effect first.
 
-    Lines are medians of levels or bins, bands are from the 10th to the 90th percentile; marks are cases, where a design has none at the
-    same place. Texts have a strip each.
+    Lines are medians of levels or bins, bands are from the 10th to the 90th percentile; marks are cases, where a
+    design has none at the same place. Texts have a strip each.
     """
     ranked = by_effect(columns, np.log(value.shown) if value.log else value.shown) or columns
     drawn = ranked[:_AT_MOST]

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.sweeps.validity import Stance, Validity
@@ -23,7 +24,8 @@ _BENDS = (1, 2, 5, 10, 20, 50)
 _LEAST, _NO_LIMIT = 1e-3, 1e3
 """An error, or a bend, that is next to nothing; an error that is beyond all bounds [%]."""
 
-_DOTS, _EXAMPLE = (0, (2, 1.5)), {"color": ANALYTIC, "linestyle": (0, (4, 2)), "linewidth": 1.0}
+_DOTS: Any = (0, (2, 1.5))
+_EXAMPLE: dict[str, Any] = {"color": ANALYTIC, "linestyle": (0, (4, 2)), "linewidth": 1.0}
 """Lines with payload, and that of the example."""
 
 _MEANING = ("m: mass of the arm without payload, L: length, ", "EI: bending stiffness, g: 9.81 m/s²")
@@ -41,7 +43,7 @@ _KNEE = 0.4
 linear, above logarithmic, and contours are about straight."""
 
 _BY_PAYLOAD = _Scale(lambda y: np.log1p(np.maximum(y, 0.0) / _KNEE), lambda u: _KNEE * np.expm1(u))
-_BY_LINKS = _Scale(np.log, np.exp)
+_BY_LINKS = _Scale(lambda y: np.log(np.maximum(y, _LEAST)), np.exp)
 
 
 _NAMED, _NAMED_BENDS = (0.2, 0.45, 0.72), (0.15, 0.6, 0.88)
@@ -118,7 +120,7 @@ def _map(ax: Any, chart: Validity, y: Array, error: Array, scale: _Scale) -> Non
             _name(ax, bound, across[beyond[0]], upwards[row])
 
 
-def _last(x: Array, rests: Array) -> float:
+def _last(x: Array, rests: NDArray[np.bool_]) -> float:
     """Return where rest ends, of logarithms of weights: half-way to the first without."""
     if rests.all():
         return float(2 * x[-1] - x[-2])
@@ -229,5 +231,6 @@ def _legend(sheet: Sheet, chart: Validity) -> None:
     if any(not np.isfinite(stance.error_percent).all() for stance in chart.stances):
         handles.append(Patch(facecolor=FAINT, edgecolor=ERROR, linewidth=0.5))
         names.append("no rest: it buckles")
-    sheet.legend(handles, names, loc="outside lower center", ncols=3 if sheet.wide else 1, title=("" if sheet.wide else "\n").join(_MEANING),
+    meaning = ("" if sheet.wide else "\n").join(_MEANING)
+    sheet.legend(handles, names, loc="outside lower center", ncols=3 if sheet.wide else 1, title=meaning,
                  alignment="left")  # fmt: skip
