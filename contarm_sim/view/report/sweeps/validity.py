@@ -46,7 +46,7 @@ _BY_PAYLOAD = _Scale(lambda y: np.log1p(np.maximum(y, 0.0) / _KNEE), lambda u: _
 _BY_LINKS = _Scale(lambda y: np.log(np.maximum(y, _LEAST)), np.exp)
 
 
-_NAMED, _NAMED_BENDS = (0.2, 0.45, 0.72), (0.15, 0.6, 0.88)
+_NAMED, _NAMED_BENDS = (0.2, 0.45, 0.72), (0.15, 0.68, 0.88)
 """Shares of a panel's height at which contours are named, those of small errors below."""
 
 
@@ -63,8 +63,8 @@ def draw_validity(sheet: Sheet, chart: Validity) -> None:
     sheet.tall(184 if sheet.wide else 200)
     panels: Any = sheet.subplots(3, len(chart.stances), sharex=True, sharey="row", squeeze=False)
     for column, stance in enumerate(chart.stances):
-        _payloads(panels[0, column], chart, stance)
-        _bends(panels[1, column], chart, stance, column)
+        _payloads(panels[0, column], chart, stance, sheet.wide)
+        _bends(panels[1, column], chart, column, sheet.wide)
         _links(panels[2, column], chart, stance)
         panels[0, column].set_title(stance.meaning, fontweight="bold")
         words = ": weight of the arm over its stiffness" if sheet.wide else ""
@@ -83,13 +83,13 @@ def draw_validity(sheet: Sheet, chart: Validity) -> None:
     _legend(sheet, chart)
 
 
-def _payloads(ax: Any, chart: Validity, stance: Stance) -> None:
+def _payloads(ax: Any, chart: Validity, stance: Stance, wide: bool) -> None:
     errors = stance.error_percent[:, :, chart.usual]
     _map(ax, chart, chart.payload, errors, _BY_PAYLOAD)
     named = [payload for payload in _PAYLOADS if payload <= chart.payload[-1] * 1.001]
     ax.set_yticks(named, [f"{payload:g}" for payload in named])
     example = float(np.exp(np.interp(np.log(chart.example), np.log(chart.weight), np.log(errors[:, 0]))))
-    _read(ax, chart, 0.0, f"{example:.2g} %")
+    _read(ax, chart, 0.0, f"{example:.2g} %", wide)
 
 
 def _links(ax: Any, chart: Validity, stance: Stance) -> None:
@@ -143,12 +143,12 @@ def _between(known_at: Array, known: Array, at: Array) -> Array:
     return out
 
 
-def _bends(ax: Any, chart: Validity, stance: Stance, number: int) -> None:
+def _bends(ax: Any, chart: Validity, number: int, wide: bool) -> None:
     """Draw the largest bends within the bounds: colours and lines without payload, dashes with the arm's own mass."""
-    most = chart.max_bend_deg
+    most, stance = chart.max_bend_deg, chart.stances[number]
     ax.set(yscale="log", ylim=(_BENDS[0], most))
     ax.set_facecolor(TRUSTED[-1])
-    x, loaded = np.log(chart.weight), int(np.abs(chart.payload - 1.0).argmin())
+    x, loaded = np.log(chart.weight), _loaded(chart)
     fine = np.linspace(x[0], x[-1], _FINE)
     free, heavy = (_bend_curves(chart, number, payload, fine) for payload in (0, loaded))
     for colour, line in list(zip(TRUSTED, free, strict=False))[::-1]:
@@ -165,9 +165,14 @@ def _bends(ax: Any, chart: Validity, stance: Stance, number: int) -> None:
         if len(below) and 0.08 * _FINE < below[0] < 0.92 * _FINE:
             _name(ax, bound, float(np.exp(fine[below[0]])), height)
     read = float(np.interp(np.log(chart.example), fine, free[len(chart.bounds) // 2]))
-    _read(ax, chart, read, f"{read:.2g}°")
+    _read(ax, chart, read, f"{read:.2g}°", wide)
     ax.set_yticks([*_BENDS, most], [f"{bend:g}" for bend in (*_BENDS, most)])
     ax.minorticks_off()
+
+
+def _loaded(chart: Validity) -> int:
+    """Return which payload is drawn beside none: that nearest to the arm's mass."""
+    return 1 + int(np.abs(chart.payload[1:] - 1.0).argmin())
 
 
 def _bend_curves(chart: Validity, number: int, payload: int, fine: Array) -> list[Array]:
@@ -191,15 +196,18 @@ def _bend_curves(chart: Validity, number: int, payload: int, fine: Array) -> lis
     return curves
 
 
-def _read(ax: Any, chart: Validity, y: float, words: str) -> None:
+_ROOM = {True: 0.85, False: 0.6}
+"""Up to which share of the axis words have room to the right of a mark, on a page and in a column."""
+
+
+def _read(ax: Any, chart: Validity, y: float, words: str, wide: bool) -> None:
     """Mark what is read off for the example."""
     ax.plot(chart.example, y, "o", color="white", markeredgecolor=ANALYTIC, markeredgewidth=1.4, markersize=5,
             clip_on=False, zorder=7)  # fmt: skip
-    weight = chart.weight
-    right = chart.example < weight[0] ** 0.3 * weight[-1] ** 0.7  # there is room for the words
-    ax.annotate(words, (chart.example, y), xytext=(5 if right else -5, 7), textcoords="offset points", va="center",
-                ha="left" if right else "right", color=ANALYTIC, fontweight="bold", zorder=7,
-                path_effects=_halo())  # fmt: skip
+    right = chart.example < chart.weight[0] ** (1 - _ROOM[wide]) * chart.weight[-1] ** _ROOM[wide]
+    at = (5, 7) if right else (-5, -7 if y > 0 else 7)
+    ax.annotate(words, (chart.example, y), xytext=at, textcoords="offset points", va="center", color=ANALYTIC,
+                ha="left" if right else "right", fontweight="bold", zorder=7, path_effects=_halo())  # fmt: skip
 
 
 def _name(ax: Any, bound: float, x: float, y: float) -> None:
@@ -225,7 +233,8 @@ def _legend(sheet: Sheet, chart: Validity) -> None:
     handles: list[Any] = [Patch(facecolor=colour, edgecolor=ERROR, linewidth=0.5) for colour in TRUSTED]
     names.append(f"off by more than {chart.bounds[-1]:g} %")
     handles.append(Line2D([], [], color=ERROR, linestyle=_DOTS))
-    names.append("with a payload of its own mass")
+    ratio = chart.payload[_loaded(chart)]
+    names.append("with a payload of its own mass" if ratio == 1 else f"with a payload of {ratio:.2g} times its mass")
     handles.append(Line2D([], [], marker="o", markerfacecolor="white", markeredgecolor=ANALYTIC, **_EXAMPLE))
     names.append(f"an example: the paper's arm, {chart.example:.3g}")
     if any(not np.isfinite(stance.error_percent).all() for stance in chart.stances):
