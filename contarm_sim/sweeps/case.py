@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,6 +25,9 @@ from contarm_sim.sweeps.names import DRIVEN, GRID, MAX_BEND, MOST_GRID
 from contarm_sim.sweeps.spec import Spec
 
 Options = dict[str, Any]
+
+_BEND = ".bend."
+_APART = ("name", "project", "direction", "sphere_centre")
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,17 +71,21 @@ class Case:
         several = len(arm.sections) > 1
         return Reference.from_bends(spread_bends(arm, 3 * grid**2, most) if several else dome_grid(grid, most), arm)
 
-    def motion(self) -> Reference:
-        """Return the motion along a path."""
+    def path(self) -> paths.Path:
+        """Return the path of a motion."""
         given = {name[5:]: value for name, value in self.options.items() if name.startswith("path.")}
-        project, direction = given.pop("project", "refuse"), None
-        if any(name.startswith("direction") for name in given):
-            direction = _vector(given, "direction", 3, "xyz")
+        shape = {name: value for name, value in given.items() if "." not in name and name not in _APART}
         if any(name.startswith("sphere_centre") for name in given):
-            given["sphere_centre"] = _vector(given, "sphere_centre", 3, "xyz")
-        shape = {name: value for name, value in given.items() if "." not in name and name not in ("name", "direction")}
-        path = paths.named(given.get("name", "spiral"), self.arm.length, **shape)
-        return Reference.from_path(path, self.arm, project=project, direction=direction)
+            shape["sphere_centre"] = _vector(given, "sphere_centre", 3, "xyz")
+        return paths.named(given.get("name", "spiral"), self.arm.length, **shape)
+
+    def motion(self) -> Reference:
+        """Return the motion along the path."""
+        direction = None
+        if any(name.startswith("path.direction") for name in self.options):
+            direction = _vector(self.options, "path.direction", 3, "xyz")
+        project = self.options.get("path.project", "refuse")
+        return Reference.from_path(self.path(), self.arm, project=project, direction=direction)
 
     def stepping(self) -> Stepping | None:
         """Return how the engine steps; None where that is to be found."""
@@ -104,23 +111,40 @@ def options_of(spec: Spec, values: Mapping[str, Any]) -> Options:
         InputError: a value out of range, or options that exclude one another.
     """
     given = {name: value for name, value in values.items() if not spec.known[name].of_arm}
-    if "grid" in given:
-        check_count("grid", given["grid"], 1)
-        if given["grid"] > MOST_GRID:
-            raise InputError("grid", given["grid"], f"at most {MOST_GRID}")
-    for name, value in given.items():
-        if name in ("max_bend", "path.max_bend") and not 0 < value <= LARGEST_BEND:
-            raise InputError(name, value, f"more than 0 and at most {LARGEST_BEND:.4g} rad (170 deg)")
+    refuse_both(given)
+    check_count("grid", given.get("grid", 1), 1)
+    if given.get("grid", 1) > MOST_GRID:
+        raise InputError("grid", given["grid"], f"at most {MOST_GRID}")
+    if not 0 < given.get("max_bend", 1.0) <= LARGEST_BEND:
+        raise InputError("max_bend", given["max_bend"], f"more than 0 and at most {LARGEST_BEND:.4g} rad (170 deg)")
+    if not 0 <= given.get("load.at", 1.0) <= 1:
+        raise InputError("load.at", given["load.at"], "a number from 0 (base) to 1 (tip)")
     if "timestep" in given:
         Stepping(given["timestep"]).substeps(CONTROL_RATE)
     case = Case(spec.arm, given)
     if spec.run == "equilibrium":
         case.load()
-    elif spec.run == "rest" and bend_of(given, spec.arm) is not None:
-        for name in ("grid", "max_bend"):
-            if name in given:
-                raise InputError(name, given[name], "left out beside one bend, bend.angle and bend.plane")
+    elif spec.run == "motion":
+        case.path()
+    else:
+        bend_of(given, spec.arm)
     return given
+
+
+def refuse_both(names: Iterable[str]) -> None:
+    """Refuse names of options that exclude one another.
+
+    Raises:
+        InputError: muscles that are driven twice, or one bend beside a grid of them.
+    """
+    driven = {kind for kind in DRIVEN if any(f"{name}.".startswith(f"load.{kind}.") for name in names)}
+    driven |= {"bend" for name in names if _BEND in f".{name}"}
+    if len(driven) > 1:
+        raise InputError("muscles", f"driven by {' and by '.join(sorted(driven))}", "one of them")
+    if "bend" in driven:
+        for name in ("grid", "max_bend"):
+            if name in names:
+                raise InputError(name, "given", "left out beside one bend, bend.angle and bend.plane")
 
 
 def _vector(given: Options, name: str, size: int, parts: str) -> Any:
@@ -133,7 +157,7 @@ def _vector(given: Options, name: str, size: int, parts: str) -> Any:
 
 def bend_of(given: Options, arm: Arm) -> Array | None:
     """Return the bend of all sections [rad], shape (2 S,); None where none is given."""
-    if not any(".bend." in f".{name}" for name in given):
+    if not any(_BEND in f".{name}" for name in given):
         return None
     made = []
     for k in range(len(arm.sections)):
@@ -151,9 +175,6 @@ def _muscles(given: Options, arm: Arm) -> Muscles:
     """Return how the muscles are driven: by what is given."""
     kinds = [kind for kind in DRIVEN if any(name.startswith(f"load.{kind}") for name in given)]
     bend = bend_of(given, arm)
-    if len(kinds) + (bend is not None) > 1:
-        said = " and ".join([*kinds, *(["bend"] if bend is not None else [])])
-        raise InputError("muscles", f"driven by {said}", "one of them")
     if bend is not None:
         angles, planes = arc.to_polar(bend.reshape(-1, 2))
         return Muscles(kind="bend", values=tuple(np.stack([angles, planes], axis=-1).ravel()))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -19,15 +19,12 @@ from contarm_sim.errors import (
     UnstableError,
     one_line,
 )
-from contarm_sim.motion.rest import poses_at_rest
-from contarm_sim.motion.simulate import simulate
-from contarm_sim.statics.equilibrium import equilibrium
-from contarm_sim.sweeps.case import Case, bend_of, case_of
+from contarm_sim.sweeps.case import case_of
 from contarm_sim.sweeps.designs import roles
-from contarm_sim.sweeps.names import Run
 from contarm_sim.sweeps.quantities import QUANTITIES, Quantity
 from contarm_sim.sweeps.spec import Spec
-from contarm_sim.sweeps.told import Followed, Rested, Told
+from contarm_sim.sweeps.together import told, tried
+from contarm_sim.sweeps.told import Told
 
 OK = "ok"
 """Status of a case that went well."""
@@ -92,7 +89,7 @@ def rows(spec: Spec, chunk: int) -> list[Row]:
     every = spec.values(first, last)
     asked = [QUANTITIES[spec.run][name] for name in spec.ask]
     with engine_room():
-        found = told(spec, [_tried(case_of, spec, values) for values in every])
+        found = told(spec, [tried(case_of, spec, values) for values in every])
         made = [
             {"case": case, **values, **_said(each, asked)}
             for case, values, each in zip(range(first, last), every, found, strict=True)
@@ -101,33 +98,6 @@ def rows(spec: Spec, chunk: int) -> list[Row]:
         for row, point, matrix in zip(made, *roles(list(spec.vary), first, last), strict=True):
             row |= {"point": point, "matrix": matrix}
     return made
-
-
-def told(spec: Spec, cases: Sequence[Case | Exception]) -> list[Told | Exception]:
-    """Return what each case tells; where there is an error, that."""
-    return [case if isinstance(case, Exception) else _tried(_RUN[spec.run], case) for case in cases]
-
-
-def _tried(function: Callable[..., Any], *given: Any) -> Any:
-    try:
-        return function(*given)
-    except Exception as error:  # a case that fails in any way leaves the others alone
-        return error
-
-
-def _at_rest(case: Case) -> Told:
-    return Followed(case.arm, poses_at_rest(case.arm, case.poses(), case.controller))
-
-
-def _equilibrium(case: Case) -> Told:
-    return Rested(case.arm, equilibrium(case.arm, case.load()), bend_of(case.options, case.arm))
-
-
-def _motion(case: Case) -> Told:
-    return Followed(case.arm, simulate(case.arm, case.motion(), case.controller, stepping=case.stepping()))
-
-
-_RUN: dict[Run, Callable[[Case], Told]] = {"rest": _at_rest, "equilibrium": _equilibrium, "motion": _motion}
 
 
 def _said(found: Told | Exception, asked: Sequence[Quantity]) -> Row:

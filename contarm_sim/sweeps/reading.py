@@ -205,11 +205,12 @@ def _asked(given: Any, run: Any) -> tuple[str, ...]:
 
 def _check_values(spec: Spec) -> None:
     """Refuse values that no arm can have, or nothing can be asked for, whatever the others are."""
-    from contarm_sim.sweeps.case import options_of
+    from contarm_sim.sweeps.case import options_of, refuse_both
 
     base = {name: value for name, value in spec.fixed.items() if spec.known[name].of_arm}
     with_parameters(spec.arm, base)
     options_of(spec, {name: value for name, value in spec.fixed.items() if name not in base})
+    refuse_both({**spec.fixed, **spec.vary})
     for name, varied in spec.vary.items():
         ends = varied.values if isinstance(varied, Listed) else ()
         ends = (varied.low, varied.high) if isinstance(varied, Range) else ends
