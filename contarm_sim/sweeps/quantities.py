@@ -25,6 +25,7 @@ class Quantity:
         of: its value, of what a case tells (`sweeps.told`); None where there is none.
         kind: what its values are.
         costly: whether it takes simulations of its own, and is found where it is asked for by name alone.
+        of_arm: whether the arm alone tells it, also where the case fails.
     """
 
     name: str
@@ -33,6 +34,7 @@ class Quantity:
     of: Callable[[Any], Any]
     kind: Kind = "number"
     costly: bool = False
+    of_arm: bool = False
 
 
 _DISTANCES = {
@@ -78,7 +80,7 @@ def _of_any() -> Iterator[Quantity]:
         "own_weight_over_stiffness": "m g L^2/EI, without payload",
         "payload_over_mass": "payload over the mass of the arm",
     }.items():
-        yield Quantity(name, "-", meaning, attrgetter(name))
+        yield Quantity(name, "-", meaning, attrgetter(name), of_arm=True)
 
 
 def _of_samples(motion: bool) -> Iterator[Quantity]:

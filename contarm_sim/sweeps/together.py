@@ -7,7 +7,9 @@ from typing import Any
 
 from contarm_sim.model.load import Load
 from contarm_sim.motion.rest import poses_at_rest
-from contarm_sim.motion.simulate import simulate
+from contarm_sim.motion.simulate_many import simulate_many
+from contarm_sim.motion.time_step import Stepping
+from contarm_sim.paths.reference import Reference
 from contarm_sim.statics.equilibria import equilibria
 from contarm_sim.sweeps.case import Case, bend_of
 from contarm_sim.sweeps.names import Run
@@ -56,10 +58,20 @@ def _equilibria(spec: Spec, cases: list[Case]) -> list[Any]:
 
 
 def _motions(spec: Spec, cases: list[Case]) -> list[Any]:
-    def one(case: Case) -> Told:
-        return Followed(case.arm, simulate(case.arm, case.motion(), case.controller, stepping=case.stepping()))
+    """Step all motions together."""
+    found: list[Any] = [tried(_motion, case) for case in cases]
+    good = [place for place, motion in enumerate(found) if not isinstance(motion, Exception)]
+    if good:
+        references, steppings = zip(*(found[place] for place in good), strict=True)
+        arms, controllers = zip(*((cases[place].arm, cases[place].controller) for place in good), strict=True)
+        flown = simulate_many(arms, references, controllers, stepping=steppings, threads=1, backend=spec.backend)
+        for place, each in zip(good, flown, strict=True):
+            found[place] = each if isinstance(each, Exception) else Followed(cases[place].arm, each)
+    return found
 
-    return [tried(one, case) for case in cases]
+
+def _motion(case: Case) -> tuple[Reference, Stepping | None]:
+    return case.motion(), case.stepping()
 
 
 _RUN: dict[Run, Callable[[Spec, list[Case]], list[Any]]] = {
