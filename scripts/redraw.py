@@ -12,6 +12,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import tempfile
+import textwrap
 from pathlib import Path
 
 from blocks import ROOT, blocks, pages
@@ -72,6 +73,7 @@ def redraw_figures() -> None:
                 (folder / out / f"{name}.png").replace(IMAGES / f"{file}.png")
         contarm("trust", "--out", "trust", folder=folder)
         (folder / "trust" / "trust.png").replace(IMAGES / "trust.png")
+        _sweeps(folder)
         contarm("run", "--no-video", "--out", "spiral", folder=folder)
         contarm("render", "spiral", "--out", "spiral.gif", "--size", "480p", "--speed", "2", folder=folder)
         telling = ("--size", "1280x640", "--time", "9.5", "--no-plots")
@@ -81,6 +83,18 @@ def redraw_figures() -> None:
         for name in ("spiral.gif", "social.png", "two-sections.gif"):
             (folder / name).replace(IMAGES / name)
     subprocess.run([sys.executable, ROOT / "scripts" / "drawings.py"], check=True)
+
+
+def _sweeps(folder: Path) -> None:
+    """Draw the validity chart, and the example of `contarm sweep --help`."""
+    from contarm_sim.cli.sweep import sweep
+
+    (folder / "soft.toml").write_text(textwrap.dedent((sweep.help or "").split("\b\n")[2]))
+    for spec, figure, file in (("validity", "validity", "validity"), ("soft.toml", "heat_map", "sweep")):
+        name = spec.removesuffix(".toml")
+        contarm("sweep", spec, folder=folder)
+        contarm("sweep-report", f"runs/sweep-{name}", "--out", f"report-{name}", folder=folder)
+        (folder / f"report-{name}" / f"{figure}.png").replace(IMAGES / f"{file}.png")
 
 
 def main() -> None:

@@ -20,7 +20,7 @@ _READ = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg"), "Pa": (1e-3, "kPa"), "kg
 _OF_LENGTH = "_percent"
 """How names of shares of the arm's length end."""
 
-_WIDE = 30.0
+_WIDE = 10.0
 """Numbers that are this many times as large as the least are drawn on a logarithmic scale."""
 
 
