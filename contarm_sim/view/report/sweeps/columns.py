@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from dataclasses import dataclass
 from typing import Any
@@ -117,7 +118,8 @@ def sorted_into(column: Column, bins: int) -> Sorted:
     edges = np.geomspace(low, high, bins + 1) if column.log else np.linspace(low, high, bins + 1)
     place = np.clip(np.searchsorted(edges, shown, side="right") - 1, 0, bins - 1)
     middles = np.sqrt(edges[1:] * edges[:-1]) if column.log else 0.5 * (edges[1:] + edges[:-1])
-    return Sorted(place, bins, [in_digits(edge) for edge in edges], middles, True)
+    named = edges if column.log else np.round(edges, 3 - math.floor(math.log10(high - low)))
+    return Sorted(place, bins, [in_digits(edge) for edge in named], middles, True)
 
 
 def in_digits(number: float) -> str:

@@ -53,6 +53,11 @@ class Found:
         return [self._column(name) for name in self.sweep.spec.vary]
 
     @cached_property
+    def cases(self) -> NDArray[Any]:
+        """The numbers of the cases."""
+        return np.asarray(self.sweep.column("case"))
+
+    @cached_property
     def status(self) -> NDArray[Any]:
         """What became of each case."""
         return np.asarray(self.sweep.column("status"))
@@ -121,8 +126,7 @@ class Found:
     def told(self, row: int) -> dict[str, Any]:
         """Return the number, the parameters and the quantity of a case."""
         said = {column.name: column.values[row] for column in self.columns}
-        case = int(self.sweep.column("case")[row])
-        return {"case": case, **said, self.quantity: self.value.values[row]}
+        return {"case": int(self.cases[row]), **said, self.quantity: self.value.values[row]}
 
     def why(self) -> list[tuple[str, int, str]]:
         """Return each status of cases that failed, how many have it, and what the first of them says."""

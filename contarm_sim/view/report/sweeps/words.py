@@ -101,9 +101,8 @@ def fixed(found: Found) -> list[tuple[str, str]]:
 def cases(found: Found) -> tuple[list[str], list[list[str]]]:
     """Return the columns and rows of the table of extreme cases."""
     columns = ["", "case", found.value.label, *(column.label for column in found.columns)]
-    numbers = found.sweep.column("case")
     rows = [
-        [which, f"{int(numbers[row])}", _cell(found.value, row), *(_cell(column, row) for column in found.columns)]
+        [which, f"{int(found.cases[row])}", _cell(found.value, row), *(_cell(column, row) for column in found.columns)]
         for which, row in found.extremes()
     ]
     return columns, rows
