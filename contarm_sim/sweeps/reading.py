@@ -60,7 +60,7 @@ def read(given: str | PathLike[str] | Mapping[str, Any] | Spec, backend: str | N
         return _spec({**tomllib.loads(built_in()[name].read_text("utf-8")), **extra}, name, Path())
     path = as_path("sweep", given, "a TOML file")
     if not path.exists() and path.suffix != ".toml" and path.name == name:
-        raise InputError("sweep", repr(name), f"a TOML file, or one of {', '.join(built_in())}")
+        raise InputError("sweep", repr(name), f"a TOML file, or one of {', '.join(sorted(built_in()))}")
     text = read_text(path, "a TOML file that describes a sweep", 2**24)
     try:
         table = tomllib.loads(text)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import threading
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from os import PathLike
 from pathlib import Path
@@ -26,6 +28,9 @@ Runner = Callable[[Spec, Iterable[int]], Iterator[Done]]
 
 AHEAD = 2
 """Chunks that wait at each process."""
+
+WATCH = 0.5
+"""Time after which a worker has seen that its parent was killed [s]."""
 
 _THREADS = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
 
@@ -114,7 +119,7 @@ def by_processes(spec: Spec, chunks: Iterable[int], processes: int) -> Iterator[
     waiting: set[Future[Done]] = set()
     left = iter(chunks)
     with unbroken():
-        pool = loky.ProcessPoolExecutor(processes, initializer=_quiet, env=_THREADS)
+        pool = loky.ProcessPoolExecutor(processes, initializer=_begin, initargs=(os.getpid(),), env=_THREADS)
     try:
         while True:
             while len(waiting) < AHEAD * processes and (chunk := next(left, None)) is not None:
@@ -131,6 +136,13 @@ def by_processes(spec: Spec, chunks: Iterable[int], processes: int) -> Iterator[
             pool.shutdown(wait=True, kill_workers=True)
 
 
-def _quiet() -> None:
-    """Leave Ctrl-C to the process that keeps the parts."""
+def _begin(parent: int) -> None:
+    """Leave Ctrl-C to the process that keeps the parts, and end when it does: loky's workers would wait for ever."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _end_with(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(WATCH)
+    os._exit(1)
