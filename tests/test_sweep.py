@@ -227,7 +227,7 @@ def test_a_kept_sweep_reads_back_in_full(swept, tmp_path):
     asked, kept = sweeps.read(tmp_path / "s.toml"), sweeps.read(swept.folder / "sweep.toml")
     assert asked.key == kept.key == swept.spec.key == sweeps.load(swept.folder).spec.key
     assert asked.key != sweeps.read(SPEC | {"ask": ["tip_x"]}).key
-    assert sweeps.read("validity").cases == 672
+    assert sweeps.read("validity").cases == 1050
 
 
 def test_help_shows_a_sweep_that_can_be_pasted(contarm, tmp_path):

@@ -41,7 +41,7 @@ def draw_marginals(sheet: Sheet, columns: list[Column], value: Column) -> None:
         ax.set_axis_off()
     if value.log:
         panels[0, 0].set_yscale("log")
-        panels[0, 0].yaxis.set_major_formatter("{x:.3g}")
+        _name_few(panels[0, 0].yaxis, value.shown[np.isfinite(value.shown)])
     for ax in panels[:, 0]:
         ax.set_ylabel(value.wrapped(26))
     left = len(ranked) - len(drawn)
@@ -71,7 +71,7 @@ def _panel(ax: Any, column: Column, value: Column, sheet: Sheet, beside: int) ->
     ax.plot(centres, middle, "-" if groups.binned else "o-", color=ERROR)
     if column.log:
         ax.set_xscale("log")
-        _name_few(ax, chosen.shown)
+        _name_few(ax.xaxis, chosen.shown)
     else:
         ax.xaxis.set_major_locator(MaxNLocator(3 if beside > 1 and not sheet.wide else 4))
     return bool(np.any(high > low))
@@ -94,10 +94,10 @@ def _strips(ax: Any, groups: Sorted, values: Array, middle: Array) -> None:
     ax.set_xlim(-0.6, groups.count - 0.4)
 
 
-def _name_few(ax: Any, shown: Array) -> None:
+def _name_few(axis: Any, shown: Array) -> None:
     """Name decades of a logarithmic axis; of one without two of them 1, 2 and 5."""
     wide = np.log10(shown.max() / shown.min())
     if wide < 1.5:
-        ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if wide > 0.4 else (1, 1.5, 2, 3, 5, 7)))
-    ax.xaxis.set_major_formatter("{x:g}")
-    ax.xaxis.set_minor_formatter(NullFormatter())
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5) if wide > 0.4 else (1, 1.5, 2, 3, 5, 7)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
