@@ -141,14 +141,15 @@ class Found:
     def document(self) -> dict[str, Any]:
         """Return the report in numbers, SI units."""
         spec, known = self.sweep.spec, self.value.values[np.isfinite(self.value.values.astype(float))]
-        spread = {"least": float(known.min()), "median": float(np.median(known)), "largest": float(known.max())}
+        of = np.percentile(known, (0, 50, 100)).tolist() if len(known) else []
         made: dict[str, Any] = {
             "sweep": spec.to_dict(),
             "folder": str(self.sweep.folder),
             "cases": spec.cases,
             "done": len(self.sweep),
             "status": dict(self.sweep.counts),
-            "quantity": {"name": self.quantity, "unit": self.value.unit} | (spread if len(known) else {}),
+            "quantity": {"name": self.quantity, "unit": self.value.unit}
+            | dict(zip(("least", "median", "largest"), of, strict=False)),
             "by_effect": self.ranked,
             "extremes": [{"which": which, **document(self.told(row))} for which, row in self.extremes()],
         }

@@ -6,6 +6,7 @@ from typing import Any
 
 from contarm_sim.sweeps.distributions import Normal, Range, Varied
 from contarm_sim.sweeps.distributions import Values as Listed
+from contarm_sim.sweeps.quantities import QUANTITIES
 from contarm_sim.view.report.headline import Standing
 from contarm_sim.view.report.sweeps.columns import Column, in_digits
 from contarm_sim.view.report.sweeps.found import Found
@@ -25,7 +26,7 @@ def headline(found: Found) -> str:
     """Say in one sentence what the sweep says."""
     value, known = found.value, found.known
     if len(known) == 0:
-        return f"No case has a {value.words}."
+        return f"No case that is done has a value of {value.words}."
     if found.chart is not None:
         bound = found.chart.bounds[len(found.chart.bounds) // 2]
         weights = [
@@ -39,7 +40,10 @@ def headline(found: Found) -> str:
     ranked = found.ranked
     said = f"{value.words} is {in_digits(known.min())} to {in_digits(known.max())}{unit}"
     said = f"The {said}" if known.min() < known.max() else f"The {value.words} is {in_digits(known.max())}{unit}"
-    return f"{said}; {_words(ranked[0])} matters most." if len(ranked) > 1 else f"{said}."
+    if QUANTITIES[found.sweep.spec.run][found.quantity].kind == "truth":
+        said = f"{value.words.capitalize()}: {int(known.sum()):,} of {_count(len(known))}"
+    matters = len(ranked) > 1 and known.min() < known.max()
+    return f"{said}; {_words(ranked[0])} matters most." if matters else f"{said}."
 
 
 def lead(found: Found) -> str:
