@@ -6,7 +6,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -23,8 +23,10 @@ from contarm_sim.sweeps.table import Sweep, load
 Done = tuple[int, bytes]
 """The number of a chunk, and the content of its part."""
 
-Runner = Callable[[Spec, Iterable[int]], Iterator[Done]]
+Runner = Callable[[Spec, Sequence[int]], Iterator[Done]]
 """What runs chunks somewhere, and yields them in any order as they are done, few at a time."""
+
+MOST_PROCESSES = 4096
 
 AHEAD = 2
 """Chunks that wait at each process."""
@@ -97,23 +99,31 @@ def in_this_process(spec: Spec, chunks: Iterable[int]) -> Iterator[Done]:
 
 
 def _local(processes: int | None) -> Runner:
-    if processes is None:
-        processes = len(os.sched_getaffinity(0))
-    if isinstance(processes, bool) or not isinstance(processes, int) or not 1 <= processes <= 4096:
-        raise InputError("processes", processes, "a whole number, at least 1")
+    if processes is not None and (
+        isinstance(processes, bool) or not isinstance(processes, int) or not 1 <= processes <= MOST_PROCESSES
+    ):
+        raise InputError("processes", processes, f"a whole number from 1 to {MOST_PROCESSES}")
     return lambda spec, chunks: by_processes(spec, chunks, processes)
 
 
-def by_processes(spec: Spec, chunks: Iterable[int], processes: int) -> Iterator[Done]:
+def by_processes(spec: Spec, chunks: Sequence[int], processes: int | None = None) -> Iterator[Done]:
     """Run chunks in worker processes of this machine; a few wait at each, so that memory stays as it is.
+
+    Args:
+        processes: at most so many; default one for each core.
 
     Raises:
         ContarmError: a worker was killed.
     """
     try:
+        from joblib import cpu_count
         from joblib.externals import loky
     except ImportError:
         raise MissingError("joblib", "sweep") from None
+    processes = min(processes or cpu_count(), len(chunks))
+    if processes < 2:
+        yield from in_this_process(spec, chunks)
+        return
     from concurrent.futures import FIRST_COMPLETED, Future, wait
 
     waiting: set[Future[Done]] = set()
