@@ -12,7 +12,7 @@ from contarm_sim import sweeps
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.mckibben import McKibben
 from contarm_sim.paths.reference import Reference
-from contarm_sim.studies.at_rest import attempt
+from contarm_sim.studies.attempts import attempt
 from contarm_sim.studies.scenarios import HANGING, UPRIGHT, dome_grid, scenarios, weight_over_stiffness
 from contarm_sim.studies.trusted_bends import LoadedArm, trusted
 from contarm_sim.sweeps.sensitivity import sobol
