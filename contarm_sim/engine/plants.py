@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from types import SimpleNamespace
 from typing import Any, Self
 
@@ -166,13 +167,24 @@ class Plants:
         self._laws: dict[Any, list[int]] = {}
         for place, arm in enumerate(self.arms):
             self._laws.setdefault(tuple((group.law, group.rest_length) for group in arm.groups), []).append(place)
-        self._helices, self.twisted = None, None
-        first = self.one(0)
-        if first.turning:
-            singles = [self.one(place) for place in range(len(self.arms))]
-            self._helices = TwistedMuscles.of_many([one.helices for one in singles if one.helices], self.qpos)
-            self._untwisting = np.stack([one.untwisting for one in singles])
-            self.twisted = None if self.actuation == "lengths" else self._helices
+        vars(self).pop("_twist", None)
+
+    @cached_property
+    def _twist(self) -> tuple[TwistedMuscles, Array] | None:
+        """The muscles as twist finds them, and what joints resist twist with of themselves [N m/rad], shape (B, J).
+
+        Found when they are asked for: it takes longer than all else that a change of arms does.
+        """
+        if not self.one(0).turning:
+            return None
+        singles = [self.one(place) for place in range(len(self.arms))]
+        helices = TwistedMuscles.of_many([one.helices for one in singles if one.helices], self.qpos)
+        return helices, np.stack([one.untwisting for one in singles])
+
+    @property
+    def twisted(self) -> TwistedMuscles | None:
+        """What twist does to parallel muscles, as of `Plant`."""
+        return None if self.actuation == "lengths" or self._twist is None else self._twist[0]
 
     def one(self, place: int) -> DrivenMuscles:
         """Return what `Plant` has of its muscles, of one of the arms; views that stay current until `become`."""
@@ -259,16 +271,14 @@ class Plants:
     @property
     def turning(self) -> bool:
         """Whether `stiffen_twist` does anything."""
-        return self._helices is not None
+        return self._twist is not None
 
     def stiffen_twist(self) -> None:
         """Let twisted parallel muscles stiffen the engine's joints by their present tensions: see `DrivenMuscles`."""
-        if self._helices is None:
+        if self._twist is None:
             return
-        stiffness, twisting = (
-            self._untwisting + self._helices.joint_stiffness(self.muscle_tensions),
-            self.index.twisting,
-        )
+        helices, untwisting = self._twist
+        stiffness, twisting = untwisting + helices.joint_stiffness(self.muscle_tensions), self.index.twisting
         for model, own in zip(self.models, stiffness, strict=True):
             model.jnt_stiffness[twisting] = own
         self.batch.set_models(self.models)

@@ -96,7 +96,7 @@ class Definition:
 
     def built(self, arm: Arm) -> Built:
         """Return the model of an arm, the caller's own, without what is drawn: nothing touches it."""
-        own = built(arm, self.actions.actuation, _unseen_spec)
+        own = built(arm, self.actions.actuation, unseen_spec)
         own.model.opt.timestep = self.timestep
         return own
 
@@ -130,7 +130,8 @@ def plain_spec(arm: Arm, actuation: Actuation, timestep: float) -> mujoco.MjSpec
     return spec
 
 
-def _unseen_spec(arm: Arm, actuation: Actuation, timestep: float) -> mujoco.MjSpec:
+def unseen_spec(arm: Arm, actuation: Actuation, timestep: float) -> mujoco.MjSpec:
+    """Return `plain_spec` without what is drawn."""
     spec = plain_spec(arm, actuation, timestep)
     for geom in spec.geoms:
         spec.delete(geom)
