@@ -1,0 +1,140 @@
+"""Parameters of an arm by name, one number each: what sweeps vary, what is uncertain, what an environment changes.
+
+length, mass, bending_stiffness, ...      of the section; of several sections, the same for all of them
+muscle_radius, muscle.braid_friction      of its muscles and their law
+section_2.mass, section_2.muscle.wall     of one of several sections
+payload, gravity, gravity.z               of the world; a component of a vector
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from contextlib import nullcontext
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+from contarm_sim.errors import InputError
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.muscle_table import rerouted
+from contarm_sim.model.routing import Routing
+from contarm_sim.model.section import Section
+from contarm_sim.model.section_tables import said_of
+from contarm_sim.model.world import World
+
+_ROUTED = {"muscle_radius": "radius", "muscle.path": "path", "muscle.count": "count", "muscle.offset": "offset"}
+"""Names of where muscles run, and the fields of `Routing` that they are."""
+
+_UNITS = {"path": "-", "count": "-", "offset": "rad"}
+"""Units of the fields of `Routing` that declare none."""
+
+_AXES = "xyz"
+
+
+@dataclass(frozen=True)
+class Named:
+    """One parameter of an arm.
+
+    Attributes:
+        name: what it is called.
+        unit: of its value, "-" where it has none.
+        kind: the part of the arm that has it: `sections`, `routings`, `laws` or `world`.
+        owners: numbers of the sections that it is of, from 0; none for the world's.
+        field: its name in that part.
+        component: of a vector, or None.
+    """
+
+    name: str
+    unit: str
+    kind: str
+    owners: tuple[int, ...]
+    field: str
+    component: int | None = None
+
+    def value(self, arm: Arm) -> Any:
+        """Return the value that an arm has; of several sections that of the first."""
+        part = arm.world if self.kind == "world" else getattr(arm, self.kind)[self.owners[0]]
+        found = getattr(part, self.field)
+        return found if self.component is None else found[self.component]
+
+
+def named_parameters(arm: Arm) -> dict[str, Named]:
+    """Return the parameters of an arm by name."""
+    every, found = tuple(range(len(arm.sections))), dict(_world())
+    for owners, before in [(every, ""), *(((k,), f"section_{k + 1}.") for k in every if len(every) > 1)]:
+        for item in fields(Section):
+            name = before + item.name
+            found[name] = Named(name, item.metadata["unit"], "sections", owners, item.name)
+        declared = {item.name: item for item in fields(Routing)}
+        for short, field in _ROUTED.items():
+            unit = declared[field].metadata.get("unit", _UNITS.get(field, "-"))
+            found[before + short] = Named(before + short, unit, "routings", owners, field)
+        for item in fields(arm.laws[owners[0]]):
+            if all(hasattr(arm.laws[k], item.name) for k in owners):
+                name = f"{before}muscle.{item.name}"
+                found[name] = Named(name, item.metadata["unit"], "laws", owners, item.name)
+    return found
+
+
+def _world() -> dict[str, Named]:
+    found = {}
+    for item in fields(World):
+        unit = item.metadata.get("unit", "-")
+        found[item.name] = Named(item.name, unit, "world", (), item.name)
+        if item.name == "gravity":
+            for place, axis in enumerate(_AXES):
+                name = f"{item.name}.{axis}"
+                found[name] = Named(name, unit, "world", (), item.name, place)
+    return found
+
+
+def find(name: str, known: Mapping[str, Any], where: str | None = None) -> Any:
+    """Return what is known by a name.
+
+    Raises:
+        InputError: an unknown name; names the nearest known one.
+    """
+    if name in known:
+        return known[name]
+    near = difflib.get_close_matches(str(name)[:100], list(known), n=1, cutoff=0.0)
+    asked = f"did you mean {near[0]!r}? " if near else ""
+    raise InputError(f"parameter {name!r}", "unknown", f"{asked}All: {', '.join(known)}", where)
+
+
+def with_parameters(arm: Arm, values: Mapping[str, Any]) -> Arm:
+    """Return an arm with parameters changed by name, the later ones last.
+
+    Args:
+        values: numbers in SI units (or what the field takes), by the names of `named_parameters`.
+
+    Raises:
+        InputError: an unknown name (with the nearest known one), or a value that an arm cannot have.
+    """
+    known = named_parameters(arm)
+    parts: dict[str, list[Any]] = {kind: list(getattr(arm, kind)) for kind in ("sections", "routings", "laws")}
+    world, several = arm.world, len(arm.sections) > 1
+    for name, value in values.items():
+        one = find(name, known)
+        if one.kind == "world":
+            world = replace(world, **{one.field: _changed(getattr(world, one.field), one.component, value)})
+            continue
+        for owner in one.owners:
+            with said_of(owner) if several else nullcontext():
+                part = parts[one.kind][owner]
+                changes = {one.field: value}
+                parts[one.kind][owner] = rerouted(part, changes) if one.kind == "routings" else replace(part, **changes)
+    return replace(
+        arm,
+        sections=tuple(parts["sections"]),
+        routings=tuple(parts["routings"]),
+        laws=tuple(parts["laws"]),
+        world=world,
+    )
+
+
+def _changed(before: Any, component: int | None, value: Any) -> Any:
+    if component is None:
+        return value
+    vector = list(before)
+    vector[component] = value
+    return tuple(vector)
