@@ -1,3 +1,4 @@
+import os
 import shlex
 import signal
 import subprocess
@@ -5,8 +6,14 @@ import sys
 
 import pytest
 
-from contarm_sim import libmujoco
-from contarm_sim.model.arm import Arm
+for library in (
+    "OPENBLAS_NUM_THREADS",
+    "OMP_NUM_THREADS",
+):  # matrices are small, and idle threads spin: see engine_room
+    os.environ.setdefault(library, "1")
+
+from contarm_sim import libmujoco  # noqa: E402
+from contarm_sim.model.arm import Arm  # noqa: E402
 
 libmujoco.load()
 

@@ -120,7 +120,7 @@ def test_ctrl_c_in_a_run_keeps_a_whole_folder(tmp_path):
     """A real signal to a real process in the middle of a long run."""
     words = [sys.executable, "-m", "contarm_sim", "run", "--duration", "600", "--no-video", "--out", "kept"]
     process = subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
-    wait_for(lambda: process.poll() is not None or processor_time(process.pid) > 3)  # the start takes about one
+    wait_for(lambda: process.poll() is not None or processor_time(process.pid) > 2.5)  # the start takes about one
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130, err
