@@ -15,10 +15,12 @@ The public names are few and load late, so that `import contarm_sim` costs nothi
     simulate_many         the same of many arms, references or controllers at once
     poses_at_rest         rest poses of a reference in MuJoCo: a Trajectory
     equilibrium           the static pose under a Load (of Wrench, Muscles)
+    equilibria            the same of many cases at once
     load                  a Trajectory that `contarm run` left, or of a .npz
     compare               a trajectory beside the closed forms
     Controller            what drives an arm; subclass it, with Plan and Feedback
     studies               what the commands compute, as functions
+    sweeps                many cases of an arm, as a table
     ContarmError          the root of all errors; InputError, EquilibriumError, DivergenceError;
                           Interrupted, InterruptedMany (Ctrl-C)
 """
@@ -32,6 +34,7 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
     from contarm_sim import mjcf as mjcf
     from contarm_sim import paths as paths
     from contarm_sim import studies as studies
+    from contarm_sim import sweeps as sweeps
     from contarm_sim.control.base import Controller as Controller
     from contarm_sim.control.feedback import Feedback as Feedback
     from contarm_sim.control.feedback import Seen as Seen
@@ -64,6 +67,7 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
     from contarm_sim.results.compare import compare as compare
     from contarm_sim.results.run_folder import load as load
     from contarm_sim.results.trajectory import Trajectory as Trajectory
+    from contarm_sim.statics.equilibria import equilibria as equilibria
     from contarm_sim.statics.equilibrium import equilibrium as equilibrium
 
     __version__: str
@@ -71,9 +75,9 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
 __all__ = [
     "Arm", "ContarmError", "Controller", "DivergenceError", "EquilibriumError", "Feedback", "Ideal", "InputError",
     "Interrupted", "InterruptedMany", "Load", "McKibben", "Muscles", "Plan", "Reference", "Routing", "Section", "Seen",
-    "Tendon", "Trajectory", "World", "Wrench", "arm_spec", "compare", "envs", "equilibrium", "kinematics", "load",
-    "load_arm", "mechanics", "mjcf", "paths", "poses_at_rest", "presets", "scene_spec", "simulate", "simulate_many",
-    "spec", "studies",
+    "Tendon", "Trajectory", "World", "Wrench", "arm_spec", "compare", "envs", "equilibria", "equilibrium", "kinematics",
+    "load", "load_arm", "mechanics", "mjcf", "paths", "poses_at_rest", "presets", "scene_spec", "simulate",
+    "simulate_many", "spec", "studies", "sweeps",
 ]  # fmt: skip
 
 _HOMES = {
@@ -97,6 +101,7 @@ _HOMES = {
     "simulate": "motion.simulate",
     "simulate_many": "motion.simulate_many",
     "poses_at_rest": "motion.rest",
+    "equilibria": "statics.equilibria",
     "equilibrium": "statics.equilibrium",
     "Load": "model.load",
     "Muscles": "model.load",
@@ -110,7 +115,7 @@ _HOMES = {
     "Plan": "control.plan",
     "Seen": "control.feedback",
 }
-_MODULES = {name: name for name in ("envs", "kinematics", "mechanics", "mjcf", "paths", "studies")}
+_MODULES = {name: name for name in ("envs", "kinematics", "mechanics", "mjcf", "paths", "studies", "sweeps")}
 _MODULES["presets"] = "model.presets"
 
 if not TYPE_CHECKING:  # to a type checker, a name that is not imported above does not exist

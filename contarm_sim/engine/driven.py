@@ -30,6 +30,7 @@ class DrivenMuscles:
         pressure: pressures behind the valves [Pa], a view like `control`; empty for servos.
         actuation: what drives the muscles.
         constant_tensions: whether controls are tensions.
+        straight_lengths: of the muscles in the straight arm [m], shape (M,).
         damping: of each muscle along itself [N s/m], shape (M,).
         springs: stiffness of the joints without what `twisted` adds [N m/rad], shape (dofs,).
         untwisting: what joints resist twist with of themselves [N m/rad], one number for each that twists.
@@ -51,7 +52,7 @@ class DrivenMuscles:
         self.pressure = data.act.reshape(-1 if model.na else 0, shape[1])
         self._length, self._velocity = data.ten_length[tendons], data.ten_velocity[tendons]
         self._force = data.actuator_force[every].reshape(shape)
-        self._straight_lengths = np.array([group.length for group in arm.groups for _ in range(group.routing.count)])
+        self.straight_lengths = np.array([group.length for group in arm.groups for _ in range(group.routing.count)])
         self._zero, self._by_angle, self._twisting = index.zero, index.by_angle, index.twisting
         self._parallel = not index.straight.any()
         self._follow(arm)
@@ -74,7 +75,7 @@ class DrivenMuscles:
     def muscle_lengths(self) -> Array:
         """Muscle lengths [m], shape (M,), as the engine measures them, and what twist adds to parallel muscles."""
         if not self.model.ntendon:
-            return self._straight_lengths + self._by_angle @ self.data.qpos
+            return self.straight_lengths + self._by_angle @ self.data.qpos
         lengths = self._length + self._zero
         return lengths if self.twisted is None else lengths + self.twisted.stretch().sum(axis=1)
 

@@ -38,6 +38,7 @@ class Plant(DrivenMuscles):
         own: the model and the index, in one.
         pull_only, integrator: as given.
         centres: what `stations` copies, as a view into the engine's memory that stays current.
+        gravity: the engine's [m/s^2], likewise.
     """
 
     def __init__(
@@ -59,7 +60,7 @@ class Plant(DrivenMuscles):
             self.model.opt.integrator = integrator
         self.data = mujoco.MjData(self.model)
         # Views into the engine's memory: they stay current, and cost nothing to look up in a loop.
-        self.centres = self.data.xpos[self.index.stations]
+        self.centres, self.gravity = self.data.xpos[self.index.stations], self.model.opt.gravity
         self._warnings = self.data.warning.number
         self.warned = memoryview(self._warnings)
         super().__init__(arm, self.model, self.data, self.index, actuation)
@@ -156,10 +157,15 @@ class Plant(DrivenMuscles):
 
 
 def bent(qpos: Array, arm: Arm, index: ArmIndex, bend: Array) -> None:
-    """Write bends of sections [rad], shape (S, 2) or (2 S,), or (2,) for all alike, into joint angles, all alike."""
-    bends = np.broadcast_to(np.asarray(bend).reshape(-1, 2), (len(arm.sections), 2))
+    """Write bends of sections [rad] into joint angles [rad], shape (..., dofs), those of a section all alike.
+
+    Args:
+        bend: shape (S, 2) or (2 S,), or (2,) for all alike; of many, shape (..., S, 2).
+    """
+    given = np.asarray(bend)
+    bends = np.broadcast_to(given.reshape(-1, 2), (len(arm.sections), 2)) if qpos.ndim == 1 else given
     for number, (section, routing) in enumerate(zip(arm.sections, arm.routings, strict=True)):
-        share = section_angles(bends[number], section, routing)[0] / section.links
-        for axis, angle in (("x", -share[1]), ("y", share[0])):
+        share = section_angles(bends[..., number, :], section, routing)[0] / section.links
+        for axis, angle in (("x", -share[..., 1]), ("y", share[..., 0])):
             hinges = index.bending[axis]
-            qpos[hinges[index.section_of_joint[hinges] == number]] = angle
+            qpos[..., hinges[index.section_of_joint[hinges] == number]] = angle[..., None]
