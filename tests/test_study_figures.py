@@ -40,11 +40,9 @@ from contarm_sim.view.style import drawn
 
 ARM = Arm(links=8)
 ARMS = {
-    "free": ARM,
     "hanging": replace(ARM, gravity=(0.0, 0.0, 9.81), payload=0.1),
     "sideways": replace(ARM, gravity=(9.81, 0.0, 0.0)),
     "tendons": replace(ARM, laws=(Tendon(),)),
-    "two": preset("two"),
     "three": preset("three"),
 }
 

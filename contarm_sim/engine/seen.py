@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from types import SimpleNamespace
 from typing import Any
 
@@ -32,7 +33,6 @@ class SeenArms:
     centres: Array
     zero: Array
     damping: Array
-    twisted: TwistedMuscles | None
     actuation: Actuation
     control: Array
     sensors: Array
@@ -42,8 +42,6 @@ class SeenArms:
     _fields: dict[str, Any]
     _force: Array
     _tendons: slice
-    _helices: TwistedMuscles | None
-    _untwisting: Array
     _laws: dict[Any, list[int]]
 
     def _views(self) -> None:
@@ -69,13 +67,32 @@ class SeenArms:
         self._laws: dict[Any, list[int]] = {}
         for place, arm in enumerate(self.arms):
             self._laws.setdefault(tuple((group.law, group.rest_length) for group in arm.groups), []).append(place)
-        self._helices, self.twisted = None, None
-        first = self.one(0)
-        if first.turning:
-            singles = [self.one(place) for place in range(len(self.arms))]
-            self._helices = TwistedMuscles.of_many([one.helices for one in singles if one.helices], self.qpos)
-            self._untwisting = np.stack([one.untwisting for one in singles])
-            self.twisted = None if self.actuation == "lengths" else self._helices
+        vars(self).pop("_twist", None)
+
+    @cached_property
+    def _twist(self) -> tuple[TwistedMuscles | None, Array]:
+        """The muscles as twist finds them, and what joints resist twist with of themselves [N m/rad], shape (B, J).
+
+        Found when they are asked for: it takes longer than all else that a change of arms does.
+        """
+        if not self.one(0).turning:
+            return None, np.empty((len(self.arms), 0))
+        singles = [self.one(place) for place in range(len(self.arms))]
+        helices = TwistedMuscles.of_many([one.helices for one in singles if one.helices], self.qpos)
+        return helices, np.stack([one.untwisting for one in singles])
+
+    @property
+    def _helices(self) -> TwistedMuscles | None:
+        return self._twist[0]
+
+    @property
+    def _untwisting(self) -> Array:
+        return self._twist[1]
+
+    @property
+    def twisted(self) -> TwistedMuscles | None:
+        """What twist does to parallel muscles, as of `Plant`."""
+        return None if self.actuation == "lengths" else self._helices
 
     @property
     def state(self) -> Array:
