@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     help="Uniform bending moment, fixed in the material frame, as ideal muscles make it [N m].",
 )  # fmt: skip
 @muscles_option(
-    "off | deltas L1 L2 ... [m] | tensions T1 T2 ... [N] | pressures P1 P2 ... [Pa] | bend ANGLE PLANE ... [rad]."
+    "off | deltas L1 L2 ... [m] | setpoints L1 L2 ... [m] | tensions T1 T2 ... [N] | pressures P1 P2 ... [Pa] | "
+    "bend ANGLE PLANE ... [rad]."
 )
 @click.option(
     "--file", metavar="LOADS.json", help="A list of cases (gravity, payload, wrenches, ...) instead of flags."

@@ -21,6 +21,7 @@ from contarm_sim.cli.options import (
     json_option,
     out_option,
 )
+from contarm_sim.cli.uncertain import uncertain_option
 from contarm_sim.errors import InputError, Interrupted
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.prints import Prints
@@ -59,14 +60,15 @@ from contarm_sim.view.prints import Prints
 @click.option(
     "--extrapolate", is_flag=True, help="Simulate half the links too, and extrapolate to infinitely many (order 4)."
 )
+@uncertain_option
 @click.option("--no-video", is_flag=True, help="Numbers and figures only.")
 @out_option("runs/run-<time>")
 @figure_options()
 @json_option
 @arm_options
 def run(arm: Arm, path_name: str, duration: float | None, project: Any, direction: Any,
-        controller: Any, fast: bool, timestep: float | None, extrapolate: bool, no_video: bool, out: str | None,
-        prints: Prints, as_json: bool, **shape: Any) -> int:  # fmt: skip
+        controller: Any, fast: bool, timestep: float | None, extrapolate: bool, uncertain_file: str | None,
+        no_video: bool, out: str | None, prints: Prints, as_json: bool, **shape: Any) -> int:  # fmt: skip
     """Follow a path with the simulated arm and compare it with the analytic one.
 
     Leaves report.html, summary.json, samples.csv, trajectory.npz, arm.xml, arm.toml, figures and video.mp4. Says
@@ -80,9 +82,15 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
     contarm run --gravity 0 0 9.81 --payload 0.1 --no-video --json
     contarm run --arm three.toml --path circle --direction 0 0 1 --no-video
 
+    --uncertain FILE.toml says how uncertain parameters are: cases = 128, seed = 0, and below [vary] lines such as
+    bending_stiffness = { distribution = "normal", mean = 0.1, std = "10 %" }, or lognormal, or uniform with low and
+    high. Commands, feedback and arcs stay those of the nominal arm, the one you believe in; the simulated arms are the
+    sampled ones. Exit code 1 if one has no result.
+
     The tip of several sections is led along the path by bends that change smoothly; the parts of its error are given
     section by section too: what the tip moves where one section alone has them.
     """
+    from contarm_sim.cli import uncertain
     from contarm_sim.cli.drawing import draw, film_at_first
     from contarm_sim.cli.path import parameters_of, path_of, reference_of
     from contarm_sim.cli.terminal import command_line, progress, say
@@ -95,6 +103,9 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
     shape = {name: value for name, value in shape.items() if value is not None}
     path, waypoints = path_of(arm, path_name, duration, shape)
     stepping = _stepping(fast, timestep)
+    spread, asked = None, uncertain.read(uncertain_file, arm)
+    if asked is not None and extrapolate:
+        raise InputError("uncertain", "beside --extrapolate", "one of the two: sampled arms are not extrapolated")
     _refuse_too_long(path.duration, timestep, arm)
     reference = reference_of(arm, path, project, None if waypoints is None else waypoints.places, direction)
     for note in () if waypoints is None else waypoints.notes:
@@ -117,8 +128,11 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
                 raise _advised(error) from None
         if len(recorded) < 2:
             raise KeyboardInterrupt
-        job, recorded = _report(recorded)
-        interrupted = recorded.status == "interrupted"
+        if asked is not None and recorded.status != "interrupted":
+            spread = uncertain.motion_of(recorded, asked, stepping)
+        job, recorded = _report(recorded, spread)
+        cut = spread is not None and spread.interrupted
+        interrupted = cut or recorded.status == "interrupted"
         summary = job.told(
             path.name if waypoints is None else path_name,
             command=command_line(),
@@ -137,7 +151,10 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
         else:
             _show(summary, arm)
         say(f"written: {opened.target}")
-        if interrupted and len(recorded) < len(reference):
+        if cut:
+            said = f"{len(spread.status)} of {spread.uncertain.cases}"  # type: ignore[union-attr]
+            say(f"interrupted after {said} sampled arms, which are kept; the motion of the nominal arm is whole")
+        elif interrupted and len(recorded) < len(reference):
             say(f"interrupted at {recorded.time[-1]:.2f} s; what was recorded until then is kept")
         elif interrupted:
             say("interrupted after the motion, while its error was being estimated; the motion is whole")
@@ -146,20 +163,21 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
             say(f"{what}; the numbers are whole, and a film of them is drawn by: contarm render {opened.target}")
         if interrupted or missing:
             return exit_code()
+        failed = failed or (spread is not None and bool(spread.failed))
         return 0 if summary["verdict"] == "pass" and not failed else 1
 
 
-def _report(recorded: Any) -> tuple[Any, Any]:
+def _report(recorded: Any, spread: Any) -> tuple[Any, Any]:
     """Return the report of a recorded run, and the run; a signal cuts the report short, and the run counts as such."""
     from contarm_sim.stopping import breakable
     from contarm_sim.view.report.run import RunReport
 
     try:
         with breakable():
-            return RunReport(recorded), recorded
+            return RunReport(recorded, spread=spread), recorded
     except KeyboardInterrupt:
         recorded = replace(recorded, status="interrupted")
-        return RunReport(recorded, poses=2), recorded
+        return RunReport(recorded, poses=2, spread=spread), recorded
 
 
 def _stepping(fast: bool, timestep: float | None) -> Any:
@@ -234,6 +252,13 @@ def _show(summary: dict[str, Any], arm: Arm) -> None:
         click.echo(f"direction of the tip: off by {summary['direction_error_deg']:.3f} deg at most")
     for remark in remarks(summary):
         click.echo(remark)
+    if "uncertainty" in summary:
+        from contarm_sim.cli import uncertain
+        from contarm_sim.view.report.uncertainty_words import error_rows
+
+        found = summary["uncertainty"]
+        errors = [(f"tip error, {name} [mm]", values) for name, values in error_rows(found)]
+        uncertain.show(found, errors, "mean", "the tip error's mean over time")
 
 
 def _show_sections(sections: list[dict[str, Any]]) -> None:

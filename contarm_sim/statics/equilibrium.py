@@ -121,7 +121,7 @@ def pose_at_rest(arm: Arm, load: Load | None = None, method: Method = "auto", gu
         muscle_tensions=plant.muscle_tensions,
         tip_compliance=solver.tip_compliance(),
         **vars(found),
-        held=_held(plant) if load.muscles.kind in ("deltas", "bend") else None,
+        held=_held(plant) if load.muscles.kind in ("deltas", "setpoints", "bend") else None,
         seconds=seconds,
         qpos=plant.data.qpos.copy(),
     )
@@ -167,11 +167,33 @@ def driven_plant(arm: Arm, load: Load, make: Callable[..., Plant] = Plant) -> Pl
             plant.control[:] = values
         return plant
     plant = make(arm)
-    bend = _asked_bend(arm, values) if kind == "bend" else _bend_of(arm, values)
-    lengths = routing.lengths_from_bend(bend, arm)
+    if kind == "setpoints":
+        plant.reset(_bend_about(arm, values))
+        plant.control[:] = values
+        return plant
+    bend = commanded_bend(arm, load)
     plant.reset(bend)
-    plant.control[:] = servo_control(lengths, holding_tensions(bend, arm), arm)
+    plant.control[:] = setpoints_of(bend, arm)
     return plant
+
+
+def commanded_bend(arm: Arm, load: Load) -> Array:
+    """Return the bend [rad], shape (2 S,), that servos are to hold, of a load whose muscles are `bend` or `deltas`.
+
+    Raises:
+        InputError: no such bend.
+    """
+    values = np.array(load.muscles.values)
+    return _asked_bend(arm, values) if load.muscles.kind == "bend" else _bend_of(arm, values)
+
+
+def setpoints_of(bend: Array, arm: Arm) -> Array:
+    """Return what servos are told [m], shape (n,), so that an arm holds a bend [rad], shape (2 S,).
+
+    Raises:
+        InputError: a bend that pulling muscles cannot hold.
+    """
+    return servo_control(routing.lengths_from_bend(bend, arm), holding_tensions(bend, arm), arm)
 
 
 def _asked_bend(arm: Arm, values: Array) -> Array:
@@ -180,6 +202,13 @@ def _asked_bend(arm: Arm, values: Array) -> Array:
         allowed = f"{2 * len(arm.sections)} finite numbers, bend angle and plane angle of each section"
         raise InputError("muscles bend", values.tolist(), allowed)
     return arc.from_polar(values[::2], values[1::2]).reshape(-1)
+
+
+def _bend_about(arm: Arm, setpoints: Array) -> Array:
+    """Return the bend [rad], shape (2 S,), that servos told so [m] would about make: a first guess."""
+    bend, _ = routing.bend_from_lengths(muscles.each(arm, lambda group: group.length) + setpoints, arm)
+    angle = np.hypot(bend[::2], bend[1::2])
+    return np.asarray(bend * np.repeat(np.minimum(1.0, 0.9 * np.pi / np.maximum(angle, 1e-9)), 2))
 
 
 def _bend_of(arm: Arm, deltas: Array) -> Array:
