@@ -61,11 +61,64 @@ def motion_of(recorded: Any, uncertain: Uncertain, stepping: Any) -> UncertainMo
     )
 
 
-def pose_of(arm: Any, load: Any, uncertain: Uncertain, method: Any) -> UncertainPose:
-    """Return a static pose of sampled arms."""
+def sampled_arms(arm: Any, load: Any, file: str, method: Any, out: str | None, as_json: bool) -> int:
+    """Print, and leave in a folder if one is given, a static pose of sampled arms; return the exit code."""
+    from contarm_sim.cli.terminal import command_line, say
+    from contarm_sim.errors import EquilibriumError
+    from contarm_sim.stopping import exit_code
     from contarm_sim.sweeps.uncertain_pose import uncertain_pose
+    from contarm_sim.versions import versions
+    from contarm_sim.view.report.output import check_output, to_json
+    from contarm_sim.view.report.uncertainty_words import pose_rows
 
-    return sampled(lambda on_done: uncertain_pose(arm, load, uncertain, method, on_done=on_done))
+    if out is not None:
+        check_output(Path(out))
+    asked = read(file, arm)
+    assert asked is not None
+    try:
+        found: UncertainPose = sampled(lambda done: uncertain_pose(arm, load, asked, method, on_done=done))
+    except EquilibriumError as error:
+        raise error.located("the nominal arm") from None
+    if found.interrupted and not found.status:
+        raise KeyboardInterrupt
+    told = found.document() | {"command": command_line(), "versions": versions()}
+    if as_json:
+        click.echo(to_json(told))
+    else:
+        show(told, pose_rows(told), "tip", "the tip's place (all three coordinates)")
+        click.echo(ellipsoid_words(told["ellipsoid"]))
+    if out is not None:
+        leave(found, told, Path(out))
+    if found.interrupted:
+        kept = "which are kept" if out is not None else "which these numbers are of"
+        say(f"interrupted after {len(found.status)} of {found.uncertain.cases} sampled arms, {kept}")
+        return exit_code()
+    return 1 if found.failed else 0
+
+
+def leave(found: UncertainPose, told: dict[str, Any], target: Path) -> None:
+    """Leave a static pose of sampled arms in a folder: table, summary.json, figures."""
+    from contarm_sim.cli.terminal import say
+    from contarm_sim.sweeps.case_table import write_cases
+    from contarm_sim.view.report.output import OutputFolder, to_json
+    from contarm_sim.view.report.uncertainty import figures_of_pose
+    from contarm_sim.view.style import save
+
+    with OutputFolder(target) as opened:
+        write_cases(opened.folder, found)
+        (opened.folder / "summary.json").write_text(to_json(told) + "\n")
+        for stem, draw in figures_of_pose(found).items():
+            save(opened.folder, stem, draw)
+    say(f"written: {opened.target}")
+
+
+def ellipsoid_words(ellipsoid: dict[str, Any]) -> str:
+    """Say how large the ellipsoid of the tip is, and how it lies."""
+    if ellipsoid["deviations_m"] is None:
+        return "too few tips for an ellipsoid"
+    sizes = ", ".join(f"{1e3 * size:.3g}" for size in ellipsoid["deviations_m"])
+    longest = ", ".join(f"{part + 0.0:.3f}" for part in ellipsoid["axes"][0])
+    return f"standard deviations of the tip along the axes of its ellipsoid {sizes} mm; the longest is ({longest})"
 
 
 def show(found: dict[str, Any], rows: Any, quantity: str, words: str) -> None:
