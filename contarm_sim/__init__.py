@@ -14,6 +14,7 @@ The public names are few and load late, so that `import contarm_sim` costs nothi
     simulate              follow a reference in MuJoCo: a Trajectory
     poses_at_rest         rest poses of a reference in MuJoCo: a Trajectory
     equilibrium           the static pose under a Load (of Wrench, Muscles)
+    equilibria            the same of many cases at once
     load                  a Trajectory that `contarm run` left, or of a .npz
     compare               a trajectory beside the closed forms
     Controller            what drives an arm; subclass it, with Plan and Feedback
@@ -60,6 +61,7 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
     from contarm_sim.results.compare import compare as compare
     from contarm_sim.results.run_folder import load as load
     from contarm_sim.results.trajectory import Trajectory as Trajectory
+    from contarm_sim.statics.equilibria import equilibria as equilibria
     from contarm_sim.statics.equilibrium import equilibrium as equilibrium
 
     __version__: str
@@ -67,7 +69,7 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
 __all__ = [
     "Arm", "ContarmError", "Controller", "DivergenceError", "EquilibriumError", "Feedback", "Ideal", "InputError",
     "Interrupted", "Load", "McKibben", "Muscles", "Plan", "Reference", "Routing", "Section", "Seen", "Tendon",
-    "Trajectory", "World", "Wrench", "arm_spec", "compare", "envs", "equilibrium", "kinematics", "load",
+    "Trajectory", "World", "Wrench", "arm_spec", "compare", "envs", "equilibria", "equilibrium", "kinematics", "load",
     "load_arm", "mechanics", "mjcf", "paths", "poses_at_rest", "presets", "scene_spec", "simulate", "spec", "studies",
 ]  # fmt: skip
 
@@ -90,6 +92,7 @@ _HOMES = {
     "spec": "mjcf",
     "simulate": "motion.simulate",
     "poses_at_rest": "motion.rest",
+    "equilibria": "statics.equilibria",
     "equilibrium": "statics.equilibrium",
     "Load": "model.load",
     "Muscles": "model.load",

@@ -38,14 +38,15 @@ def read(file: str | None, arm: Any) -> Uncertain | None:
 
 def sampled(what: Callable[[Callable[[int, int], None]], Any]) -> Any:
     """Return what a function finds of sampled arms, given what to call after each; Ctrl-C ends it between two."""
-    from contarm_sim.cli.terminal import progress
+    from contarm_sim.cli.pace import pace
 
-    with progress("sampled arms") as show, unbroken():
+    with pace("sampled arms") as show, unbroken():
 
         def on_done(done: int, count: int) -> None:
             show(done, count)
             break_off()
 
+        show(0, 0)
         return what(on_done)
 
 
@@ -82,23 +83,25 @@ def sampled_arms(arm: Any, load: Any, file: str, method: Any, out: str | None, a
     if found.interrupted and not found.status:
         raise KeyboardInterrupt
     told = found.document() | {"command": command_line(), "versions": versions()}
+    where = "" if out is None else leave(found, told, Path(out))
     if as_json:
         click.echo(to_json(told))
     else:
         show(told, pose_rows(told), "tip", "the tip's place (all three coordinates)")
         click.echo(ellipsoid_words(told["ellipsoid"]))
-    if out is not None:
-        leave(found, told, Path(out))
+    if where:
+        say(f"written: {where}")
+    if not found.nominal.stable:
+        say("the nominal arm would not stay in its pose")
     if found.interrupted:
         kept = "which are kept" if out is not None else "which these numbers are of"
         say(f"interrupted after {len(found.status)} of {found.uncertain.cases} sampled arms, {kept}")
         return exit_code()
-    return 1 if found.failed else 0
+    return 1 if found.failed or not found.nominal.stable else 0
 
 
-def leave(found: UncertainPose, told: dict[str, Any], target: Path) -> None:
-    """Leave a static pose of sampled arms in a folder: table, summary.json, figures."""
-    from contarm_sim.cli.terminal import say
+def leave(found: UncertainPose, told: dict[str, Any], target: Path) -> str:
+    """Leave a static pose of sampled arms in a folder, which is returned: table, summary.json, figures."""
     from contarm_sim.sweeps.case_table import write_cases
     from contarm_sim.view.report.output import OutputFolder, to_json
     from contarm_sim.view.report.uncertainty import figures_of_pose
@@ -109,7 +112,7 @@ def leave(found: UncertainPose, told: dict[str, Any], target: Path) -> None:
         (opened.folder / "summary.json").write_text(to_json(told) + "\n")
         for stem, draw in figures_of_pose(found).items():
             save(opened.folder, stem, draw)
-    say(f"written: {opened.target}")
+    return str(opened.target)
 
 
 def ellipsoid_words(ellipsoid: dict[str, Any]) -> str:
@@ -140,3 +143,5 @@ def show(found: dict[str, Any], rows: Any, quantity: str, words: str) -> None:
     end = None if told else -2
     table("uncertain parameters", ["", *columns, *(shares if told else [])], [[name, *v[:end]] for name, v in own])
     click.echo(said.causes_words(found, quantity, words))
+    for line in said.apart_words(found):
+        click.echo(line)

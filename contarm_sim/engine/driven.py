@@ -30,8 +30,11 @@ class DrivenMuscles:
         pressure: pressures behind the valves [Pa], a view like `control`; empty for servos.
         actuation: what drives the muscles.
         constant_tensions: whether controls are tensions.
+        straight_lengths: of the muscles in the straight arm [m], shape (M,).
         damping: of each muscle along itself [N s/m], shape (M,).
         springs: stiffness of the joints without what `twisted` adds [N m/rad], shape (dofs,).
+        untwisting: what joints resist twist with of themselves [N m/rad], one number for each that twists.
+        helices: the muscles as twist finds them; None where nothing twists them.
         twisted: what twist does to parallel muscles driven by tensions or pressures; None where nothing twists them,
             and under length servos, see `stiffen_twist`.
     """
@@ -49,7 +52,7 @@ class DrivenMuscles:
         self.pressure = data.act.reshape(-1 if model.na else 0, shape[1])
         self._length, self._velocity = data.ten_length[tendons], data.ten_velocity[tendons]
         self._force = data.actuator_force[every].reshape(shape)
-        self._straight_lengths = np.array([group.length for group in arm.groups for _ in range(group.routing.count)])
+        self.straight_lengths = np.array([group.length for group in arm.groups for _ in range(group.routing.count)])
         self._zero, self._by_angle, self._twisting = index.zero, index.by_angle, index.twisting
         self._parallel = not index.straight.any()
         self._follow(arm)
@@ -57,22 +60,22 @@ class DrivenMuscles:
     def _follow(self, arm: Arm) -> None:
         self.arm = arm
         self.damping = self.model.tendon_damping.copy() if self.model.ntendon else np.zeros(len(self._zero))
-        self.springs, self.twisted, self._helices = self.model.jnt_stiffness.copy(), None, None
+        self.springs, self.twisted, self.helices = self.model.jnt_stiffness.copy(), None, None
         if self._twisting.size:
-            self._untwisting = np.array([
+            self.untwisting = np.array([
                 (section.torsional_stiffness or 0.0) / section.link_pitch
                 for section in (arm.sections[number] for number in self.index.section_of_joint[self._twisting])
             ])  # fmt: skip
-            self.springs[self._twisting] = self._untwisting
+            self.springs[self._twisting] = self.untwisting
             if not self.index.straight.all() and self.model.nu:
-                self._helices = TwistedMuscles(arm, self.index, self.data.qpos)
-                self.twisted = None if self.actuation == "lengths" else self._helices
+                self.helices = TwistedMuscles(arm, self.index, self.data.qpos)
+                self.twisted = None if self.actuation == "lengths" else self.helices
 
     @property
     def muscle_lengths(self) -> Array:
         """Muscle lengths [m], shape (M,), as the engine measures them, and what twist adds to parallel muscles."""
         if not self.model.ntendon:
-            return self._straight_lengths + self._by_angle @ self.data.qpos
+            return self.straight_lengths + self._by_angle @ self.data.qpos
         lengths = self._length + self._zero
         return lengths if self.twisted is None else lengths + self.twisted.stretch().sum(axis=1)
 
@@ -133,26 +136,26 @@ class DrivenMuscles:
         does. Under tensions and pressures statics also have what a muscle's longer way does to tension and to bending:
         0.1 to 0.3 % of length at the tip of an arm twisted by 30 deg, more where tensions are high.
         """
-        if self._helices is not None:
-            added = self._helices.joint_stiffness(self.muscle_tensions)
-            self.model.jnt_stiffness[self._twisting] = self._untwisting + added
+        if self.helices is not None:
+            added = self.helices.joint_stiffness(self.muscle_tensions)
+            self.model.jnt_stiffness[self._twisting] = self.untwisting + added
 
     def tighten(self, tensions: Array) -> None:
         """Let tensions [N], shape (M,), stiffen the twisting joints' `springs`, where no `twisted` does it all."""
-        if self._helices is not None and self.twisted is None:
-            self.springs[self._twisting] = self._untwisting + self._helices.joint_stiffness(tensions)
+        if self.helices is not None and self.twisted is None:
+            self.springs[self._twisting] = self.untwisting + self.helices.joint_stiffness(tensions)
 
     @property
     def twist_by_tension(self) -> Array | float:
         """What a newton of each muscle adds to the moment against twist by `tighten` [m], shape (M, dofs), or 0."""
-        if self._helices is None or self.twisted is not None:
+        if self.helices is None or self.twisted is not None:
             return 0.0
-        return self._helices.against_twist()
+        return self.helices.against_twist()
 
     @property
     def turning(self) -> bool:
         """Whether `stiffen_twist` does anything."""
-        return self._helices is not None
+        return self.helices is not None
 
     @property
     def muscle_paths(self) -> Array:

@@ -7,25 +7,17 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from contarm_sim.engine.divergence import FATAL as FATAL
+from contarm_sim.engine.divergence import any_fatal, divergence
 from contarm_sim.engine.driven import DrivenMuscles
+from contarm_sim.engine.index import ArmIndex
 from contarm_sim.engine.models import built
 from contarm_sim.engine.room import engine_room as engine_room
 from contarm_sim.engine.room import quiet_engine as quiet_engine
-from contarm_sim.errors import DivergenceError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.routing import section_angles
 from contarm_sim.mjcf import TIMESTEP, Actuation
 from contarm_sim.model.arm import Arm
-
-FATAL = [
-    int(warning)
-    for warning in (
-        mujoco.mjtWarning.mjWARN_BADQPOS,
-        mujoco.mjtWarning.mjWARN_BADQVEL,
-        mujoco.mjtWarning.mjWARN_BADQACC,
-    )
-]
-"""Warnings after which the engine has reset the arm."""
 
 
 class Plant(DrivenMuscles):
@@ -44,6 +36,7 @@ class Plant(DrivenMuscles):
         model, data: the engine's.
         index: where the arm's parts are in them.
         centres: what `stations` copies, as a view into the engine's memory that stays current.
+        gravity: the engine's [m/s^2], likewise.
     """
 
     def __init__(
@@ -64,7 +57,7 @@ class Plant(DrivenMuscles):
             self.model.opt.integrator = integrator
         self.data = mujoco.MjData(self.model)
         # Views into the engine's memory: they stay current, and cost nothing to look up in a loop.
-        self.centres = self.data.xpos[self.index.stations]
+        self.centres, self.gravity = self.data.xpos[self.index.stations], self.model.opt.gravity
         self._warnings = self.data.warning.number
         self.warned = memoryview(self._warnings)
         super().__init__(arm, self.model, self.data, self.index, actuation)
@@ -101,13 +94,7 @@ class Plant(DrivenMuscles):
             bend: of each section [rad], shape (S, 2) or (2 S,), or (2,) for all alike; default straight.
         """
         mujoco.mj_resetDataKeyframe(self.model, self.data, 0)
-        given = np.zeros(2) if bend is None else np.asarray(bend).reshape(-1, 2)
-        bends = np.broadcast_to(given, (len(self.arm.sections), 2))
-        for number, (section, routing) in enumerate(zip(self.arm.sections, self.arm.routings, strict=True)):
-            share = section_angles(bends[number], section, routing)[0] / section.links
-            for axis, angle in (("x", -share[1]), ("y", share[0])):
-                hinges = self.index.bending[axis]
-                self.data.qpos[hinges[self.index.section_of_joint[hinges] == number]] = angle
+        bent(self.data.qpos, self.arm, self.index, np.zeros(2) if bend is None else bend)
 
     def restart(self, qpos: Array, control: Array) -> None:
         """Put the arm at rest with joint angles [rad], shape (dofs,), controls, shape (M,), sent and reached."""
@@ -151,14 +138,31 @@ class Plant(DrivenMuscles):
         mujoco.mj_fwdVelocity(model, data)
         return np.asarray(inertia + coriolis - data.qfrc_bias + model.dof_damping * v)
 
-    def check(self, settings: dict[str, Any]) -> None:
+    def check(self, settings: dict[str, Any], time: float | None = None) -> None:
         """Raise if the engine met a bad state: it would reset the arm and carry on as if nothing had happened.
+
+        Args:
+            settings: for the message.
+            time: when [s]; default what the engine's clock says, which starts again with the arm.
 
         Raises:
             DivergenceError: with the time, the degree of freedom and the settings.
         """
-        if any(self._warnings.tolist()) and self._warnings[FATAL].any():
-            fatal = next(self.data.warning[i] for i in FATAL if self.data.warning[i].number)
-            dof = int(fatal.lastinfo)
-            name = self.model.joint(self.model.dof_jntid[dof]).name if 0 <= dof < self.model.nv else "?"
-            raise DivergenceError(float(self.data.time), dof, name, settings)
+        if any(self._warnings.tolist()) and any_fatal(self._warnings):
+            when = float(self.data.time) if time is None else time
+            raise divergence(self.model, self._warnings, self.data.warning.lastinfo, when, settings)
+
+
+def bent(qpos: Array, arm: Arm, index: ArmIndex, bend: Array) -> None:
+    """Write bends of sections [rad] into joint angles [rad], shape (..., dofs), those of a section all alike.
+
+    Args:
+        bend: shape (S, 2) or (2 S,), or (2,) for all alike; of many, shape (..., S, 2).
+    """
+    given = np.asarray(bend)
+    bends = np.broadcast_to(given.reshape(-1, 2), (len(arm.sections), 2)) if qpos.ndim == 1 else given
+    for number, (section, routing) in enumerate(zip(arm.sections, arm.routings, strict=True)):
+        share = section_angles(bends[..., number, :], section, routing)[0] / section.links
+        for axis, angle in (("x", -share[..., 1]), ("y", share[..., 0])):
+            hinges = index.bending[axis]
+            qpos[..., hinges[index.section_of_joint[hinges] == number]] = angle[..., None]

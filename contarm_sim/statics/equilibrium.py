@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,16 +14,13 @@ from contarm_sim.brevity import brief
 from contarm_sim.engine.models import structure
 from contarm_sim.engine.plant import Plant, engine_room
 from contarm_sim.errors import InputError, expect
-from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array, as_vectors
-from contarm_sim.mechanics import muscles, routing
 from contarm_sim.mechanics.pneumatics import pressure_for
-from contarm_sim.mechanics.servos import servo_control
-from contarm_sim.mechanics.statics import holding_tensions
 from contarm_sim.mjcf import Actuation
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
 from contarm_sim.statics.continuation import Method, solve
+from contarm_sim.statics.driving import driven_plant
 from contarm_sim.statics.failures import impossible
 from contarm_sim.statics.solver import Solution, Solver
 
@@ -32,9 +28,6 @@ REUSED = 8
 """Most plants that a thread keeps for the next load."""
 
 _own = threading.local()
-
-COMMON_MODE = 0.01
-"""Common length change that is put down to rounding [lengths]."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -104,9 +97,9 @@ def pose_at_rest(arm: Arm, load: Load | None = None, method: Method = "auto", gu
     load = Load() if load is None else load
     expect("arm", arm, Arm)
     expect("load", load, Load)
-    plant = driven_plant(arm, load, _reused)
+    plant = driven_plant(arm, load, reused)
     if guess is not None:
-        plant.data.qpos[:] = _checked_guess(guess, plant.data.qpos.shape)
+        plant.data.qpos[:] = checked_guess(guess, plant.data.qpos.shape)
     with engine_room():
         solver = Solver(plant, load)
         start = time.perf_counter()
@@ -121,20 +114,25 @@ def pose_at_rest(arm: Arm, load: Load | None = None, method: Method = "auto", gu
         muscle_tensions=plant.muscle_tensions,
         tip_compliance=solver.tip_compliance(),
         **vars(found),
-        held=_held(plant) if load.muscles.kind in ("deltas", "setpoints", "bend") else None,
+        held=_held(plant) if load.muscles.kind in ("deltas", "bend") else None,
         seconds=seconds,
         qpos=plant.data.qpos.copy(),
     )
 
 
-def _checked_guess(guess: Any, shape: tuple[int, ...]) -> Array:
+def checked_guess(guess: Any, shape: tuple[int, ...]) -> Array:
+    """Return joint angles to start from [rad], of the shape asked for.
+
+    Raises:
+        InputError: they are none, or not as many.
+    """
     angles = as_vectors(guess, shape[-1], "guess")
     if angles.shape != shape:
         raise InputError("guess", f"of shape {angles.shape}", f"shape {shape}")
     return angles
 
 
-def _reused(arm: Arm, pull_only: bool = True, actuation: Actuation = "lengths") -> Plant:
+def reused(arm: Arm, pull_only: bool = True, actuation: Actuation = "lengths") -> Plant:
     """Return a plant of this thread's own, used before if there is one of this structure."""
     plants = _own.__dict__.setdefault("plants", OrderedDict())
     key = (pull_only, structure(arm, actuation))
@@ -149,102 +147,7 @@ def _reused(arm: Arm, pull_only: bool = True, actuation: Actuation = "lengths") 
     return plant
 
 
-def driven_plant(arm: Arm, load: Load, make: Callable[..., Plant] = Plant) -> Plant:
-    """Return a plant with muscles driven as a load says, posed for a first guess, its controls set."""
-    kind, values = load.muscles.kind, np.array(load.muscles.values)
-    count = muscles.count(arm)
-    if kind not in ("off", "bend") and len(values) != count:
-        raise InputError(f"muscles {kind}", values.tolist(), f"{count} finite numbers, one for each muscle")
-    if kind == "pressures":
-        plant = make(arm, actuation="pressures")
-        plant.reset()
-        plant.control[:] = plant.pressure[:] = _checked_pressures(arm, values)
-        return plant
-    if kind in ("off", "tensions"):
-        plant = make(arm, pull_only=False, actuation="none" if kind == "off" else "tensions")
-        plant.reset()
-        if kind == "tensions":
-            plant.control[:] = values
-        return plant
-    plant = make(arm)
-    if kind == "setpoints":
-        plant.reset(_bend_about(arm, values))
-        plant.control[:] = values
-        return plant
-    bend = commanded_bend(arm, load)
-    plant.reset(bend)
-    plant.control[:] = setpoints_of(bend, arm)
-    return plant
-
-
-def commanded_bend(arm: Arm, load: Load) -> Array:
-    """Return the bend [rad], shape (2 S,), that servos are to hold, of a load whose muscles are `bend` or `deltas`.
-
-    Raises:
-        InputError: no such bend.
-    """
-    values = np.array(load.muscles.values)
-    return _asked_bend(arm, values) if load.muscles.kind == "bend" else _bend_of(arm, values)
-
-
-def setpoints_of(bend: Array, arm: Arm) -> Array:
-    """Return what servos are told [m], shape (n,), so that an arm holds a bend [rad], shape (2 S,).
-
-    Raises:
-        InputError: a bend that pulling muscles cannot hold.
-    """
-    return servo_control(routing.lengths_from_bend(bend, arm), holding_tensions(bend, arm), arm)
-
-
-def _asked_bend(arm: Arm, values: Array) -> Array:
-    """Return the coordinates [rad], shape (2 S,), of a bend angle and a plane angle for each section [rad]."""
-    if len(values) != 2 * len(arm.sections):
-        allowed = f"{2 * len(arm.sections)} finite numbers, bend angle and plane angle of each section"
-        raise InputError("muscles bend", values.tolist(), allowed)
-    return arc.from_polar(values[::2], values[1::2]).reshape(-1)
-
-
-def _bend_about(arm: Arm, setpoints: Array) -> Array:
-    """Return the bend [rad], shape (2 S,), that servos told so [m] would about make: a first guess."""
-    bend, _ = routing.bend_from_lengths(muscles.each(arm, lambda group: group.length) + setpoints, arm)
-    angle = np.hypot(bend[::2], bend[1::2])
-    return np.asarray(bend * np.repeat(np.minimum(1.0, 0.9 * np.pi / np.maximum(angle, 1e-9)), 2))
-
-
-def _bend_of(arm: Arm, deltas: Array) -> Array:
-    """Return the bend [rad] that length changes [m] ask for.
-
-    Raises:
-        InputError: no bend of an inextensible backbone has them.
-    """
-    allowed = "length changes of a bend below 180 deg, which sum to nearly nothing"
-    if len(arm.sections) > 1:
-        allowed = "length changes of bends below 180 deg, which sum to nearly nothing in each section"
-    straight, own = muscles.each(arm, lambda group: group.length), muscles.slices(arm)
-    if np.any(np.abs(deltas) >= straight):
-        raise InputError("muscles deltas", deltas.tolist(), allowed)
-    bend, residual = routing.bend_from_lengths(straight + deltas, arm)
-    common = min(abs(residual), max(abs(deltas[part].mean()) for part in own))  # of links, or of arcs
-    angle = np.hypot(bend[::2], bend[1::2]).max()
-    if angle >= np.pi or common > COMMON_MODE * min(section.length for section in arm.sections):
-        raise InputError("muscles deltas", deltas.tolist(), allowed)
-    return bend
-
-
 def _held(plant: Plant) -> bool:
     low, high = plant.model.actuator_forcerange.T
     force = plant.data.actuator_force
     return bool(np.all((force > low) & (force < high)))
-
-
-def _checked_pressures(arm: Arm, pressures: Array) -> Array:
-    first = 0
-    for group in arm.groups:
-        law, end = group.pneumatics, first + group.routing.count
-        low, high = law.pressure_limits
-        own, rounding = pressures[first:end], 1e-9 * high
-        if np.any((own > high + rounding) | ((own > 0) & (own < low - rounding))):
-            of_section = f" for muscles of section {group.section + 1}" if len(arm.sections) > 1 else ""
-            raise InputError("muscles pressures", own.tolist(), f"0, or {low:g} to {high:g} Pa{of_section}")
-        first = end
-    return pressures

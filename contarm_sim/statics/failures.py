@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.errors import NoEquilibriumError, NotConvergedError, UnstableError
 from contarm_sim.kinematics.arrays import Array
@@ -13,6 +14,7 @@ from contarm_sim.mjcf.names import joints
 from contarm_sim.model.arm import Arm
 
 if TYPE_CHECKING:
+    from contarm_sim.engine.index import ArmIndex
     from contarm_sim.engine.plant import Plant
 
 BUCKLING = 7.84
@@ -104,6 +106,12 @@ def impossible(arm: Arm, angles: Array, lengths: Array) -> None:
             pose=angles.copy(),
             residual=0.0,
         )
+
+
+def possible(index: ArmIndex, angles: Array, lengths: Array) -> NDArray[np.bool_]:
+    """Return whether arms can take poses, shape (C,), of joint angles [rad] and muscle lengths [m], as `impossible`."""
+    squares = np.square(angles[:, index.bending["x"]]) + np.square(angles[:, index.bending["y"]])
+    return (np.sqrt(squares.max(axis=-1)) <= FOLD) & (lengths.min(axis=-1, initial=np.inf) > 0)
 
 
 def too_strong(name: str, limit: float, needed: float) -> NoEquilibriumError:

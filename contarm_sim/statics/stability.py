@@ -10,6 +10,7 @@ import numpy as np
 from contarm_sim.kinematics.arrays import Array
 
 if TYPE_CHECKING:
+    from contarm_sim.statics.poses import Poses
     from contarm_sim.statics.solver import Solver
 
 
@@ -22,14 +23,29 @@ def growth(solver: Solver) -> float:
     if solver.stiffness.symmetric:
         return float("nan")
     plant = solver.plant
-    model, data = plant.model, plant.data
     K = solver.stiffness.matrix(solver.tensions, plant.muscle_slopes)
+    M = _inertia(plant.model, plant.data)
+    C = _damping(plant.model.dof_damping, plant.damping, plant.muscle_jacobian)
+    return -np.inf if damped_out(M, C, K) else fastest(M, C, K)
+
+
+def surely_damped_out(poses: Poses, row: int, K: Array) -> bool:
+    """Whether a bound proves that all motions about one of many poses die out, K being its stiffness [N m/rad]."""
+    J = poses.muscle_jacobian
+    C = _damping(poses.dof_damping[row], poses.damping[row], J[row] if J.ndim > 2 else J)
+    return damped_out(_inertia(*poses.engine_at(row)), C, K)
+
+
+def _inertia(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """Return the mass matrix at the engine's joint angles."""
     mujoco.mj_fwdPosition(model, data)
     M = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, M)
-    J = plant.muscle_jacobian
-    C = np.diag(model.dof_damping) + (J.T * plant.damping) @ J
-    return -np.inf if damped_out(M, C, K) else fastest(M, C, K)
+    return M
+
+
+def _damping(of_joints: Array, of_muscles: Array, J: Array) -> Array:
+    return np.asarray(np.diag(of_joints) + (J.T * of_muscles) @ J)
 
 
 def damped_out(M: Array, C: Array, K: Array) -> bool:

@@ -9,40 +9,43 @@ spans add what their turning does too. One cumulative sum serves forces and stif
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from contarm_sim.engine.plant import Plant
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.statics.loads import AppliedLoad, axial, beyond
+from contarm_sim.statics.poses import Poses
 
 SMALL = 1e-3
 """Change of a joint angle up to which the mean force tells the work well enough [rad]."""
 
-Swing = tuple[Array, float, Array]
+Swing = tuple[Array, Any, Array]
 """Of dead loads: their part of Q [N m] and their potential [J]; the lengths of straight spans [m]."""
 
 _NONE = np.zeros(0)
 
 
 class TangentStiffness:
-    """Evaluates forces Q [N m], shape (dofs,), and K = -dQ/dq [N m/rad], shape (dofs, dofs), at the plant's positions.
+    """Evaluates forces Q [N m], shape (..., dofs), and K = -dQ/dq [N m/rad], (..., dofs, dofs), at a plant's positions.
 
     Call `forces` first, then `matrix` at the same pose and tensions; calling the object does both with the plant's own.
+    Of `Poses` every array has a leading axis of cases, and each case has the bits that it has alone.
 
     Attributes:
-        potential: of weight and dead forces at the last `forces` [J].
-        dead: their part of Q, straight spans' included [N m], shape (dofs,).
+        dead: part of Q of weight and dead forces, straight spans' included [N m], shape (..., dofs).
     """
 
-    def __init__(self, plant: Plant, load: AppliedLoad) -> None:
+    def __init__(self, plant: Plant | Poses, load: AppliedLoad) -> None:
         self._plant, self._load = plant, load
-        self._model, self._data = plant.model, plant.data
+        self._data = plant.data
         model, data, index = plant.model, plant.data, plant.index
-        self._axes, self._anchors, self._centres = data.xaxis, data.xanchor, data.xipos[index.bodies]
-        self._mass, self._gravity = model.body_mass[index.bodies, None], model.opt.gravity
+        self._axes, self._anchors, self._centres = data.xaxis, data.xanchor, data.xipos[..., index.bodies, :]
+        self._mass, self._gravity = model.body_mass[index.bodies, None], plant.gravity
         self._station_of_dof = index.station_of_dof
         self._sum_of_dof = len(self._mass) - 1 - self._station_of_dof  # sums run from the payload inwards
-        self._sums = np.zeros((len(self._mass), 12))
+        self._sums = np.zeros((*self._centres.shape[:-1], 12))
         self._upper = np.triu(np.ones((model.nv, model.nv), dtype=bool))
         self._spanning = index.straight if model.ntendon else np.zeros(len(index.straight), dtype=bool)
         self.straight, self._parallel = bool(self._spanning.any()), bool(model.ntendon and not index.straight.all())
@@ -62,62 +65,71 @@ class TangentStiffness:
         return self.matrix(tensions, self._plant.muscle_slopes)
 
     def forces(self, tensions: Array) -> Array:
-        """Return Q at the plant's positions [N m], shape (dofs,), of springs, weight, loads and tensions [N], (M,)."""
+        """Return Q at the plant's positions [N m], shape (..., dofs), of springs, weight, loads and tensions [N]."""
         sums, load, axes = self._sums, self._load, self._axes
         weight = self._mass * self._gravity
-        sums[:, :3] = weight
-        dyads = sums[:, 3:].reshape(-1, 3, 3)
-        np.multiply(self._centres[:, :, None], weight[:, None, :], out=dyads)
+        sums[..., :3] = weight
+        dyads = sums[..., 3:].reshape(*sums.shape[:-1], 3, 3)
+        np.multiply(self._centres[..., None], weight[..., None, :], out=dyads)
         if load.any_force:
-            load.add_forces(sums[:, :3], dyads)
-        self.potential = -float(sums[:, 3::4].sum())  # traces of dyads
+            load.add_forces(sums[..., :3], dyads)
+        self._traces = sums[..., 3::4]
         self._turning = self.straight and bool(tensions.any())
         if self._turning:
+            self._traces = self._traces.copy()
             pull, ends = self._pulls(tensions)
-            sums[:-1, :3] += pull.sum(axis=1)
-            dyads[:-1] += ends.swapaxes(1, 2) @ pull
-        beyond_dof = sums[::-1].cumsum(axis=0)[self._sum_of_dof]
-        D = beyond_dof[:, 3:].reshape(-1, 3, 3)
-        D -= self._anchors[:, :, None] * beyond_dof[:, None, :3]
+            sums[..., :-1, :3] += pull.sum(axis=-2)
+            dyads[..., :-1, :, :] += ends.swapaxes(-1, -2) @ pull
+        beyond_dof = sums[..., ::-1, :].cumsum(axis=-2).take(self._sum_of_dof, axis=-2)
+        D = beyond_dof[..., 3:].reshape(*beyond_dof.shape[:-1], 3, 3)
+        D -= self._anchors[..., None] * beyond_dof[..., None, :3]
         self._about = D
-        self.dead = (axes * axial(D)).sum(axis=1)
+        self.dead = (axes * axial(D)).sum(axis=-1)
         Q = self.dead - self._plant.springs * self._data.qpos
         if load.any_moment:
-            Q += (axes * load.couples()).sum(axis=1)
+            Q += (axes * load.couples()).sum(axis=-1)
         if load.any_follower:
-            Q += axes @ load.follower()
+            Q += (axes @ load.follower()[..., None])[..., 0]
         if load.any_actuation:
             Q += load.along_joints()
         if self._parallel:
-            Q -= (tensions * ~self._spanning if self.straight else tensions) @ self._plant.muscle_jacobian
+            pulled = tensions * ~self._spanning if self.straight else tensions
+            Q -= (pulled[..., None, :] @ self._plant.muscle_jacobian)[..., 0, :]
         return np.asarray(Q)
 
     def matrix(self, tensions: Array, slopes: Array) -> Array:
-        """Return K at the pose of the last `forces`, for tensions [N] and their slopes [N/m], each of shape (M,)."""
+        """Return K at the pose of the last `forces`, for tensions [N] and their slopes [N/m], shape (..., M) each."""
         axes, D = self._axes, self._about
-        c = (D @ axes[:, :, None])[:, :, 0]
-        c -= (D[:, 0, 0] + D[:, 1, 1] + D[:, 2, 2])[:, None] * axes
-        K = axes @ c.T
-        K = np.where(self._upper, K, K.T)
+        c = (D @ axes[..., None])[..., 0]
+        c -= (D[..., 0, 0] + D[..., 1, 1] + D[..., 2, 2])[..., None] * axes
+        K = axes @ c.swapaxes(-1, -2)
+        K = np.where(self._upper, K, K.swapaxes(-1, -2))
         if self._load.any_moment:  # dQ_i/dq_j = a_j . (a_i x M_i), j proximal to i
-            K += np.tril(np.cross(axes, self._load.couples()) @ axes.T, -1)
+            K += np.tril(np.cross(axes, self._load.couples()) @ axes.swapaxes(-1, -2), -1)
         if self._load.any_follower:  # dQ_i/dq_j = a_i . (a_j x M), j distal to i
-            K += np.triu(axes @ np.cross(axes, self._load.follower()).T, 1)
+            K += np.triu(axes @ np.cross(axes, self._load.follower()[..., None, :]).swapaxes(-1, -2), 1)
         np.negative(K, out=K)
         if self._turning:
             spans = self._spans(tensions)
-            K += 0.5 * (spans + spans.T)
+            K += 0.5 * (spans + spans.swapaxes(-1, -2))
         if slopes.any():
             J = self._plant.muscle_jacobian
-            K += (J.T * slopes) @ J
-        K.reshape(-1)[:: len(K) + 1] += self._plant.springs
+            K += (J * slopes[..., None]).swapaxes(-1, -2) @ J
+        diagonal(K)[...] += self._plant.springs
         if self._plant.twisted is not None:
             K += self._plant.twisted.stiffness(tensions)
         return K
 
+    @property
+    def potential(self) -> Array | float:
+        """Potential of weight and dead forces at the last `forces` [J], shape (...)."""
+        if self._traces.ndim == 2:
+            return -float(self._traces.sum())
+        return np.array([-float(traces.sum()) for traces in self._traces])  # adds up as it does for one
+
     def swing(self) -> Swing:
         """Return what `work` needs of the last `forces`."""
-        return self.dead, self.potential, self._plant.muscle_lengths[self._spanning] if self.straight else _NONE
+        return self.dead, self.potential, self._plant.muscle_lengths[..., self._spanning] if self.straight else _NONE
 
     def work(self, before: Swing, after: Swing, step: Array, tensions: Array) -> float:
         """Return what dead loads, and straight spans, do along a step [J] beyond their mean force times the step.
@@ -133,12 +145,12 @@ class TangentStiffness:
         return before[1] - after[1] + drawn - 0.5 * float((before[0] + after[0]) @ step)
 
     def _pulls(self, tensions: Array) -> tuple[Array, Array]:
-        """Return the muscles' forces on their sites [N] and the sites' positions [m], shape (stations, muscles, 3)."""
+        """Return the muscles' forces on their sites [N] and the sites' positions [m], (..., stations, muscles, 3)."""
         ends, u, _ = self._directions()
-        along = tensions[self._spanning][None, :, None] * u
+        along = tensions[..., None, self._spanning, None] * u
         force = np.zeros_like(ends)
-        force[:-1] += along
-        force[1:] -= along
+        force[..., :-1, :, :] += along
+        force[..., 1:, :, :] -= along
         return force, ends
 
     def _directions(self) -> tuple[Array, Array, Array]:
@@ -146,13 +158,13 @@ class TangentStiffness:
 
         A span that there is not, of a muscle that does not reach so far, has no direction and the length 1.
         """
-        ends = self._data.site_xpos[self._sites]
-        spans = np.diff(ends, axis=0)
+        ends = self._data.site_xpos[..., self._sites, :]
+        spans = np.diff(ends, axis=-3)
         if not self._there.all():
-            spans[~self._there] = 0.0
+            spans[..., ~self._there, :] = 0.0
         reach = np.linalg.norm(spans, axis=-1)
         if not self._there.all():
-            reach[~self._there] = 1.0
+            reach[..., ~self._there] = 1.0
         return ends, spans / reach[..., None], reach
 
     def _spans(self, tensions: Array) -> Array:
@@ -164,19 +176,28 @@ class TangentStiffness:
         """
         data = self._data
         axes, anchors, station = data.xaxis, data.xanchor, self._station_of_dof
-        ends, u, reach = self._directions()  # (stations, muscles, 3), (spans, muscles, 3), (spans, muscles)
-        tension = tensions[self._spanning] * self._there
+        ends, u, reach = self._directions()  # (.., stations, muscles, 3), (.., spans, muscles, 3), (.., spans, muscles)
+        tension = tensions[..., None, self._spanning] * self._there
         weight = tension * reach
-        G = weight.sum(axis=1)[:, None, None] * np.eye(3) - np.einsum("sm,smi,smj->sij", weight, u, u)
-        distal = np.zeros((len(ends), 3, 3))
-        distal[:-1] = beyond(G)  # of the spans distal to a station
+        G = weight.sum(axis=-1)[..., None, None] * np.eye(3) - np.einsum("...sm,...smi,...smj->...sij", weight, u, u)
+        distal = np.zeros((*ends.shape[:-2], 3, 3))
+        distal[..., :-1, :, :] = beyond(G, -3)  # of the spans distal to a station
 
-        own_u, own_reach = u[station - 1], reach[station - 1]  # (dofs, muscles, 3), (dofs, muscles)
-        v = np.cross(axes[:, None], ends[station] - anchors[:, None])
+        own_u, own_reach = (
+            u[..., station - 1, :, :],
+            reach[..., station - 1, :],
+        )  # (.., dofs, muscles, 3), (.., muscles)
+        v = np.cross(axes[..., None, :], ends[..., station, :, :] - anchors[..., None, :])
         v -= (v * own_u).sum(axis=-1, keepdims=True) * own_u
-        through = np.einsum("jab,jb->ja", distal[station], axes)
-        own_tension = tension[station - 1]
-        across = np.einsum("jm,jma->ja", own_tension, np.cross(own_u, v))
-        proximal = (axes @ (through + across).T) * (station[:, None] < station)
-        flat = (v * (own_tension / own_reach)[..., None]).reshape(len(axes), -1) @ v.reshape(len(axes), -1).T
-        return proximal + proximal.T + (axes @ through.T + flat) * (station[:, None] == station)
+        through = np.einsum("...ab,...b->...a", distal[..., station, :, :], axes)
+        own_tension = tension[..., station - 1, :]
+        across = np.einsum("...m,...ma->...a", own_tension, np.cross(own_u, v))
+        proximal = (axes @ (through + across).swapaxes(-1, -2)) * (station[:, None] < station)
+        turned, v = (each.reshape(*axes.shape[:-1], -1) for each in (v * (own_tension / own_reach)[..., None], v))
+        own = axes @ through.swapaxes(-1, -2) + turned @ v.swapaxes(-1, -2)
+        return proximal + proximal.swapaxes(-1, -2) + own * (station[:, None] == station)
+
+
+def diagonal(K: Array) -> Array:
+    """Return the diagonals of matrices as a view, shape (..., n)."""
+    return K.reshape(*K.shape[:-2], -1)[..., :: K.shape[-1] + 1]

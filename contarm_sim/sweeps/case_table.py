@@ -12,11 +12,15 @@ from contarm_sim.sweeps.uncertain_motion import UncertainMotion
 from contarm_sim.sweeps.uncertain_pose import UncertainPose
 
 
+def _role(name: str, found: UncertainMotion | UncertainPose) -> str:
+    return "parameter" if name in found.uncertain.names else "case" if name == "case" else "quantity"
+
+
 def write_cases(folder: Path, found: UncertainMotion | UncertainPose) -> str:
     """Write cases.parquet, one row a case: parameters, quantities, status and error text; return the file's name.
 
-    Units are in the metadata of the columns (key `unit`). Without pyarrow, cases.npz has the same columns, and their
-    units as an array `units` beside `columns`.
+    Units are in the metadata of the columns (key `unit`), as of sweeps. Without pyarrow, cases.npz has the same columns,
+    and their units as an array `units` beside `columns`.
     """
     run, uncertain = len(found.status), found.uncertain
     columns: dict[str, tuple[str, Any]] = {"case": ("-", np.arange(run))}
@@ -35,7 +39,11 @@ def write_cases(folder: Path, found: UncertainMotion | UncertainPose) -> str:
             np.savez_compressed(file, **arrays)
         return "cases.npz"
     fields = [
-        pyarrow.field(name, pyarrow.from_numpy_dtype(np.asarray(values).dtype), metadata={"unit": unit})
+        pyarrow.field(
+            name,
+            pyarrow.from_numpy_dtype(np.asarray(values).dtype),
+            metadata={"role": _role(name, found), "unit": unit},
+        )
         for name, (unit, values) in columns.items()
     ]
     fields += [pyarrow.field(name, pyarrow.string()) for name in texts]

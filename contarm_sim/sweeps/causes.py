@@ -69,10 +69,11 @@ def causes(coordinates: Array, normal: list[bool], values: Array, seed: int = 0)
             summed over the parts (Gamboa 2014, Electronic Journal of Statistics 8). NaN where a case has no result.
         seed: of the bootstrap.
     """
-    count, outputs = coordinates.shape[1], np.asarray(values, dtype=float).reshape(len(values), -1)
+    count = coordinates.shape[1]
+    if not len(values):
+        return Causes.untold(count, "no case was run")
+    outputs = np.asarray(values, dtype=float).reshape(len(values), -1)
     good = np.array([np.isfinite(row).all() for row in outputs], dtype=bool)
-    if not len(good):
-        return Causes.untold(count, "no case has a result")
     if good.mean() < 1 - MOST_FAILED:
         return Causes.untold(count, f"{int((~good).sum())} of {len(values)} cases have no result")
     places, outputs = coordinates[good], outputs[good]

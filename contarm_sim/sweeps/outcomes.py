@@ -25,7 +25,8 @@ class Outcomes:
 
     Attributes:
         uncertain: what was drawn.
-        status: of each case that was run: `ok`, `no equilibrium` or `diverged`.
+        status: of each case that was run: `ok`, `no equilibrium`, `unstable`, `diverged`, or `bad input`: what is
+            commanded is nothing for that arm.
         error: why there is no result, or "".
         interrupted: whether Ctrl-C left cases out.
     """
@@ -88,7 +89,8 @@ def causes_document(found: Causes, names: tuple[str, ...]) -> dict[str, Any]:
 
 def outcome(problem: ContarmError) -> tuple[str, str]:
     """Return status and error text of a case without a result."""
-    kind = "diverged" if isinstance(problem, DivergenceError) else "no equilibrium"
+    rest = "bad input" if isinstance(problem, InputError) else "no equilibrium"
+    kind = "diverged" if isinstance(problem, DivergenceError) else rest
     return kind, one_line(str(problem), 300)
 
 

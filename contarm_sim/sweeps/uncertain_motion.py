@@ -138,7 +138,7 @@ def uncertain_motion(
             asked = replace(reference, length=section_lengths(sampled))
             try:
                 run = simulate(sampled, asked, driver, stepping=stepping, on_tick=on_tick)
-            except (DivergenceError, EquilibriumError) as problem:
+            except (DivergenceError, EquilibriumError, InputError) as problem:
                 said.append(outcome(problem))
             else:
                 tips[case] = run.tip

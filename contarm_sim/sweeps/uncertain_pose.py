@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,15 +11,20 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.errors import EquilibriumError
+from contarm_sim.errors import ContarmError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles
 from contarm_sim.statics.continuation import Method
-from contarm_sim.statics.equilibrium import Equilibrium, commanded_bend, equilibrium, setpoints_of
+from contarm_sim.statics.driving import checked_values, commands
+from contarm_sim.statics.equilibria import equilibria
+from contarm_sim.statics.equilibrium import Equilibrium, equilibrium
 from contarm_sim.sweeps.causes import Causes
 from contarm_sim.sweeps.outcomes import PERCENTS, Outcomes, causes_document, outcome, percentiles, uncertain_of
 from contarm_sim.sweeps.uncertain import Uncertain
+
+_TOGETHER, _THREADS = 32, os.cpu_count() or 1
+"""Cases that are solved at a time, and threads that share them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,17 +127,15 @@ def uncertain_pose(
     tensions = np.full((uncertain.cases, len(nominal.muscle_tensions)), np.nan)
     said, interrupted = list[tuple[str, str]](), False
     try:
-        for case, sampled in enumerate(uncertain.arms):
-            try:
-                found = equilibrium(sampled, told, method)
-            except EquilibriumError as problem:
-                said.append(outcome(problem))
-            else:
-                if found.stable:
-                    tips[case], tensions[case] = found.tip, found.muscle_tensions
-                said.append(("ok", "") if found.stable else ("unstable", "the arm would not stay in this pose"))
+        for first in range(0, uncertain.cases, _TOGETHER):
+            found = equilibria(uncertain.arms[first : first + _TOGETHER], told, method=method, threads=_THREADS)
+            rows = slice(first, first + len(found))
+            tips[rows], tensions[rows] = (
+                np.where(found.stable[:, None], values, np.nan) for values in (found.tip, found.muscle_tensions)
+            )
+            said += [_status(found.failed.get(case), stable) for case, stable in enumerate(found.stable.tolist())]
             if on_done is not None:
-                on_done(case + 1, uncertain.cases)
+                on_done(len(said), uncertain.cases)
     except KeyboardInterrupt:
         interrupted = True
     status, error = (tuple(each[i] for each in said) for i in (0, 1))
@@ -139,9 +143,16 @@ def uncertain_pose(
     return UncertainPose(uncertain, status, error, interrupted, nominal, tips[:run], tensions[:run])
 
 
+def _status(problem: ContarmError | None, stable: bool) -> tuple[str, str]:
+    """Return status and error text of a case."""
+    if problem is not None:
+        return outcome(problem)
+    return ("ok", "") if stable else ("unstable", "the arm would not stay in this pose")
+
+
 def _told(load: Load, arm: Arm) -> Load:
     """Return a load whose servos are told what holds the bend of an arm, whichever arm they are of."""
     if load.muscles.kind not in ("bend", "deltas"):
         return load
-    setpoints = setpoints_of(commanded_bend(arm, load), arm)
+    _, setpoints = commands(arm, load.muscles.kind, checked_values(arm, load))
     return replace(load, muscles=Muscles(kind="setpoints", values=tuple(setpoints.tolist())))

@@ -89,7 +89,7 @@ def _uncertain(summary: dict[str, Any]) -> dict[str, Any] | None:
         "errors": said.error_rows(found),
         "parameters": said.parameter_rows(found, "mean"),
         "causes": said.causes_words(found, "mean", words),
-        "figures": UNCERTAIN,
+        "apart": said.apart_words(found),
     }
 
 

@@ -71,6 +71,18 @@ def causes_words(found: dict[str, Any], quantity: str, words: str) -> str:
     return f"shares of the variance of {words}: {by}"
 
 
+def apart_words(found: dict[str, Any]) -> list[str]:
+    """Say which parameters of the nominal arm are not among those sampled: it is commanded as an unlikely one."""
+    lines = []
+    for name, one in found["parameters"].items():
+        if not one["p5"] <= one["nominal"] <= one["p95"]:
+            unit = "" if one["unit"] == "-" else f" {one['unit']}"
+            lines.append(
+                f"{name} of the nominal arm, {one['nominal']:.4g}{unit}, is not within 5 to 95 % of the sampled"
+            )
+    return lines
+
+
 def in_the_film(found: dict[str, Any]) -> str:
     """Say in short what the film's band is."""
     most = found["tip_error"]["max"]

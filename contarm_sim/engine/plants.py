@@ -1,0 +1,354 @@
+"""Many arms in the engine at once, each to the bits of a `Plant` of its own, stepped on threads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+from numpy.typing import ArrayLike, NDArray
+
+from contarm_sim.engine.divergence import FATAL, any_fatal, divergence, stepping_settings
+from contarm_sim.engine.driven import DrivenMuscles
+from contarm_sim.engine.index import rows
+from contarm_sim.engine.layout import layout
+from contarm_sim.engine.models import Built, built, structure
+from contarm_sim.engine.plant import bent
+from contarm_sim.engine.twist import TwistedMuscles
+from contarm_sim.errors import DivergenceError, InputError
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics.pneumatics import passive_tension
+from contarm_sim.mjcf import TIMESTEP, Actuation
+from contarm_sim.model.arm import Arm
+
+Places = NDArray[np.integer] | Sequence[int] | None
+"""Which of the arms, rising; None: all."""
+
+FIELDS = ("xpos", "xmat", "sensordata", "ten_length", "ten_velocity", "actuator_force")
+"""What the engine derives of a state that is kept here."""
+
+
+class Plants:
+    """B simulated arms of one layout, see `layout`: M muscles, D joint angles, K stations each.
+
+    They may differ in all that leaves the layout as it is: lengths, stiffness, mass, damping, friction, gravity,
+    payload, muscle law. Every array has a leading axis of arms; arms are frozen, and left out of later steps, once they
+    diverge. Step them in an `engine_room`.
+
+    Args:
+        arms: their parameters.
+        actuation, pull_only, integrator: as of `Plant`.
+        timestep: engine step [s], one or one for each arm; default 5 ms.
+        threads: that step them; 0: one a processor.
+        compiled: what makes an arm's model, of the caller's own; default `models.built`.
+        persistent: keep all of the engine's data of every arm, so that `step(stage=...)` costs nothing extra.
+
+    Attributes:
+        arms: their parameters; `become` changes them.
+        actuation: what drives the muscles.
+        batch: the engine's. Its derived fields are, as after `mj_step`, of the state before the last substep.
+        models: of the arms, the caller's to change before the first step.
+        index: where the parts of the first arm are in them; those of all but for `zero` and `by_angle`.
+        control: controls as a view, shape (B, M): length changes [m], pressures [Pa] or tensions [N]. Where muscles
+            have several actuators they take the same control: shape (B, R, M).
+        pressure: pressures behind the valves [Pa], a view likewise; empty for servos.
+        qpos, qvel: joint angles [rad] and rates [rad/s], views, shape (B, D).
+        state: all that an arm goes on from, as of `mjSTATE_INTEGRATION`, a view, shape (B, size): copy rows to come
+            back to them.
+        centres: centres of base plate, disks and tip plate [m], shape (B, K, 3), as last derived; not to be written.
+        sensors: what the engine's sensors read, shape (B, sensors), likewise.
+        zero: muscle length at which the engine's is zero [m], shape (B, M).
+        damping: of muscles along themselves [N s/m], shape (B, M).
+        failed: the error of each arm that diverged, by its place.
+
+    Raises:
+        InputError: no arms, arms of several layouts, or not as many time steps as arms.
+    """
+
+    def __init__(
+        self,
+        arms: Sequence[Arm],
+        actuation: Actuation = "lengths",
+        pull_only: bool = True,
+        timestep: float | ArrayLike | None = None,
+        integrator: mujoco.mjtIntegrator | None = None,
+        threads: int = 0,
+        *,
+        compiled: Callable[[Arm, Actuation], Built] = built,
+        persistent: bool = False,
+    ) -> None:
+        if not len(arms):
+            raise InputError("arms", "none", "one arm or more")
+        self.arms, self.actuation, self.failed = list(arms), actuation, dict[int, DivergenceError]()
+        self._pull_only, self._integrator, self._compiled = pull_only, integrator, compiled
+        self._own = [compiled(arm, actuation) for arm in arms]
+        if len({layout(own) for own in self._own}) > 1:
+            raise InputError("arms", "of several layouts", "arms of one: see grouped")
+        self.models, self.index = [own.model for own in self._own], self._own[0].index
+        self._steps = np.full(len(arms), TIMESTEP)
+        self.batch = Batch(self.models[0], len(arms), threads, persistent)
+        self._views()
+        self.timestep = TIMESTEP if timestep is None else timestep
+        for place in range(len(arms)):
+            self._adopt(place)
+        self._stack()
+
+    def _views(self) -> None:
+        batch, index, model = self.batch, self.index, self.models[0]
+        self._fields = {name: batch.bind(name) for name in FIELDS}
+        shape = (len(self.arms), *index.actuators.shape)
+        every = rows(index.actuators.ravel()) if model.nu else slice(0, 0)
+        self._tendons = rows(index.tendons) if model.nu else slice(0, 0)
+        every_control, every_force = batch.bind("ctrl")[:, every], self._fields["actuator_force"][:, every]
+        self.control, self._force = every_control.reshape(shape), every_force.reshape(shape)
+        self.pressure = batch.bind("act").reshape(shape[0], -1 if model.na else 0, shape[2])
+        if shape[1] == 1:
+            self.control, self.pressure = self.control[:, 0], self.pressure.reshape(shape[0], -1)
+        self.qpos, self.qvel, self.state = batch.bind("qpos"), batch.bind("qvel"), batch.state
+        self.centres, self.sensors = self._fields["xpos"][:, index.stations], self._fields["sensordata"]
+        self._numbers, self._last = batch.warning[:, :, 1], batch.warning[:, :, 0]  # the engine's mjWarningStat
+
+    def _adopt(self, place: int) -> None:
+        model = self.models[place]
+        if not self._pull_only:
+            model.actuator_forcelimited[:] = 0
+            model.actuator_ctrllimited[:] = 0
+        if self._integrator is not None:
+            model.opt.integrator = self._integrator
+        model.opt.timestep = self._steps[place]
+
+    def _stack(self) -> None:
+        """Bring what is kept of all arms up to date with them."""
+        self.batch.set_models(self.models)
+        self.zero = np.stack([own.index.zero for own in self._own])
+        self.damping = np.stack([model.tendon_damping for model in self.models]) if self.index.actuators.size else (
+            np.zeros(self.zero.shape)
+        )  # fmt: skip
+        self._laws: dict[Any, list[int]] = {}
+        for place, arm in enumerate(self.arms):
+            self._laws.setdefault(tuple((group.law, group.rest_length) for group in arm.groups), []).append(place)
+        self._helices, self.twisted = None, None
+        first = self.one(0)
+        if first.turning:
+            singles = [self.one(place) for place in range(len(self.arms))]
+            self._helices = TwistedMuscles.of_many([one.helices for one in singles if one.helices], self.qpos)
+            self._untwisting = np.stack([one.untwisting for one in singles])
+            self.twisted = None if self.actuation == "lengths" else self._helices
+
+    def one(self, place: int) -> DrivenMuscles:
+        """Return what `Plant` has of its muscles, of one of the arms; views that stay current until `become`."""
+        batch, fields = self.batch, self._fields
+        names = ("ten_length", "ten_velocity", "actuator_force")
+        data: Any = SimpleNamespace(
+            ctrl=batch.bind("ctrl")[place], act=batch.bind("act")[place], qpos=self.qpos[place],
+            **{name: fields[name][place] for name in names},
+        )  # fmt: skip
+        return DrivenMuscles(self.arms[place], self.models[place], data, self._own[place].index, self.actuation)
+
+    def __len__(self) -> int:
+        return len(self.arms)
+
+    @property
+    def timestep(self) -> Array:
+        """Engine step of each arm [s], shape (B,); assign one or one for each."""
+        return self._steps
+
+    @timestep.setter
+    def timestep(self, given: float | ArrayLike) -> None:
+        try:
+            self._steps = np.broadcast_to(np.asarray(given, dtype=float), len(self.arms)).copy()
+        except ValueError:
+            raise InputError("timestep", f"of shape {np.shape(given)}", f"one, or {len(self.arms)}") from None
+        for model, step in zip(self.models, self._steps, strict=True):
+            model.opt.timestep = step
+        self.batch.set_models(self.models)
+
+    @property
+    def stations(self) -> Array:
+        """Centres of base plate, disks and tip plate [m], shape (B, K, 3)."""
+        return self.centres.copy()
+
+    @property
+    def tip(self) -> Array:
+        """Tip positions [m], shape (B, 3)."""
+        return self.centres[:, -1].copy()
+
+    @property
+    def rotations(self) -> Array:
+        """Orientations of base plate, links and tip, shape (B, K, 3, 3)."""
+        return self._fields["xmat"][:, self.index.stations].reshape(len(self.arms), -1, 3, 3).copy()
+
+    @property
+    def muscle_lengths(self) -> Array:
+        """Muscle lengths [m], shape (B, M), as of `Plant`."""
+        if not self.models[0].ntendon:
+            return np.stack([self.one(place).muscle_lengths for place in range(len(self.arms))])
+        lengths = self._fields["ten_length"][:, self._tendons] + self.zero
+        return lengths if self.twisted is None else lengths + self.twisted.stretch().sum(axis=-1)
+
+    @property
+    def muscle_tensions(self) -> Array:
+        """Muscle tensions [N], pulling > 0, shape (B, M), as of `Plant`."""
+        if not self.models[0].ntendon:
+            return np.zeros(self.zero.shape)
+        if self.twisted is not None:  # what tensions gain by length depends on actuators in many ways
+            return np.stack([self.one(place).muscle_tensions for place in range(len(self.arms))])
+        return self.actuator_tensions + self._silicone(self._fields["ten_length"][:, self._tendons] + self.zero)
+
+    @property
+    def actuator_tensions(self) -> Array:
+        """What actuators and damping along the muscles pull with [N], pulling > 0, shape (B, M)."""
+        return self.damping * self._fields["ten_velocity"][:, self._tendons] - self._force.sum(axis=1)
+
+    @property
+    def servo_pulls(self) -> Array:
+        """What the actuators alone pull with [N], pulling > 0, shape (B, M)."""
+        return np.asarray(-self._force.sum(axis=1))
+
+    def _silicone(self, lengths: Array) -> Array:
+        """Return what stretched silicone pulls with [N], shape (B, M)."""
+        if len(self._laws) == 1:
+            return passive_tension(lengths, self.arms[0])
+        pulled = np.empty(lengths.shape)
+        for places in self._laws.values():
+            pulled[places] = passive_tension(lengths[places], self.arms[places[0]])
+        return pulled
+
+    @property
+    def turning(self) -> bool:
+        """Whether `stiffen_twist` does anything."""
+        return self._helices is not None
+
+    def stiffen_twist(self) -> None:
+        """Let twisted parallel muscles stiffen the engine's joints by their present tensions: see `DrivenMuscles`."""
+        if self._helices is None:
+            return
+        stiffness, twisting = (
+            self._untwisting + self._helices.joint_stiffness(self.muscle_tensions),
+            self.index.twisting,
+        )
+        for model, own in zip(self.models, stiffness, strict=True):
+            model.jnt_stiffness[twisting] = own
+        self.batch.set_models(self.models)
+
+    def become(self, arms: Mapping[int, Arm]) -> None:
+        """Take the parameters of other arms, by place; these must be reset afterwards.
+
+        Raises:
+            InputError: an arm of another layout.
+        """
+        changed = {place: arm for place, arm in arms.items() if arm != self.arms[place]}
+        own = {place: self._compiled(arm, self.actuation) for place, arm in changed.items()}
+        if any(layout(one) != layout(self._own[0]) for one in own.values()):
+            raise InputError("arms", "of another layout", "arms of the same: see grouped")
+        for place, arm in changed.items():
+            self.arms[place], self._own[place] = arm, own[place]
+            self.models[place] = own[place].model
+            self._adopt(place)
+        if changed:
+            self._stack()
+
+    def reset(self, places: Places = None, bend: Array | None = None) -> None:
+        """Put arms at rest with all joints of a section bent alike, as `Plant.reset`; `forward` derives the rest.
+
+        Args:
+            places: of the arms.
+            bend: of each of these arms and sections [rad], shape (len(places), 2 S); default straight.
+        """
+        at = self._every(places)
+        self._clear(at)
+        self.batch.reset(at, keyframe=0, stage=int(mujoco.mjtStage.mjSTAGE_NONE))
+        if bend is not None:
+            for place, one in zip(at.tolist(), bend, strict=True):
+                bent(self.qpos[place], self.arms[place], self.index, one)
+
+    def restart(self, places: Places, qpos: Array, control: Array) -> None:
+        """Put arms at rest with joint angles [rad], shape (P, D), controls, shape (P, M), sent and reached."""
+        at = self._every(places)
+        self._clear(at)
+        self.batch.reset(at, stage=int(mujoco.mjtStage.mjSTAGE_NONE))
+        self.qpos[at] = qpos
+        self.send(control, at)
+        if self.pressure.size:
+            self.pressure[at] = control if self.pressure.ndim == 2 else np.asarray(control)[:, None]
+        self.forward(at)
+
+    def send(self, control: Array, places: Places = None) -> None:
+        """Assign controls, shape (P, M), to all actuators of the muscles."""
+        at: Any = slice(None) if places is None else places
+        self.control[at] = control if self.control.ndim == 2 else np.asarray(control)[:, None]
+
+    def forward(self, places: Places = None) -> None:
+        """Derive everything of the present states."""
+        self.batch.forward(None if places is None else self._every(places))
+
+    def step(
+        self,
+        substeps: int = 1,
+        places: Places = None,
+        stage: mujoco.mjtStage = mujoco.mjtStage.mjSTAGE_NONE,
+        check: bool = True,
+    ) -> None:
+        """Take engine steps with all arms that have not failed, or with those of these places.
+
+        Args:
+            substeps: how many.
+            places: of the arms.
+            stage: what is derived of the new state afterwards, see `Batch.step`.
+            check: look for arms that diverged; without, call `check` before long.
+        """
+        at = self._going(places)
+        if at is not None and not len(at):
+            return
+        before = self.batch.time.copy() if check else None
+        self.batch.step(at, substeps, int(stage))
+        if check:
+            self.check(before)
+
+    def check(self, times: Array | None = None) -> bool:
+        """Note which arms diverged in `failed`; return whether any did since the last look.
+
+        Args:
+            times: when, of each arm, for the errors [s], shape (B,); default what the engine's clocks say, which starts
+                again with an arm that diverged.
+        """
+        if not any_fatal(self._numbers):
+            return False
+        told = self.batch.time if times is None else times
+        bad = np.flatnonzero(self._numbers[:, FATAL].any(axis=1)).tolist()
+        new = [place for place in bad if place not in self.failed]
+        for place in new:
+            model, arm = self.models[place], self.arms[place]
+            self.failed[place] = divergence(
+                model, self._numbers[place], self._last[place], float(told[place]), stepping_settings(model, arm)
+            )
+        return bool(new)
+
+    def _clear(self, places: NDArray[np.integer]) -> None:
+        for place in places.tolist():
+            self.failed.pop(place, None)
+
+    def _every(self, places: Places) -> NDArray[np.integer]:
+        return np.arange(len(self.arms)) if places is None else np.asarray(places, dtype=int)
+
+    def _going(self, places: Places) -> NDArray[np.integer] | None:
+        """Return which of these arms have not failed; None for all of all."""
+        if not self.failed:
+            return None if places is None else np.asarray(places, dtype=int)
+        at = self._every(places)
+        return at[~np.isin(at, list(self.failed))]
+
+
+def grouped(arms: Sequence[Arm], actuation: Actuation = "lengths") -> list[list[int]]:
+    """Return the places of arms that may go into one `Plants`, layout by layout, in the order in which they appear."""
+    known: dict[Any, Any] = {}
+    groups: dict[Any, list[int]] = {}
+    for place, arm in enumerate(arms):
+        kept_by = structure(arm, actuation)
+        if kept_by not in known:
+            known[kept_by] = layout(built(arm, actuation))
+        groups.setdefault(known[kept_by], []).append(place)
+    return list(groups.values())

@@ -1,0 +1,146 @@
+"""Cases are run in chunks: which, how, and what a row of the table says of each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from typing import Any
+
+from contarm_sim.engine.room import engine_room
+from contarm_sim.errors import (
+    ContarmError,
+    DivergenceError,
+    EquilibriumError,
+    InputError,
+    NotConvergedError,
+    PressureError,
+    UnreachableError,
+    UnstableError,
+    one_line,
+)
+from contarm_sim.motion.rest import poses_at_rest
+from contarm_sim.motion.simulate import simulate
+from contarm_sim.statics.equilibrium import equilibrium
+from contarm_sim.sweeps.case import Case, bend_of, case_of
+from contarm_sim.sweeps.designs import roles
+from contarm_sim.sweeps.names import Run
+from contarm_sim.sweeps.quantities import QUANTITIES, Quantity
+from contarm_sim.sweeps.spec import Spec
+from contarm_sim.sweeps.told import Followed, Rested, Told
+
+OK = "ok"
+"""Status of a case that went well."""
+
+STATUS: tuple[tuple[type[BaseException], str], ...] = (
+    (NotConvergedError, "not converged"),
+    (UnstableError, "unstable"),
+    (EquilibriumError, "no equilibrium"),
+    (PressureError, "too much pressure"),
+    (UnreachableError, "out of reach"),
+    (DivergenceError, "diverged"),
+    (InputError, "bad input"),
+)
+"""What is said of errors, the first that fits."""
+
+FAILED = "failed"
+"""Status of a case that met another error."""
+
+SECONDS = 2.0
+"""Work of a chunk that is aimed at, on one core [s]: what a killed sweep loses at most for each process."""
+
+AT_LEAST, AT_MOST = 16, 10_000
+"""Fewest chunks of a sweep, if it has as many cases, and most."""
+
+Row = dict[str, Any]
+
+
+@lru_cache(maxsize=8)
+def chunk_size(spec: Spec) -> int:
+    """Return how many cases a chunk has: by what they cost, as the sweep alone tells."""
+    size = min(math.ceil(SECONDS / _cost(spec)), math.ceil(spec.cases / AT_LEAST))
+    return max(size, math.ceil(spec.cases / AT_MOST))
+
+
+def _cost(spec: Spec) -> float:
+    """Return about how long a case takes [s]: the longer of first and last."""
+    costs = [1e-3]
+    for case in {0, spec.cases - 1}:
+        try:
+            one = case_of(spec, spec.values(case, case + 1)[0])
+            share = one.arm.links / 24
+            if spec.run == "rest":
+                costs.append(1.5e-3 * share * len(one.poses()))
+            elif spec.run == "equilibrium":
+                costs.append(2e-3 * share**2)
+            else:
+                costs.append(0.2 * share * float(one.motion().time[-1]))
+        except ContarmError:  # said in its row
+            continue
+    return max(costs)
+
+
+def chunk_count(spec: Spec) -> int:
+    """Return how many chunks a sweep has."""
+    return math.ceil(spec.cases / chunk_size(spec))
+
+
+def rows(spec: Spec, chunk: int) -> list[Row]:
+    """Run the cases of a chunk; return a row of the table for each, in order."""
+    size = chunk_size(spec)
+    first, last = chunk * size, min((chunk + 1) * size, spec.cases)
+    every = spec.values(first, last)
+    asked = [QUANTITIES[spec.run][name] for name in spec.ask]
+    with engine_room():
+        found = told(spec, [_tried(case_of, spec, values) for values in every])
+        made = [
+            {"case": case, **values, **_said(each, asked)}
+            for case, values, each in zip(range(first, last), every, found, strict=True)
+        ]
+    if spec.design == "sobol-indices":
+        for row, point, matrix in zip(made, *roles(list(spec.vary), first, last), strict=True):
+            row |= {"point": point, "matrix": matrix}
+    return made
+
+
+def told(spec: Spec, cases: Sequence[Case | Exception]) -> list[Told | Exception]:
+    """Return what each case tells; where there is an error, that."""
+    return [case if isinstance(case, Exception) else _tried(_RUN[spec.run], case) for case in cases]
+
+
+def _tried(function: Callable[..., Any], *given: Any) -> Any:
+    try:
+        return function(*given)
+    except Exception as error:  # a case that fails in any way leaves the others alone
+        return error
+
+
+def _at_rest(case: Case) -> Told:
+    return Followed(case.arm, poses_at_rest(case.arm, case.poses(), case.controller))
+
+
+def _equilibrium(case: Case) -> Told:
+    return Rested(case.arm, equilibrium(case.arm, case.load()), bend_of(case.options, case.arm))
+
+
+def _motion(case: Case) -> Told:
+    return Followed(case.arm, simulate(case.arm, case.motion(), case.controller, stepping=case.stepping()))
+
+
+_RUN: dict[Run, Callable[[Case], Told]] = {"rest": _at_rest, "equilibrium": _equilibrium, "motion": _motion}
+
+
+def _said(found: Told | Exception, asked: Sequence[Quantity]) -> Row:
+    """Return the quantities, the status and the error of a case."""
+    if isinstance(found, Exception):
+        return _failed(found)
+    try:
+        return {quantity.name: quantity.of(found) for quantity in asked} | {"status": OK}
+    except Exception as error:
+        return _failed(error)
+
+
+def _failed(error: Exception) -> Row:
+    status = next((status for kind, status in STATUS if isinstance(error, kind)), FAILED)
+    text = str(error) if status != FAILED else f"{type(error).__name__}: {error}"
+    return {"status": status, "error": one_line(text, 400)}
