@@ -136,7 +136,8 @@ def show(found: dict[str, Any], rows: Any, quantity: str, words: str) -> None:
     from contarm_sim.view.report import uncertainty_words as said
 
     columns = ["nominal", "5 %", "median", "95 %"]
-    table(said.cases_words(found), ["", *columns], [[name, *values] for name, values in rows])
+    click.echo(said.cases_words(found))
+    table("", ["", *columns], [[name, *values] for name, values in rows])
     own = said.parameter_rows(found, quantity)
     shares = ["alone [%]", "with others [%]"]
     told = "reason" not in found["causes"][quantity]

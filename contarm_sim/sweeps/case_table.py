@@ -19,8 +19,8 @@ def _role(name: str, found: UncertainMotion | UncertainPose) -> str:
 def write_cases(folder: Path, found: UncertainMotion | UncertainPose) -> str:
     """Write cases.parquet, one row a case: parameters, quantities, status and error text; return the file's name.
 
-    Units are in the metadata of the columns (key `unit`), as of sweeps. Without pyarrow, cases.npz has the same columns,
-    and their units as an array `units` beside `columns`.
+    Units are in the metadata of the columns (key `unit`), as of sweeps. Without pyarrow, cases.npz has these
+    columns, and their units as an array `units` beside `columns`.
     """
     run, uncertain = len(found.status), found.uncertain
     columns: dict[str, tuple[str, Any]] = {"case": ("-", np.arange(run))}

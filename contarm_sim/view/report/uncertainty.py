@@ -37,7 +37,7 @@ _DOTS = 400
 
 def draw_spread(sheet: Sheet, found: UncertainMotion) -> None:
     """Draw the tip error over time, of the nominal arm and a band of the sampled ones, and its distributions."""
-    sheet.tall(112 if sheet.wide else 128)
+    sheet.tall(112 if sheet.wide else 132)
     over, rows = sheet.subplots(2, 1, height_ratios=[1.35, 1.0])
     time, low, middle, high = found.nominal.time, *(MM * found.band)
     over.fill_between(time, low, high, label="5 to 95 % of the sampled arms", **_BAND)
@@ -53,7 +53,7 @@ def draw_spread(sheet: Sheet, found: UncertainMotion) -> None:
     rows.set_xlim(left=0)
     handles, labels = over.get_legend_handles_labels()
     handles.append(rows.plot([], [], "o", color=SIMULATED, markersize=2.2, alpha=0.5)[0])
-    sheet.legend(handles, [*labels, "one sampled arm"], loc="outside lower center", ncols=4 if sheet.wide else 2)
+    sheet.legend(handles, [*labels, "one sampled arm"], loc="outside lower center", ncols=4 if sheet.wide else 1)
     held = stance(found.nominal.arm)
     sheet.heading(f"Tip error of {len(values['mean'])} sampled arms, all commanded as the nominal one ({held})")
 

@@ -76,10 +76,8 @@ def apart_words(found: dict[str, Any]) -> list[str]:
     lines = []
     for name, one in found["parameters"].items():
         if not one["p5"] <= one["nominal"] <= one["p95"]:
-            unit = "" if one["unit"] == "-" else f" {one['unit']}"
-            lines.append(
-                f"{name} of the nominal arm, {one['nominal']:.4g}{unit}, is not within 5 to 95 % of the sampled"
-            )
+            value = f"{one['nominal']:.4g}" + ("" if one["unit"] == "-" else f" {one['unit']}")
+            lines.append(f"{name} of the nominal arm, {value}, is not within 5 to 95 % of what was sampled")
     return lines
 
 
