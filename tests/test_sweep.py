@@ -58,8 +58,14 @@ def test_every_case_is_what_it_would_be_alone(swept):
             load = Load(wrenches=(Wrench(xi=1, force=(force, 0, 0)),) if force else ())
             assert (tips[number] == equilibrium(arm, load).tip).all(), (stiffness, force)
     assert (status == "ok").sum() >= 8
-    assert status[0] == "unstable" and np.isnan(tips[0]).all() and "no pose at rest" in swept.column("error")[0]
-    assert swept.unit("tip_x") == "m" and swept.unit("load.force.x") == "N"
+    assert status[0] == "no equilibrium"
+    assert np.isnan(tips[0]).all()
+    assert "no pose at rest" in swept.column("error")[0]
+    assert swept.column("own_weight_over_stiffness")[0] == pytest.approx(
+        0.3 * 9.81 * 0.37**2 / 0.005
+    )  # known all the same
+    assert swept.unit("tip_x") == "m"
+    assert swept.unit("load.force.x") == "N"
 
 
 def test_workers_and_their_order_change_no_byte(swept, tmp_path):
@@ -94,12 +100,14 @@ def test_a_killed_sweep_goes_on_and_repeats_nothing(swept, tmp_path):
     spec.write_text(TOML)
     assert subprocess.run([sys.executable, "-c", DIES, spec, folder]).returncode == -9
     left = [entry for entry in (folder / "parts").iterdir() if entry.name.startswith(".")]
-    assert len(left) == 1 and left[0].stat().st_size == 100  # killed while it wrote the fifth
+    assert len(left) == 1
+    assert left[0].stat().st_size == 100
     os.utime(left[0], (1, 1))
     before = {part.name: part.stat().st_mtime_ns for part in (folder / "parts").glob("part-*")}
     seen = []
     sweeps.sweep(spec, folder, on_done=lambda done, of: seen.append(done))
-    assert len(before) == 4 and seen == list(range(4, 13))
+    assert len(before) == 4
+    assert seen == list(range(4, 13))
     assert before.items() <= {part.name: part.stat().st_mtime_ns for part in (folder / "parts").iterdir()}.items()
     assert table_of(folder) == table_of(swept.folder)
 
@@ -126,15 +134,20 @@ def test_a_full_disk_and_ctrl_c_are_one_line_and_leave_nothing_half_written(cont
     said = "2 of 12 cases are done; the same command goes on from there: runs/sweep-s\n"
     kind = OSError(errno.ENOSPC, "No space left on device")
     code, out, err = contarm("sweep", "s.toml", "--processes", 1)
-    assert (code, out) == (1, "") and err == f"contarm: cannot write: No space left on device; {said}"
+    assert (code, out) == (1, "")
+    assert err == f"contarm: cannot write: No space left on device; {said}"
     assert not list(Path("runs/sweep-s/parts").glob(".*"))
     kind = KeyboardInterrupt()
     code, out, err = contarm("sweep", "s.toml", "--processes", 1)
-    assert code == 130 and err.endswith(f"contarm: interrupted; {said.replace('2', '4', 1)}") and err.count("\n") == 2
+    assert code == 130
+    assert err.endswith(f"contarm: interrupted; {said.replace('2', '4', 1)}")
+    assert err.count("\n") == 2
     assert not list(Path("runs/sweep-s/parts").glob(".*"))
     monkeypatch.setattr(os, "fsync", real)
     code, out, err = contarm("sweep", "s.toml", "--processes", 1)
-    assert code == 0 and "tip_x" in out and f"{swept.counts['ok']} ok" in out
+    assert code == 0
+    assert "tip_x" in out
+    assert f"{swept.counts['ok']} ok" in out
     assert table_of("runs/sweep-s") == table_of(swept.folder)
 
 
@@ -181,7 +194,7 @@ REFUSED = [
     ({"run": "equilibrium", "fixed": {"load.tensions.1": 9}, "vary": {"bend.angle": [1]}}, "driven by bend and by"),
     ({"run": "motion", "vary": {"path.duration": [-1]}}, "duration is -1"),
     ({"rn": "rest", **VARY}, "did you mean 'run'"),
-    ({"backend": "warp", **VARY}, "cpu, where nothing moves"),
+    ({"backend": "gpu", **VARY}, "cpu"),
     ("nosuch", "a TOML file, or one of validity"),
 ]
 
@@ -219,9 +232,9 @@ def test_a_kept_sweep_reads_back_in_full(swept, tmp_path):
 
 
 def test_poses_at_rest_agree_with_validate(tmp_path):
-    spec = {"fixed": {"links": 4, "grid": 2, "gravity.z": 9.81, "bending_stiffness": 0.5}, "vary": {"payload": [0.1]}}
+    spec = {"fixed": {"links": 4, "grid": 2, "gravity.z": 9.81, "bending_stiffness": 0.3}, "vary": {"payload": [0.05]}}
     found = sweeps.sweep(spec, tmp_path / "rest")
-    arm = Arm(links=4, bending_stiffness=0.5, gravity=(0, 0, 9.81), payload=0.1)
+    arm = Arm(links=4, bending_stiffness=0.3, gravity=(0, 0, 9.81), payload=0.05)
     outcome = studies.validate(arm, 2, max_bend=np.radians(120)).outcomes["payload"]
     for name in ("tip_error", "discretisation", "servo", "shape"):
         assert found.column(f"{name}_max_percent") == [getattr(outcome.errors, name).max_percent]
@@ -234,5 +247,6 @@ def test_a_motion_tells_what_a_run_does(tmp_path):
     fixed = {"links": 3, "path.name": "circle", "path.duration": 0.5, "path.max_bend": "20 deg", "timestep": 0.01}
     found = sweeps.sweep({"run": "motion", "fixed": fixed, "vary": {"controller": ["servo", "chain"]}}, tmp_path / "m")
     assert found.counts == {"ok": 2}
-    assert (found.column("timestep") == 0.01).all() and (found.column("tip_error_max") > 0).all()
+    assert (found.column("timestep") == 0.01).all()
+    assert (found.column("tip_error_max") > 0).all()
     assert list(found.column("controller")) == ["servo", "chain"]

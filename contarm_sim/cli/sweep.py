@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @click.option(
     "--processes", type=click.IntRange(1, 4096), metavar="N", help="Worker processes; default one for each core."
 )
-@click.option("--backend", type=click.Choice(["cpu", "warp"]), help="What steps motions; default what SPEC says: cpu.")
+@click.option("--backend", metavar="NAME", help="What steps motions; default what SPEC says, or cpu.")
 @click.option("--names", is_flag=True, help="List what cases of SPEC may differ in, and what they tell; run nothing.")
 @json_option
 def sweep(

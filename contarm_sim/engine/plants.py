@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Self
 
 import mujoco
 import numpy as np
@@ -16,7 +17,7 @@ from contarm_sim.engine.driven import DrivenMuscles
 from contarm_sim.engine.index import rows
 from contarm_sim.engine.layout import layout
 from contarm_sim.engine.models import Built, built, structure
-from contarm_sim.engine.plant import bent
+from contarm_sim.engine.plant import Plant, bent
 from contarm_sim.engine.twist import TwistedMuscles
 from contarm_sim.errors import DivergenceError, InputError
 from contarm_sim.kinematics.arrays import Array
@@ -26,6 +27,12 @@ from contarm_sim.model.arm import Arm
 
 Places = NDArray[np.integer] | Sequence[int] | None
 """Which of the arms, rising; None: all."""
+
+STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+"""What an arm goes on from."""
+
+ARMS_A_THREAD = 8
+"""Fewest arms that a thread is for: to wake it costs as much as a step of one."""
 
 FIELDS = ("xpos", "xmat", "sensordata", "ten_length", "ten_velocity", "actuator_force")
 """What the engine derives of a state that is kept here."""
@@ -42,7 +49,7 @@ class Plants:
         arms: their parameters.
         actuation, pull_only, integrator: as of `Plant`.
         timestep: engine step [s], one or one for each arm; default 5 ms.
-        threads: that step them; 0: one a processor.
+        threads: that step them, fewer where there are few arms; 0: one a processor.
         compiled: what makes an arm's model, of the caller's own; default `models.built`.
         persistent: keep all of the engine's data of every arm, so that `step(stage=...)` costs nothing extra.
 
@@ -82,19 +89,48 @@ class Plants:
     ) -> None:
         if not len(arms):
             raise InputError("arms", "none", "one arm or more")
-        self.arms, self.actuation, self.failed = list(arms), actuation, dict[int, DivergenceError]()
         self._pull_only, self._integrator, self._compiled = pull_only, integrator, compiled
-        self._own = [compiled(arm, actuation) for arm in arms]
-        if len({layout(own) for own in self._own}) > 1:
-            raise InputError("arms", "of several layouts", "arms of one: see grouped")
-        self.models, self.index = [own.model for own in self._own], self._own[0].index
-        self._steps = np.full(len(arms), TIMESTEP)
-        self.batch = Batch(self.models[0], len(arms), threads, persistent)
-        self._views()
-        self.timestep = TIMESTEP if timestep is None else timestep
+        self._begin(arms, [compiled(arm, actuation) for arm in arms], actuation, timestep, threads, persistent)
         for place in range(len(arms)):
             self._adopt(place)
+
+    def _begin(
+        self, arms: Sequence[Arm], own: Sequence[Built], actuation: Actuation, timestep: float | ArrayLike | None,
+        threads: int, persistent: bool,
+    ) -> None:  # fmt: skip
+        self.arms, self.actuation, self.failed = list(arms), actuation, dict[int, DivergenceError]()
+        if len({layout(one) for one in own}) > 1:
+            raise InputError("arms", "of several layouts", "arms of one: see grouped")
+        self._own, self.models, self.index = list(own), [one.model for one in own], own[0].index
+        self._steps = self._each(TIMESTEP if timestep is None else timestep)
+        self.batch = Batch(self.models[0], len(arms), thread_count(len(arms), threads), persistent)
+        self._views()
         self._stack()
+
+    @classmethod
+    def of(cls, plants: Sequence[Plant], threads: int = 0) -> Self:
+        """Return arms that go on from where single ones are, on the models of these.
+
+        Raises:
+            InputError: plants of several layouts.
+        """
+        many, first = cls.__new__(cls), plants[0]
+        many._pull_only, many._integrator, many._compiled = first.pull_only, first.integrator, built
+        steps = [plant.model.opt.timestep for plant in plants]
+        many._begin(
+            [plant.arm for plant in plants], [plant.own for plant in plants], first.actuation, steps, threads, False
+        )
+        states = np.empty(many.state.shape)
+        for row, plant in zip(states, plants, strict=True):
+            mujoco.mj_getState(plant.model, plant.data, row, STATE)
+        many.go_back(states)
+        return many
+
+    def go_back(self, rows: Array) -> None:
+        """Go on from states, shape (B, size), as of `state`, and derive everything of them."""
+        self.state[:] = rows
+        self.forward()
+        self.state[:] = rows
 
     def _views(self) -> None:
         batch, index, model = self.batch, self.index, self.models[0]
@@ -158,13 +194,16 @@ class Plants:
 
     @timestep.setter
     def timestep(self, given: float | ArrayLike) -> None:
-        try:
-            self._steps = np.broadcast_to(np.asarray(given, dtype=float), len(self.arms)).copy()
-        except ValueError:
-            raise InputError("timestep", f"of shape {np.shape(given)}", f"one, or {len(self.arms)}") from None
+        self._steps = self._each(given)
         for model, step in zip(self.models, self._steps, strict=True):
             model.opt.timestep = step
         self.batch.set_models(self.models)
+
+    def _each(self, timestep: float | ArrayLike) -> Array:
+        try:
+            return np.broadcast_to(np.asarray(timestep, dtype=float), len(self.arms)).copy()
+        except ValueError:
+            raise InputError("timestep", f"of shape {np.shape(timestep)}", f"one, or {len(self.arms)}") from None
 
     @property
     def stations(self) -> Array:
@@ -340,6 +379,11 @@ class Plants:
             return None if places is None else np.asarray(places, dtype=int)
         at = self._every(places)
         return at[~np.isin(at, list(self.failed))]
+
+
+def thread_count(arms: int, threads: int = 0) -> int:
+    """Return how many of the threads given (0: one a processor) step so many arms."""
+    return max(1, min(threads or len(os.sched_getaffinity(0)), arms // ARMS_A_THREAD))
 
 
 def grouped(arms: Sequence[Arm], actuation: Actuation = "lengths") -> list[list[int]]:

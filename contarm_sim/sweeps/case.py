@@ -18,8 +18,8 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles, Wrench
 from contarm_sim.model.named import with_parameters
 from contarm_sim.model.parameters import check_count
-from contarm_sim.motion.simulate import CONTROL_RATE, Stepping
-from contarm_sim.paths.reference import Reference
+from contarm_sim.motion.time_step import Stepping
+from contarm_sim.paths.reference import RATE, Reference
 from contarm_sim.studies.scenarios import dome_grid, spread_bends
 from contarm_sim.sweeps.names import DRIVEN, GRID, MAX_BEND, MOST_GRID
 from contarm_sim.sweeps.spec import Spec
@@ -120,7 +120,7 @@ def options_of(spec: Spec, values: Mapping[str, Any]) -> Options:
     if not 0 <= given.get("load.at", 1.0) <= 1:
         raise InputError("load.at", given["load.at"], "a number from 0 (base) to 1 (tip)")
     if "timestep" in given:
-        Stepping(given["timestep"]).substeps(CONTROL_RATE)
+        Stepping(given["timestep"]).substeps(RATE)
     case = Case(spec.arm, given)
     if spec.run == "equilibrium":
         case.load()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -19,15 +19,12 @@ from contarm_sim.errors import (
     UnstableError,
     one_line,
 )
-from contarm_sim.motion.rest import poses_at_rest
-from contarm_sim.motion.simulate import simulate
-from contarm_sim.statics.equilibrium import equilibrium
-from contarm_sim.sweeps.case import Case, bend_of, case_of
+from contarm_sim.sweeps.case import Case, case_of
 from contarm_sim.sweeps.designs import roles
-from contarm_sim.sweeps.names import Run
 from contarm_sim.sweeps.quantities import QUANTITIES, Quantity
 from contarm_sim.sweeps.spec import Spec
-from contarm_sim.sweeps.told import Followed, Rested, Told
+from contarm_sim.sweeps.together import told, tried
+from contarm_sim.sweeps.told import Told
 
 OK = "ok"
 """Status of a case that went well."""
@@ -52,12 +49,17 @@ SECONDS = 2.0
 AT_LEAST, AT_MOST = 16, 10_000
 """Fewest chunks of a sweep, if it has as many cases, and most."""
 
+DEVICE = 1024
+"""Cases of a chunk on a graphics card."""
+
 Row = dict[str, Any]
 
 
 @lru_cache(maxsize=8)
 def chunk_size(spec: Spec) -> int:
     """Return how many cases a chunk has: by what they cost, as the sweep alone tells."""
+    if spec.backend != "cpu":
+        return min(spec.cases, DEVICE)
     size = min(math.ceil(SECONDS / _cost(spec)), math.ceil(spec.cases / AT_LEAST))
     return max(size, math.ceil(spec.cases / AT_MOST))
 
@@ -70,11 +72,11 @@ def _cost(spec: Spec) -> float:
             one = case_of(spec, spec.values(case, case + 1)[0])
             share = one.arm.links / 24
             if spec.run == "rest":
-                costs.append(1.5e-3 * share * len(one.poses()))
+                costs.append(1e-3 * share * len(one.poses()))
             elif spec.run == "equilibrium":
-                costs.append(2e-3 * share**2)
+                costs.append(2e-3 * share)
             else:
-                costs.append(0.2 * share * float(one.motion().time[-1]))
+                costs.append(0.03 * share * float(one.motion().time[-1]))
         except ContarmError:  # said in its row
             continue
     return max(costs)
@@ -92,10 +94,10 @@ def rows(spec: Spec, chunk: int) -> list[Row]:
     every = spec.values(first, last)
     asked = [QUANTITIES[spec.run][name] for name in spec.ask]
     with engine_room():
-        found = told(spec, [_tried(case_of, spec, values) for values in every])
+        cases = [tried(case_of, spec, values) for values in every]
         made = [
-            {"case": case, **values, **_said(each, asked)}
-            for case, values, each in zip(range(first, last), every, found, strict=True)
+            {"case": number, **values, **_of_arm(case, asked), **_said(each, asked)}
+            for number, values, case, each in zip(range(first, last), every, cases, told(spec, cases), strict=True)
         ]
     if spec.design == "sobol-indices":
         for row, point, matrix in zip(made, *roles(list(spec.vary), first, last), strict=True):
@@ -103,31 +105,11 @@ def rows(spec: Spec, chunk: int) -> list[Row]:
     return made
 
 
-def told(spec: Spec, cases: Sequence[Case | Exception]) -> list[Told | Exception]:
-    """Return what each case tells; where there is an error, that."""
-    return [case if isinstance(case, Exception) else _tried(_RUN[spec.run], case) for case in cases]
-
-
-def _tried(function: Callable[..., Any], *given: Any) -> Any:
-    try:
-        return function(*given)
-    except Exception as error:  # a case that fails in any way leaves the others alone
-        return error
-
-
-def _at_rest(case: Case) -> Told:
-    return Followed(case.arm, poses_at_rest(case.arm, case.poses(), case.controller))
-
-
-def _equilibrium(case: Case) -> Told:
-    return Rested(case.arm, equilibrium(case.arm, case.load()), bend_of(case.options, case.arm))
-
-
-def _motion(case: Case) -> Told:
-    return Followed(case.arm, simulate(case.arm, case.motion(), case.controller, stepping=case.stepping()))
-
-
-_RUN: dict[Run, Callable[[Case], Told]] = {"rest": _at_rest, "equilibrium": _equilibrium, "motion": _motion}
+def _of_arm(case: Case | Exception, asked: Sequence[Quantity]) -> Row:
+    """Return the quantities that the arm alone tells; none where there is no such arm."""
+    if isinstance(case, Exception):
+        return {}
+    return {quantity.name: quantity.of(Told(case.arm)) for quantity in asked if quantity.of_arm}
 
 
 def _said(found: Told | Exception, asked: Sequence[Quantity]) -> Row:

@@ -23,6 +23,7 @@ class Quantity:
         name, unit, meaning: what it is.
         of: its value, of what a case tells (`sweeps.told`); None where there is none.
         kind: what its values are.
+        of_arm: whether the arm alone tells it, also where the case fails.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Quantity:
     meaning: str
     of: Callable[[Any], Any]
     kind: Kind = "number"
+    of_arm: bool = False
 
 
 _DISTANCES = {
@@ -66,7 +68,7 @@ def _rod(part: str) -> Callable[[Any], float | None]:
 
 
 def _tip(place: int) -> Callable[[Any], float]:
-    return lambda told: float(told.found.tip[place])
+    return lambda told: float(told.of("tip")[place])
 
 
 def _of_any() -> Iterator[Quantity]:
@@ -75,7 +77,7 @@ def _of_any() -> Iterator[Quantity]:
         "own_weight_over_stiffness": "m g L^2/EI, without payload",
         "payload_over_mass": "payload over the mass of the arm",
     }.items():
-        yield Quantity(name, "-", meaning, attrgetter(name))
+        yield Quantity(name, "-", meaning, attrgetter(name), of_arm=True)
 
 
 def _of_samples(motion: bool) -> Iterator[Quantity]:
@@ -108,16 +110,16 @@ def _of_rest() -> Iterator[Quantity]:
         yield Quantity(f"tip_{axis}", "m", f"tip, along {axis} of the base", _tip(place))
     yield from _both("tip_error", "distance, tip to that of the arcs asked for", lambda told: told.tip_error)
     yield from _both("shape_error", "distance, tip to that of arcs with these muscle lengths", lambda t: t.shape_error)
-    yield Quantity("tension_min", "N", "least tension of any muscle", lambda t: _least(t.found.muscle_tensions))
-    yield Quantity("tension_max", "N", "largest tension of any muscle", lambda t: _most(t.found.muscle_tensions))
+    yield Quantity("tension_min", "N", "least tension of any muscle", lambda t: _least(t.tensions))
+    yield Quantity("tension_max", "N", "largest tension of any muscle", lambda t: _most(t.tensions))
     yield Quantity("tip_compliance", "m/N", "how far the tip gives way at most to a force", lambda t: t.compliance)
     yield Quantity("tip_stiffness", "N/m", "least stiffness of the tip against a force", lambda t: 1 / t.compliance)
     yield Quantity("smallest_eigenvalue", "N m/rad", "stiffness of the softest mode",
-                   lambda told: float(told.found.smallest_eigenvalue))  # fmt: skip
-    yield Quantity("stable", "-", "whether disturbances die out", lambda told: bool(told.found.stable), "truth")
-    yield Quantity("held", "-", "whether no length servo is at its limit", lambda told: told.found.held, "truth")
-    yield Quantity("residual", "N m", "largest generalised force left", lambda told: float(told.found.residual))
-    yield Quantity("iterations", "-", "of Newton's method", lambda told: int(told.found.iterations), "whole")
+                   lambda told: float(told.of("smallest_eigenvalue")))  # fmt: skip
+    yield Quantity("stable", "-", "whether disturbances die out", lambda told: bool(told.of("stable")), "truth")
+    yield Quantity("held", "-", "whether no length servo is at its limit", lambda told: told.held, "truth")
+    yield Quantity("residual", "N m", "largest generalised force left", lambda told: float(told.of("residual")))
+    yield Quantity("iterations", "-", "of Newton's method", lambda told: int(told.of("iterations")), "whole")
 
 
 def _of_muscles() -> Iterator[Quantity]:
@@ -148,6 +150,9 @@ def _turned(told: Any) -> float:
 def _named(*parts: Iterator[Quantity]) -> dict[str, Quantity]:
     return {quantity.name: quantity for part in parts for quantity in part}
 
+
+DETAILS = ("tip_compliance", "tip_stiffness", "smallest_eigenvalue")
+"""Quantities of an equilibrium that take longer than the pose."""
 
 QUANTITIES: dict[Run, dict[str, Quantity]] = {
     "rest": _named(_of_samples(motion=False), _of_muscles(), _of_any()),

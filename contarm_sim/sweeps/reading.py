@@ -10,6 +10,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from contarm_sim.engine.backends import BACKENDS
 from contarm_sim.errors import InputError, in_short, one_line
 from contarm_sim.inputs import as_path, read_text
 from contarm_sim.model.arm import Arm
@@ -25,8 +26,6 @@ from contarm_sim.sweeps.spec import Spec
 
 MADE = "made"
 """The table of a kept sweep that says what it was made with; no part of it."""
-
-BACKENDS = ("cpu", "warp")
 
 _KEYS = ("run", "arm", "design", "cases", "points", "seed", "ask", "backend", "fixed", "vary", MADE)
 

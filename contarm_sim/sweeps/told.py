@@ -10,12 +10,13 @@ import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics import routing, shape
+from contarm_sim.mechanics import muscles, routing, shape
+from contarm_sim.mechanics.pneumatics import pressure_for
 from contarm_sim.model.arm import Arm
 from contarm_sim.results.compare import Comparison, compare
 from contarm_sim.results.summary import Spread
 from contarm_sim.results.trajectory import Trajectory
-from contarm_sim.statics.equilibrium import Equilibrium
+from contarm_sim.statics.equilibria import Equilibria
 from contarm_sim.studies.explained import RodParts, explain
 from contarm_sim.studies.load_cases import beyond
 from contarm_sim.studies.scenarios import weight_over_stiffness
@@ -93,15 +94,35 @@ class Followed(Told):
 
 @dataclass(frozen=True, eq=False)
 class Rested(Told):
-    """A pose at rest under a load."""
+    """A pose at rest under a load: a row of `Equilibria`.
 
-    found: Equilibrium
+    Attributes:
+        every, row: where it is, of cases that were solved together.
+        bend: that the muscles ask for [rad], shape (2 S,); None where they ask for none.
+    """
+
+    every: Equilibria
+    row: int
     bend: Array | None
+
+    def of(self, name: str) -> Any:
+        """Return the row of an array."""
+        return getattr(self.every, name)[self.row]
+
+    @cached_property
+    def tensions(self) -> Array:
+        """Tensions of the arm's muscles [N], shape (n,)."""
+        return np.asarray(self.of("muscle_tensions")[: muscles.count(self.arm)])
+
+    @cached_property
+    def lengths(self) -> Array:
+        """Lengths of the arm's muscles [m], shape (n,)."""
+        return np.asarray(self.of("muscle_lengths")[: muscles.count(self.arm)])
 
     @cached_property
     def pressures(self) -> Array:
         """Pressures that the tensions need [Pa], shape (n,)."""
-        return self.found.pressures_needed(self.arm)
+        return pressure_for(self.tensions, self.lengths, self.arm)
 
     @property
     def pressure(self) -> float | None:
@@ -111,33 +132,36 @@ class Rested(Told):
     @property
     def feasible(self) -> bool:
         """Whether muscles have the tensions and pressures."""
-        return beyond(self.arm, self.found.muscle_tensions, self.pressures) == ""
+        return beyond(self.arm, self.tensions, self.pressures) == ""
+
+    @property
+    def held(self) -> bool | None:
+        """Whether no length servo is at its limit; None where muscles are driven otherwise."""
+        return bool(self.of("held")) if self.every.loads[self.row].muscles.kind in ("deltas", "bend") else None
 
     @property
     def tip_error(self) -> float | None:
         """Distance from the tip of the arcs that were asked for [m]; None where no bend was."""
-        return (
-            None if self.bend is None else float(np.linalg.norm(self.found.tip - shape.position(self.bend, self.arm)))
-        )
+        return None if self.bend is None else self._from(self.bend)
 
     @property
     def shape_error(self) -> float | None:
         """Distance from the tip of arcs with the muscle lengths as they are [m]; None where no arcs have them."""
         try:
-            bend, _ = routing.bend_from_lengths(self.found.muscle_lengths, self.arm)
+            return self._from(routing.bend_from_lengths(self.lengths, self.arm)[0])
         except InputError:
             return None
-        return float(np.linalg.norm(self.found.tip - shape.position(bend, self.arm)))
+
+    def _from(self, bend: Array) -> float:
+        return float(np.linalg.norm(self.of("tip") - shape.position(bend, self.arm)))
 
     @property
     def compliance(self) -> float:
         """How far the tip gives way at most to a force [m/N]."""
-        return float(np.linalg.norm(self.found.tip_compliance[:3, :3], 2))
+        return float(np.linalg.norm(self.of("tip_compliance")[:3, :3], 2))
 
 
 def highest(pressures: Array, arm: Arm) -> Any:
     """Return the highest pressure [Pa] of muscles that have any; None where none has."""
-    from contarm_sim.mechanics import muscles
-
     pressed = np.isfinite(muscles.each(arm, lambda group: group.law.pressure_limits[1]))
     return float(pressures[..., pressed].max()) if pressed.any() else None
