@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from contarm_sim.stopping import break_off, unbroken
+from contarm_sim.stopping import breakable
 
 if TYPE_CHECKING:
     from contarm_sim.sweeps.uncertain import Uncertain
@@ -37,29 +37,20 @@ def read(file: str | None, arm: Any) -> Uncertain | None:
 
 
 def sampled(what: Callable[[Callable[[int, int], None]], Any]) -> Any:
-    """Return what a function finds of sampled arms, given what to call after each; Ctrl-C ends it between two."""
+    """Return what a function finds of sampled arms, given what to call with how many are done, of all."""
     from contarm_sim.cli.pace import pace
 
-    with pace("sampled arms") as show, unbroken():
-
-        def on_done(done: int, count: int) -> None:
-            show(done, count)
-            break_off()
-
+    with pace("sampled arms") as show:
         show(0, 0)
-        return what(on_done)
+        return what(show)
 
 
 def motion_of(recorded: Any, uncertain: Uncertain, stepping: Any) -> UncertainMotion:
     """Return a recorded motion of sampled arms."""
     from contarm_sim.sweeps.uncertain_motion import uncertain_motion
 
-    def on_tick(count: int) -> None:
-        break_off()
-
-    return sampled(
-        lambda on_done: uncertain_motion(recorded, uncertain, stepping=stepping, on_done=on_done, on_tick=on_tick)
-    )
+    with breakable():  # Ctrl-C is heard in there, and what is done is returned
+        return sampled(lambda on_done: uncertain_motion(recorded, uncertain, stepping=stepping, on_done=on_done))
 
 
 def sampled_arms(arm: Any, load: Any, file: str, method: Any, out: str | None, as_json: bool) -> int:

@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 from contarm_sim.control.base import Controller
 from contarm_sim.control.believed import Believing
 from contarm_sim.control.registry import controller as resolved
-from contarm_sim.errors import DivergenceError, EquilibriumError, InputError
+from contarm_sim.errors import ContarmError, InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import shape
-from contarm_sim.motion.simulate import Stepping, simulate
+from contarm_sim.motion.simulate import Stepping
+from contarm_sim.motion.simulate_many import simulate_many
 from contarm_sim.paths.reference import section_lengths
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.sweeps.causes import Causes
@@ -33,6 +34,9 @@ SHOWN = 24
 
 MOST_BYTES = 4 * 2**30
 """Most memory that tips of all cases may take [bytes]."""
+
+_TOGETHER = 16
+"""Motions that are simulated at a time: what they record stays in memory, and is lost to Ctrl-C."""
 
 _POINTS, _TIMES = 16, 60
 """Links of a backbone that is kept, and times that the causes of the tip's place are summed over."""
@@ -104,7 +108,6 @@ def uncertain_motion(
     *,
     stepping: Stepping | None = None,
     on_done: Callable[[int, int], object] | None = None,
-    on_tick: Callable[[int], object] | None = None,
 ) -> UncertainMotion:
     """Return a motion once more, of many arms that it may have been of.
 
@@ -114,7 +117,6 @@ def uncertain_motion(
         controller: what drove it, if that was of your own.
         stepping: as of `simulate`.
         on_done: called with the number of cases run and that of all, for progress.
-        on_tick: called with every control tick, as by `simulate`.
 
     Ctrl-C ends it early: the cases run until then are returned.
 
@@ -134,20 +136,20 @@ def uncertain_motion(
     along = np.unique(np.linspace(0, arm.links, min(arm.links, _POINTS) + 1).astype(int))
     said, bones, interrupted = list[tuple[str, str]](), list[NDArray[np.float32]](), False
     try:
-        for case, sampled in enumerate(uncertain.arms):
-            asked = replace(reference, length=section_lengths(sampled))
-            try:
-                run = simulate(sampled, asked, driver, stepping=stepping, on_tick=on_tick)
-            except (DivergenceError, EquilibriumError, InputError) as problem:
-                said.append(outcome(problem))
-            else:
-                tips[case] = run.tip
+        for first in range(0, uncertain.cases, _TOGETHER):
+            arms = uncertain.arms[first : first + _TOGETHER]
+            asked = [replace(reference, length=section_lengths(each)) for each in arms]
+            for run in simulate_many(arms, asked, driver, stepping=stepping):
+                if isinstance(run, ContarmError):
+                    said.append(outcome(run))
+                    continue
+                tips[len(said)] = run.tip
                 said.append(("ok", ""))
                 if len(bones) < SHOWN:
                     bones.append(run.stations[:, along].astype(np.float32))
             if on_done is not None:
-                on_done(case + 1, uncertain.cases)
-    except KeyboardInterrupt:  # Interrupted is one
+                on_done(len(said), uncertain.cases)
+    except KeyboardInterrupt:
         interrupted = True
     shown = np.array(bones, dtype=np.float32).reshape(len(bones), len(nominal), len(along), 3)
     status, error = (tuple(each[i] for each in said) for i in (0, 1))
