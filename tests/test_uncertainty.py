@@ -15,9 +15,9 @@ from contarm_sim.control.registry import controller
 from contarm_sim.model.named import with_parameters
 from contarm_sim.sweeps.case_table import write_cases
 from contarm_sim.sweeps.causes import causes
+from contarm_sim.sweeps.spread_of_motion import uncertain_motion
+from contarm_sim.sweeps.spread_of_pose import uncertain_pose
 from contarm_sim.sweeps.uncertain import read_uncertain
-from contarm_sim.sweeps.uncertain_motion import uncertain_motion
-from contarm_sim.sweeps.uncertain_pose import uncertain_pose
 from contarm_sim.view.colours import SIMULATED, rgb
 from contarm_sim.view.prints import WIDTHS
 from contarm_sim.view.report.uncertainty import figures_of_motion, figures_of_pose

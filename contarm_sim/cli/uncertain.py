@@ -11,9 +11,9 @@ import click
 from contarm_sim.stopping import breakable
 
 if TYPE_CHECKING:
+    from contarm_sim.sweeps.spread_of_motion import UncertainMotion
+    from contarm_sim.sweeps.spread_of_pose import UncertainPose
     from contarm_sim.sweeps.uncertain import Uncertain
-    from contarm_sim.sweeps.uncertain_motion import UncertainMotion
-    from contarm_sim.sweeps.uncertain_pose import UncertainPose
 
 HELP = (
     "Sample arms with parameters as distributed as this file says, all commanded as the nominal arm: percentiles, "
@@ -47,7 +47,7 @@ def sampled(what: Callable[[Callable[[int, int], None]], Any]) -> Any:
 
 def motion_of(recorded: Any, uncertain: Uncertain, stepping: Any) -> UncertainMotion:
     """Return a recorded motion of sampled arms."""
-    from contarm_sim.sweeps.uncertain_motion import uncertain_motion
+    from contarm_sim.sweeps.spread_of_motion import uncertain_motion
 
     with breakable():  # Ctrl-C is heard in there, and what is done is returned
         return sampled(lambda on_done: uncertain_motion(recorded, uncertain, stepping=stepping, on_done=on_done))
@@ -58,7 +58,7 @@ def sampled_arms(arm: Any, load: Any, file: str, method: Any, out: str | None, a
     from contarm_sim.cli.terminal import command_line, say
     from contarm_sim.errors import EquilibriumError
     from contarm_sim.stopping import exit_code
-    from contarm_sim.sweeps.uncertain_pose import uncertain_pose
+    from contarm_sim.sweeps.spread_of_pose import uncertain_pose
     from contarm_sim.versions import versions
     from contarm_sim.view.report.output import check_output, to_json
     from contarm_sim.view.report.uncertainty_words import pose_rows

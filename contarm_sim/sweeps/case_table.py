@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from contarm_sim.files import appearing
-from contarm_sim.sweeps.uncertain_motion import UncertainMotion
-from contarm_sim.sweeps.uncertain_pose import UncertainPose
+from contarm_sim.sweeps.spread_of_motion import UncertainMotion
+from contarm_sim.sweeps.spread_of_pose import UncertainPose
 
 
 def _role(name: str, found: UncertainMotion | UncertainPose) -> str:

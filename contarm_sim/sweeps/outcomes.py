@@ -19,7 +19,7 @@ PERCENTS = (5, 50, 95)
 """Percentiles that are told of everything."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Outcomes:
     """What became of the cases that were run, of those that were asked for.
 
@@ -35,6 +35,12 @@ class Outcomes:
     status: tuple[str, ...]
     error: tuple[str, ...]
     interrupted: bool
+
+    def __repr__(self) -> str:
+        vary = ", ".join(self.uncertain.names)
+        return (
+            f"{type(self).__name__}({int(self.good.sum())} of {self.uncertain.cases} sampled arms; uncertain: {vary})"
+        )
 
     @property
     def good(self) -> NDArray[np.bool_]:

@@ -83,12 +83,13 @@ def _uncertain(summary: dict[str, Any]) -> dict[str, Any] | None:
     """Return what the page says of sampled arms, or None."""
     if "uncertainty" not in summary:
         return None
-    found, words = summary["uncertainty"], "the tip error’s mean over time"
+    found = summary["uncertainty"]
+    causes = said.causes_words(found, "mean", "the tip error’s mean over time")
     return {
         "cases": said.cases_words(found),
         "errors": said.error_rows(found),
         "parameters": said.parameter_rows(found, "mean"),
-        "causes": said.causes_words(found, "mean", words),
+        "causes": causes[0].upper() + causes[1:],
         "apart": said.apart_words(found),
     }
 

@@ -23,7 +23,7 @@ from contarm_sim.view.report.words import in_short
 from contarm_sim.view.style import Draw, save
 
 if TYPE_CHECKING:
-    from contarm_sim.sweeps.uncertain_motion import UncertainMotion
+    from contarm_sim.sweeps.spread_of_motion import UncertainMotion
     from contarm_sim.view.rendering.cloud import Cloud
 
 

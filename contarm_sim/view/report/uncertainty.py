@@ -8,8 +8,8 @@ import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.sweeps.causes import Causes
-from contarm_sim.sweeps.uncertain_motion import UncertainMotion
-from contarm_sim.sweeps.uncertain_pose import UncertainPose
+from contarm_sim.sweeps.spread_of_motion import UncertainMotion
+from contarm_sim.sweeps.spread_of_pose import UncertainPose
 from contarm_sim.view.colours import ERROR, FAINT, LIMIT, NOTE, SIMULATED, TARGET
 from contarm_sim.view.report.uncertainty_words import ERRORS
 from contarm_sim.view.space import add_space

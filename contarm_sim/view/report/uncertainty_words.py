@@ -89,7 +89,7 @@ def in_the_film(found: dict[str, Any]) -> str:
 
 def _share(told: dict[str, Any], kind: str) -> str:
     low, high = told[f"{kind}_95"]
-    return f"{100 * told[kind]:.0f} ({100 * low:.0f} to {100 * high:.0f})"
+    return f"{100 * told[kind]:.1f} ({100 * low:.1f} to {100 * high:.1f})"
 
 
 def _mm(value: float | None) -> str:

@@ -42,7 +42,7 @@ _POINTS, _TIMES = 16, 60
 """Links of a backbone that is kept, and times that the causes of the tip's place are summed over."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class UncertainMotion(Outcomes):
     """One motion of many arms that are all taken for the nominal one; n cases run, T samples.
 

@@ -27,7 +27,7 @@ _TOGETHER, _THREADS = 32, os.cpu_count() or 1
 """Cases that are solved at a time, and threads that share them."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class UncertainPose(Outcomes):
     """One static pose of many arms that are all taken for the nominal one; n cases run, M muscles.
 
