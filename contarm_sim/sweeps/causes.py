@@ -24,7 +24,8 @@ LEAST_EXPLAINED = 0.8
 MOST_FAILED = 0.1
 """Share of cases without a result beyond which no causes are told."""
 
-_HIGHEST, _CASES_A_TERM, _RESAMPLES = 8, 3, 400
+_HIGHEST, _CASES_A_TERM, _RESAMPLES = 8, 3, 300
+"""Highest degree, cases that there must be for each term, samples of the bootstrap."""
 
 _SAME = 1e-9
 """Standard deviation, over the size of the values, below which nothing is spread."""
