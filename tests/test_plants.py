@@ -12,7 +12,7 @@ from contarm_sim import ContarmError, DivergenceError, InputError, InterruptedMa
 from contarm_sim.control.base import Controller
 from contarm_sim.control.feedback import Feedback
 from contarm_sim.control.servo import LengthFeedback, Servo
-from contarm_sim.engine import plants as engine_plants
+from contarm_sim.engine import threads
 from contarm_sim.engine.plant import Plant
 from contarm_sim.engine.plants import STATE, Plants, grouped
 from contarm_sim.engine.room import engine_room
@@ -47,7 +47,7 @@ READ = ("stations", "tip", "rotations", "muscle_lengths", "muscle_tensions", "ac
 @pytest.fixture
 def eager(monkeypatch):
     """Two threads, and flights together, also for few arms."""
-    monkeypatch.setattr(engine_plants, "ARMS_A_THREAD", 1)
+    monkeypatch.setattr(threads, "ARMS_A_THREAD", 1)
     monkeypatch.setattr(legs, "FEWEST", 1)
 
 

@@ -196,10 +196,10 @@ def _varied(table: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[st
 
 
 def _asked(given: Any, run: Any) -> tuple[str, ...]:
-    """Return the names of quantities; all that a run tells, unless some are asked for."""
+    """Return the names of quantities; all that a run tells without more work, unless some are asked for."""
     known = QUANTITIES[run]
     if given is None:
-        return tuple(known)
+        return tuple(name for name, quantity in known.items() if not quantity.costly)
     if not isinstance(given, (list, tuple)) or not given:
         raise InputError("ask", given, "a list of quantities")
     for name in given:
