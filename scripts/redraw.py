@@ -77,9 +77,16 @@ def redraw_figures() -> None:
         contarm("render", "spiral", "--out", "spiral.gif", "--size", "480p", "--speed", "2", folder=folder)
         telling = ("--size", "1280x640", "--time", "9.5", "--no-plots")
         contarm("render", "spiral", "--out", "social.png", *telling, folder=folder)
+        hanging = ("--gravity", "0", "0", "9.81", "--payload", "0.05")
+        sampled = ("--uncertain", ROOT / "examples" / "uncertain.toml")
+        contarm("run", *hanging, *sampled, "--no-video", "--out", "sampled", folder=folder)
+        for name in ("uncertainty.png", "causes.png"):
+            (folder / "sampled" / name).replace(IMAGES / name)
+        still = ("--size", "480p", "--time", "9.5", "--no-captions")
+        contarm("render", "sampled", "--out", "sampled.png", *still, folder=folder)
         contarm("run", "--preset", "two", "--path", "circle", "--no-video", "--out", "two", folder=folder)
         contarm("render", "two", "--out", "two-sections.gif", "--size", "480p", "--speed", "2", folder=folder)
-        for name in ("spiral.gif", "social.png", "two-sections.gif"):
+        for name in ("spiral.gif", "social.png", "two-sections.gif", "sampled.png"):
             (folder / name).replace(IMAGES / name)
     subprocess.run([sys.executable, ROOT / "scripts" / "drawings.py"], check=True)
 

@@ -3,6 +3,10 @@
 sweep(spec)      run what is not done yet of a sweep: a TOML file, a dict, or the name of one in the package
 load(folder)     the table of a sweep, done or not
 read(spec)       a sweep, checked
+
+uncertain_motion(run, file)       a motion of arms whose parameters are uncertain: tip error as a distribution
+uncertain_pose(arm, load, file)   a static pose of such arms
+read_uncertain(file, arm)         uncertain parameters, checked
 """
 
 from __future__ import annotations
@@ -13,7 +17,10 @@ if TYPE_CHECKING:
     from contarm_sim.sweeps.reading import read
     from contarm_sim.sweeps.run import sweep
     from contarm_sim.sweeps.spec import Spec
+    from contarm_sim.sweeps.spread_of_motion import UncertainMotion, uncertain_motion
+    from contarm_sim.sweeps.spread_of_pose import UncertainPose, uncertain_pose
     from contarm_sim.sweeps.table import Sweep, load
+    from contarm_sim.sweeps.uncertain import Uncertain, read_uncertain
 else:
 
     def __getattr__(name: str) -> object:
@@ -24,9 +31,16 @@ else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
-_HOMES = {"Spec": "spec", "Sweep": "table", "load": "table", "read": "reading", "sweep": "run"}
+_HOMES = {
+    "Spec": "spec", "Sweep": "table", "Uncertain": "uncertain", "UncertainMotion": "spread_of_motion",
+    "UncertainPose": "spread_of_pose", "load": "table", "read": "reading", "read_uncertain": "uncertain",
+    "sweep": "run", "uncertain_motion": "spread_of_motion", "uncertain_pose": "spread_of_pose",
+}  # fmt: skip
 
-__all__ = ["Spec", "Sweep", "load", "read", "sweep"]
+__all__ = [
+    "Spec", "Sweep", "Uncertain", "UncertainMotion", "UncertainPose", "load", "read", "read_uncertain", "sweep",
+    "uncertain_motion", "uncertain_pose",
+]  # fmt: skip
 
 
 def __dir__() -> list[str]:
