@@ -20,6 +20,7 @@ The public names are few and load late, so that `import contarm_sim` costs nothi
     compare               a trajectory beside the closed forms
     Controller            what drives an arm; subclass it, with Plan and Feedback
     studies               what the commands compute, as functions
+    sweeps                many cases of an arm, as a table
     ContarmError          the root of all errors; InputError, EquilibriumError, DivergenceError;
                           Interrupted, InterruptedMany (Ctrl-C)
 """
@@ -33,6 +34,7 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
     from contarm_sim import mjcf as mjcf
     from contarm_sim import paths as paths
     from contarm_sim import studies as studies
+    from contarm_sim import sweeps as sweeps
     from contarm_sim.control.base import Controller as Controller
     from contarm_sim.control.feedback import Feedback as Feedback
     from contarm_sim.control.feedback import Seen as Seen
@@ -75,7 +77,7 @@ __all__ = [
     "Interrupted", "InterruptedMany", "Load", "McKibben", "Muscles", "Plan", "Reference", "Routing", "Section", "Seen",
     "Tendon", "Trajectory", "World", "Wrench", "arm_spec", "compare", "envs", "equilibria", "equilibrium", "kinematics",
     "load", "load_arm", "mechanics", "mjcf", "paths", "poses_at_rest", "presets", "scene_spec", "simulate",
-    "simulate_many", "spec", "studies",
+    "simulate_many", "spec", "studies", "sweeps",
 ]  # fmt: skip
 
 _HOMES = {
@@ -113,7 +115,7 @@ _HOMES = {
     "Plan": "control.plan",
     "Seen": "control.feedback",
 }
-_MODULES = {name: name for name in ("envs", "kinematics", "mechanics", "mjcf", "paths", "studies")}
+_MODULES = {name: name for name in ("envs", "kinematics", "mechanics", "mjcf", "paths", "studies", "sweeps")}
 _MODULES["presets"] = "model.presets"
 
 if not TYPE_CHECKING:  # to a type checker, a name that is not imported above does not exist

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import mujoco
 import numpy as np
@@ -51,10 +51,6 @@ class Plants(SeenArms):
         index: where the parts of the first arm are in them; those of all but for `zero` and `by_angle`.
         control: controls as a view, shape (B, M): length changes [m], pressures [Pa] or tensions [N]. Where muscles
             have several actuators they take the same control: shape (B, R, M).
-        pressure: pressures behind the valves [Pa], a view likewise; empty for servos.
-        qpos, qvel: joint angles [rad] and rates [rad/s], views, shape (B, D).
-        state: all that an arm goes on from, as of `mjSTATE_INTEGRATION`, a view, shape (B, size): copy rows to come
-            back to them.
         centres: centres of base plate, disks and tip plate [m], shape (B, K, 3), as last derived; not to be written.
         sensors: what the engine's sensors read, shape (B, sensors), likewise.
         zero: muscle length at which the engine's is zero [m], shape (B, M).
@@ -64,6 +60,9 @@ class Plants(SeenArms):
     Raises:
         InputError: no arms, arms of several layouts, or not as many time steps as arms.
     """
+
+    engine: ClassVar[Callable[..., Any]] = Batch
+    at_once: ClassVar[int] = 256  # motions under way together, whose records are in memory
 
     def __init__(
         self,
@@ -93,7 +92,7 @@ class Plants(SeenArms):
             raise InputError("arms", "of several layouts", "arms of one: see grouped")
         self._own, self.models, self.index = list(own), [one.model for one in own], own[0].index
         self._steps = self._each(TIMESTEP if timestep is None else timestep)
-        self.batch = Batch(self.models[0], len(arms), thread_count(len(arms), threads), persistent)
+        self.batch = self.engine(self.models[0], len(arms), thread_count(len(arms), threads), persistent)
         self._views()
         self._stack()
 
@@ -115,6 +114,15 @@ class Plants(SeenArms):
             mujoco.mj_getState(plant.model, plant.data, row, STATE)
         many.go_back(states)
         return many
+
+    @staticmethod
+    def check_installed() -> None:
+        """Refuse to begin where a library is missing, see `backends`."""
+
+    @staticmethod
+    def alike(plant: Plant) -> Any:
+        """Return what arms must have in common beside their layout, see `backends`."""
+        return None
 
     def go_back(self, rows: Array) -> None:
         """Go on from states, shape (B, size), as of `state`, and derive everything of them."""

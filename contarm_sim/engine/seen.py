@@ -35,10 +35,6 @@ class SeenArms:
     twisted: TwistedMuscles | None
     actuation: Actuation
     control: Array
-    pressure: Array
-    qpos: Array
-    qvel: Array
-    state: Array
     sensors: Array
     _own: list[Built]
     _numbers: Array
@@ -58,10 +54,8 @@ class SeenArms:
         self._tendons = rows(index.tendons) if model.nu else slice(0, 0)
         every_control, every_force = batch.bind("ctrl")[:, every], self._fields["actuator_force"][:, every]
         self.control, self._force = every_control.reshape(shape), every_force.reshape(shape)
-        self.pressure = batch.bind("act").reshape(shape[0], -1 if model.na else 0, shape[2])
         if shape[1] == 1:
-            self.control, self.pressure = self.control[:, 0], self.pressure.reshape(shape[0], -1)
-        self.qpos, self.qvel, self.state = batch.bind("qpos"), batch.bind("qvel"), batch.state
+            self.control = self.control[:, 0]
         self.centres, self.sensors = self._fields["xpos"][:, index.stations], self._fields["sensordata"]
         self._numbers, self._last = batch.warning[:, :, 1], batch.warning[:, :, 0]  # the engine's mjWarningStat
 
@@ -82,6 +76,28 @@ class SeenArms:
             self._helices = TwistedMuscles.of_many([one.helices for one in singles if one.helices], self.qpos)
             self._untwisting = np.stack([one.untwisting for one in singles])
             self.twisted = None if self.actuation == "lengths" else self._helices
+
+    @property
+    def state(self) -> Array:
+        """All that an arm goes on from, as of `mjSTATE_INTEGRATION`, a view, shape (B, size): copies of rows last."""
+        return np.asarray(self.batch.state)
+
+    @property
+    def qpos(self) -> Array:
+        """Joint angles [rad], a view, shape (B, D)."""
+        return self.batch.bind("qpos")
+
+    @property
+    def qvel(self) -> Array:
+        """Rates of the joint angles [rad/s], a view, shape (B, D)."""
+        return self.batch.bind("qvel")
+
+    @property
+    def pressure(self) -> Array:
+        """Pressures behind the valves [Pa], a view of the form of `control`; empty for servos."""
+        model, (several, count) = self.models[0], self.index.actuators.shape
+        shape = (several if model.na else 0, count)
+        return self.batch.bind("act").reshape(len(self.arms), *(shape[1:] if several == 1 and model.na else shape))
 
     def one(self, place: int) -> DrivenMuscles:
         """Return what `Plant` has of its muscles, of one of the arms; views that stay current until `become`."""
