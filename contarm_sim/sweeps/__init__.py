@@ -3,6 +3,8 @@
 sweep(spec)      run what is not done yet of a sweep: a TOML file, a dict, or the name of one in the package
 load(folder)     the table of a sweep, done or not
 read(spec)       a sweep, checked
+
+on_workers(count), on_scheduler(address), on_dask(client)    sweep(spec, runner=...): on a Dask cluster
 """
 
 from __future__ import annotations
@@ -10,6 +12,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from contarm_sim.sweeps.cluster import on_scheduler, on_workers
+    from contarm_sim.sweeps.dask_tasks import on_dask
     from contarm_sim.sweeps.reading import read
     from contarm_sim.sweeps.run import sweep
     from contarm_sim.sweeps.spec import Spec
@@ -24,9 +28,18 @@ else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
-_HOMES = {"Spec": "spec", "Sweep": "table", "load": "table", "read": "reading", "sweep": "run"}
+_HOMES = {
+    "Spec": "spec",
+    "Sweep": "table",
+    "load": "table",
+    "on_dask": "dask_tasks",
+    "on_scheduler": "cluster",
+    "on_workers": "cluster",
+    "read": "reading",
+    "sweep": "run",
+}
 
-__all__ = ["Spec", "Sweep", "load", "read", "sweep"]
+__all__ = ["Spec", "Sweep", "load", "on_dask", "on_scheduler", "on_workers", "read", "sweep"]
 
 
 def __dir__() -> list[str]:

@@ -196,17 +196,18 @@ def kept(folder: Path) -> tuple[Spec, dict[str, str]]:
 def _said(spec: Spec) -> str:
     made = {"name": spec.name, "sweep": spec.key, "cases": spec.cases, "chunk": chunk_size(spec)}
     head = "# A sweep of contarm_sim: `contarm sweep` goes on with it, `contarm sweep-report` draws it.\n"
-    return head + as_toml(spec, made | _made_with())
+    return head + as_toml(spec, made | made_with())
 
 
-def _made_with() -> dict[str, str]:
+def made_with() -> dict[str, str]:
+    """Return what a table is made with: the last digits depend on it."""
     return {"format": str(FORMAT)} | {name: versions()[name] for name in _DEPENDS}
 
 
 def _same(folder: Path, spec: Spec) -> None:
     """Refuse a folder of another sweep, or of the same one made with other versions."""
     other, made = kept(folder)
-    differing = [name for name, mine in _made_with().items() if made.get(name) != mine]
+    differing = [name for name, mine in made_with().items() if made.get(name) != mine]
     allowed = "another folder, or"
     if made.get("sweep") != spec.key:
         mine, theirs = spec.to_dict(), other.to_dict()
@@ -214,5 +215,5 @@ def _same(folder: Path, spec: Spec) -> None:
         said = f"that of another sweep: {', '.join(names) or 'made otherwise'} differ{'s' * (len(names) == 1)}"
         raise InputError("out", repr(str(folder)), f"{allowed} the same sweep; it is {said}")
     if differing:
-        said = ", ".join(f"{name} {made.get(name, 'unknown')} there, {_made_with()[name]} here" for name in differing)
+        said = ", ".join(f"{name} {made.get(name, 'unknown')} there, {made_with()[name]} here" for name in differing)
         raise InputError("out", repr(str(folder)), f"{allowed} the versions that it was begun with: {said}")
