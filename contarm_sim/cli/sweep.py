@@ -36,31 +36,35 @@ def sweep(
 ) -> int:
     """Run many cases of an arm, and keep parameters and results as a table (Parquet), one row a case.
 
-    SPEC is a TOML file, or the name of a sweep that comes with the package: validity. Ctrl-C, a full disk or a killed
-    process lose a few seconds of work; the same command goes on from there. The same SPEC gives the same table, bit
-    for bit. Exit code 1 if no case went well.
+    SPEC is a TOML file, or the name of a sweep that comes with the package: soft, validity. Ctrl-C, a full disk or a
+    killed process lose a few seconds of work; the same command goes on from there. The same SPEC gives the same
+    table, bit for bit. Exit code 1 if no case went well.
+
+    This is soft.toml, which takes some 10 s: `contarm sweep soft` runs it; save it, change it, and run yours.
 
     \b
-    An example that takes some 20 s: save it as soft.toml, then run  contarm sweep soft.toml
-    \b
-        run = "rest"                     # poses at rest over the dome beside constant curvature; or equilibrium, motion
-        design = "grid"                  # or latin-hypercube, sobol, sobol-indices, with cases (points) = 256, seed = 0
-        ask = ["tip_error_max_percent", "tension_max", "weight_over_stiffness"]    # left out: all that there is
+        run = "rest"            # poses at rest over the dome beside constant curvature; or equilibrium, motion
+        arm = "paper"           # or another preset, or "my_arm.toml" beside this file
+        design = "grid"         # or latin-hypercube, sobol with cases = 256; sobol-indices with points = 256; seed = 0
+        ask = ["tip_error_max_percent", "sag_max_percent", "tension_max", "weight_over_stiffness"]    # left out: all
         [fixed]
-        gravity = [0, 0, 9.81]           # hanging; arm = "FILE.toml" above takes another arm than the paper's
+        gravity = [0, 0, 9.81]  # hanging
         links = 12
         [vary]
         bending_stiffness = { from = 0.05, to = 2, count = 20, scale = "log" }
         payload = [0, "50 g", "100 g"]
         controller = ["servo", "paper"]
-        # mass = { distribution = "normal", mean = "300 g", std = "5 %" }    # uniform, lognormal: not in a grid
-    \b
-    contarm sweep soft.toml --names               what could be varied and asked for
-    contarm sweep soft.toml --processes 1 --json
-    contarm sweep soft.toml --scheduler tcp://node1:8786    on the workers of a Dask scheduler
-    contarm sweep validity                        where constant curvature holds: the chart of the README
+        # mass = { distribution = "normal", mean = "300 g", std = "5 %" }     # uniform, lognormal too; not in a grid
 
-    In Python: contarm_sim.sweeps.load("runs/sweep-soft").column("tip_error_max_percent"), or .table.
+    \b
+    contarm sweep soft
+    contarm sweep soft --names                       what could be varied and asked for
+    contarm sweep my.toml --processes 1 --json
+    contarm sweep my.toml --scheduler tcp://node1:8786   on the workers of a Dask scheduler
+    contarm sweep validity                           where constant curvature holds: the chart of the README
+
+    \b
+    In Python: contarm_sim.sweeps.load("runs/sweep-soft").column("tip_error_max_percent"), or .table
     """
     from contarm_sim import sweeps
     from contarm_sim.cli.pace import pace
@@ -70,7 +74,7 @@ def sweep(
     from contarm_sim.sweeps.run import default_folder
 
     if spec is None:
-        raise InputError("SPEC", "missing", "a TOML file, or validity (see contarm sweep --help)")
+        raise InputError("SPEC", "missing", "a TOML file, or soft, validity (see contarm sweep --help)")
     asked = sweeps.read(spec, backend)
     if names:
         _show_names(asked)
@@ -166,7 +170,7 @@ def _show(found: Sweep, summary: dict[str, Any]) -> None:
 
     spec = found.spec
     rows = [[name, of["unit"], *(_number(of[key]) for key in _COLUMNS)] for name, of in summary["quantities"].items()]
-    click.echo(f"{spec.cases:,} cases of {spec.run!r}, {spec.design} over {', '.join(spec.vary)}\n")
+    click.echo(f"{spec.cases:,} cases of {spec.run!r}, {spec.design} over {', '.join(spec.vary)}")
     table("", ["quantity", "unit", "least", "median", "largest"], rows)
     click.echo(", ".join(f"{count:,} {status}" for status, count in found.counts.items()))
 

@@ -31,7 +31,7 @@ Places = NDArray[np.integer] | Sequence[int] | None
 STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 """What an arm goes on from."""
 
-ARMS_A_THREAD = 8
+ARMS_A_THREAD = 4
 """Fewest arms that a thread is for: to wake it costs as much as a step of one."""
 
 FIELDS = ("xpos", "xmat", "sensordata", "ten_length", "ten_velocity", "actuator_force")

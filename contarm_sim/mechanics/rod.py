@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.polynomial import legendre
+from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
@@ -29,6 +30,8 @@ STATIONS = (np.arange(SEGMENTS) + 0.5) / SEGMENTS
 _ITERATIONS = 20
 _CONVERGED = 1e-6
 """Largest change of a coefficient [rad]."""
+_SURELY = 0.1
+"""Of that, what is surely less by the slope of the step before, too."""
 
 
 def polynomials(xi: Array) -> Array:
@@ -64,14 +67,22 @@ def rod_tips(
     size_of_x, step = x.shape[1], 1e-5
     loads = density, tip_force, np.broadcast_to(moments, (len(bend), *free.shape))
 
-    def balance(x: Array, which: Array) -> tuple[Array, Array]:
+    def balance(x: Array, which: NDArray[np.intp]) -> tuple[Array, Array]:
         coefficients = np.zeros((len(x), *free.shape))
         coefficients[:, free] = x
         left, tip = _balance(arm, uniform[which], coefficients, stiffness[which], *(load[which] for load in loads))
         return left[:, free], tip
 
     tip, going = np.full((len(bend), 3), np.nan), np.arange(len(bend))
+    slope = np.zeros((0, size_of_x, size_of_x))
     for _ in range(_ITERATIONS):
+        if len(slope):  # most are there, and the slope of the step before shows it
+            left, tips = balance(x[going], going)
+            rests = np.abs(np.linalg.solve(slope, left[..., None])).max(axis=(1, 2)) < _SURELY * _CONVERGED
+            tip[going[rests]] = tips[rests]
+            going = going[~rests]
+            if not len(going):
+                break
         nudged = np.concatenate([x[going, None], x[going, None] + step * np.eye(size_of_x)], axis=1)
         left, tips = balance(nudged.reshape(-1, size_of_x), np.repeat(going, 1 + size_of_x))
         left = left.reshape(len(going), 1 + size_of_x, size_of_x)
@@ -81,7 +92,7 @@ def rod_tips(
         done = size < _CONVERGED
         tip[going[done]] = tips.reshape(len(going), 1 + size_of_x, 3)[done, 0]
         x[going] += change * np.minimum(1.0, 1.0 / np.maximum(size, 1e-300))[:, None]
-        going = going[~done]
+        going, slope = going[~done], slope[~done]
         if not len(going):
             break
     return tip

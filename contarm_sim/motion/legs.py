@@ -87,7 +87,7 @@ def fly_together(legs: Sequence[Leg], threads: int, backend: str) -> list[Flown 
     """
     if len(legs) < FEWEST and backend == "cpu":
         return [_by_itself(leg) for leg in legs]
-    return _Formation(legs, together([leg.one.plant for leg in legs], threads, backend)).fly()
+    return Formation(legs, together([leg.one.plant for leg in legs], threads, backend)).fly()
 
 
 def _by_itself(leg: Leg) -> Flown | ContarmError:
@@ -100,8 +100,13 @@ def _by_itself(leg: Leg) -> Flown | ContarmError:
     return flown
 
 
-class _Formation:
-    """Legs that are flown together: arrays have an axis of arms, B of them, with n muscles."""
+class Formation:
+    """Legs of one kind, flown together: arrays have an axis of arms, B of them, with n muscles.
+
+    Args:
+        legs: what is flown.
+        plants: their arms, where they start from, in the same order.
+    """
 
     def __init__(self, legs: Sequence[Leg], plants: Plants) -> None:
         self._legs, self._plants = legs, plants
@@ -117,11 +122,13 @@ class _Formation:
         self._recorders = [Recorder(leg.one.plant, 0) for leg in legs]
         self._muscles, self._zero, self._damping = self._recorders[0].muscles, plants.zero.T, plants.damping.T
         most, count = int(self._ticks.max()), len(legs)
-        self._sensed = np.empty((count, most, first.model.nsensordata))
-        self._stations = np.empty((count, most, *first.centres.shape))
-        self._sent = np.empty((count, most, muscles))
+        self._sensed = np.empty((most, count, first.model.nsensordata))
+        self._stations = np.empty((most, count, *first.centres.shape))
+        self._sent = np.empty((most, count, muscles))
+        self._first, self._rate = np.array([leg.start for leg in legs]), np.array([leg.one.rate for leg in legs])
 
     def fly(self) -> list[Flown | ContarmError]:
+        """Take all ticks; return what came of each leg."""
         begin = time.perf_counter()
         with np.errstate(all="ignore"):  # arms that are no longer looked at
             for tick in range(int(self._ticks.max())):
@@ -144,16 +151,16 @@ class _Formation:
             plants.stiffen_twist()
         setpoint = self._setpoint[tick]
         ahead = self._setpoint[tick + 1] - setpoint
-        self._sent[:, tick] = self._send(setpoint)
+        self._sent[tick] = self._send(setpoint)
         plants.step(1, places, check=False)
-        self._sensed[:, tick] = plants.sensors
-        self._stations[:, tick] = plants.centres
+        self._sensed[tick] = plants.sensors
+        self._stations[tick] = plants.centres
         if corrections:
             corrections.update(tick, self._look(), self._gain, going)
         for k in range(1, substeps):
             self._send(setpoint + k / substeps * ahead)
             plants.step(1, places, check=False)
-        if plants.check(np.array([(leg.start + tick) / leg.one.rate for leg in self._legs])):
+        if plants.check((self._first + tick) / self._rate):
             self._errors = {**plants.failed, **self._errors}
         self._errors = {**corrections.failed, **self._errors}
         return True
@@ -186,8 +193,8 @@ class _Formation:
 
     def _flown(self, place: int, seconds: float) -> Flown:
         recorder, count = self._recorders[place], int(self._ticks[place])
-        recorder.sensed, recorder.stations = self._sensed[place, :count], self._stations[place, :count].copy()
-        self._legs[place].one.setpoint = self._sent[place, :count].copy()
+        recorder.sensed, recorder.stations = self._sensed[:count, place], self._stations[:count, place].copy()
+        self._legs[place].one.setpoint = self._sent[:count, place].copy()
         return Flown(recorder, count, seconds)
 
 

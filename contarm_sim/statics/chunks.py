@@ -152,6 +152,7 @@ def _together(
             out["held"][cases] = ~poses.at_limit[rows].any(axis=-1)
         if details:
             _detail(poses, rows, K, newton.symmetric[rows], cases, out)
+            out["growth"][cases] = newton.growth[rows]
         left[cases] = ~possible(index, poses.qpos[rows], out["muscle_lengths"][cases])
 
     newton(arrived)
@@ -161,9 +162,8 @@ def _detail(
     poses: Poses, rows: NDArray[np.intp], K: Array, symmetric: NDArray[np.bool_], cases: NDArray[np.intp],
     out: dict[str, Array],
 ) -> None:  # fmt: skip
-    """Write eigenvalues, growth and compliance of stable poses whose stiffness matrices are K [N m/rad]."""
+    """Write eigenvalues and compliance of stable poses whose stiffness matrices are K [N m/rad]."""
     out["smallest_eigenvalue"][cases] = np.linalg.eigvalsh(K)[:, 0]
-    out["growth"][cases] = np.where(symmetric, np.nan, -np.inf)
     for i in np.flatnonzero(~symmetric).tolist():
         out["smallest_eigenvalue"][cases[i]] = np.linalg.eigvals(K[i]).real.min()
     J = np.array([poses.tip_jacobian(row) for row in rows.tolist()])

@@ -60,7 +60,7 @@ class Holder:
         self._weight = max(group.servo_stiffness for group in arm.groups)
         self._per_metre = self._weight * max(group.routing.radius for group in arm.groups)
         self.extra: Array | float = 0.0
-        self._differences = self._meant = _differences(arm)
+        self._differences = self._meant = differences(arm)
         self.least = min_tensions(arm)
         self.least_pressures: Array | None = None
         self.tensions = self.least.copy()
@@ -252,7 +252,7 @@ class Holder:
         return work, float(0.5 * forces @ turn) + sought
 
 
-def _differences(arm: Arm) -> Array:
+def differences(arm: Arm) -> Array:
     """Return what bends of the arcs change of muscle lengths, as orthonormal rows, shape (2 S, n).
 
     What the lengths of a section's muscles have in common is none of it.

@@ -94,7 +94,7 @@ class Poses:
         self.gravity = self.gravity[:, None, :]
         names = ["xaxis", "xanchor", "xipos", "xpos", "xmat"]
         if self._driven:
-            names += ["ten_length", "actuator_force"]
+            names += ["ten_length", "actuator_force", "actuator_length"]
             names += ["site_xpos"] * bool(index.straight.any())
         self._views = {name: getattr(data, name) for name in names}
         self._kept: dict[str, Array] = {name: np.empty((count, *view.shape)) for name, view in self._views.items()}
@@ -105,7 +105,7 @@ class Poses:
     def _follow(self) -> None:
         count = len(self.qpos)
         kept = {name: array[:count] for name, array in self._kept.items()}
-        self.data: Any = SimpleNamespace(qpos=self.qpos, **kept)
+        self.data: Any = SimpleNamespace(qpos=self.qpos, ctrl=self.control, **kept)
         if self.helices is not None:
             self.helices = self.helices.at(self.qpos)
         self.twisted = None if self.actuation == "lengths" else self.helices
@@ -133,8 +133,12 @@ class Poses:
     def __len__(self) -> int:
         return len(self.qpos)
 
-    def pose(self) -> None:
-        """Derive what forces at rest need of the present joint angles, as `Plant.pose` does."""
+    def pose(self, actuated: bool = True) -> None:
+        """Derive what forces at rest need of the present joint angles, as `Plant.pose` does.
+
+        Args:
+            actuated: whether muscles pull as their controls say; else lengths alone are derived of them.
+        """
         model, data = self.model, self._plant.data
         kinematics, tendon, transmission = mujoco.mj_kinematics, mujoco.mj_tendon, mujoco.mj_transmission
         actuation, driven, pressed, differ = mujoco.mj_fwdActuation, self._driven, bool(model.na), self._differ
@@ -153,8 +157,9 @@ class Poses:
                 if jacobians is not None:
                     mujoco.mj_comPos(model, data)
                 tendon(model, data)
-                transmission(model, data)
-                actuation(model, data)
+                if actuated:
+                    transmission(model, data)
+                    actuation(model, data)
                 if jacobians is not None:
                     jacobians[i] = tendon_jacobian(model, data)
             for view, kept in pairs:
@@ -218,3 +223,10 @@ class Poses:
         """Let tensions [N], shape (C, M), stiffen twisting joints' `springs`, as `Plant.tighten` does."""
         if self.helices is not None and self.twisted is None:
             self.springs[:, self.index.twisting] = self.untwisting + self.helices.joint_stiffness(tensions)
+
+    @property
+    def twist_by_tension(self) -> Array | float:
+        """What a newton of each muscle adds to the moment against twist by `tighten` [m], shape (C, M, dofs), or 0."""
+        if self.helices is None or self.twisted is not None:
+            return 0.0
+        return self.helices.against_twist()

@@ -26,14 +26,18 @@ def growth(solver: Solver) -> float:
     K = solver.stiffness.matrix(solver.tensions, plant.muscle_slopes)
     M = _inertia(plant.model, plant.data)
     C = _damping(plant.model.dof_damping, plant.damping, plant.muscle_jacobian)
-    return -np.inf if damped_out(M, C, K) else fastest(M, C, K)
+    return _rate(M, C, K)
 
 
-def surely_damped_out(poses: Poses, row: int, K: Array) -> bool:
-    """Whether a bound proves that all motions about one of many poses die out, K being its stiffness [N m/rad]."""
+def growth_at(poses: Poses, row: int, K: Array) -> float:
+    """Return what `growth` does of one of many poses whose loads have no energy, K being its stiffness [N m/rad]."""
     J = poses.muscle_jacobian
     C = _damping(poses.dof_damping[row], poses.damping[row], J[row] if J.ndim > 2 else J)
-    return damped_out(_inertia(*poses.engine_at(row)), C, K)
+    return _rate(_inertia(*poses.engine_at(row)), C, K)
+
+
+def _rate(M: Array, C: Array, K: Array) -> float:
+    return -np.inf if damped_out(M, C, K) else fastest(M, C, K)
 
 
 def _inertia(model: mujoco.MjModel, data: mujoco.MjData) -> Array:

@@ -12,6 +12,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.engine.plant import Plant
 from contarm_sim.kinematics.arrays import Array
@@ -23,8 +24,6 @@ SMALL = 1e-3
 
 Swing = tuple[Array, Any, Array]
 """Of dead loads: their part of Q [N m] and their potential [J]; the lengths of straight spans [m]."""
-
-_NONE = np.zeros(0)
 
 
 class TangentStiffness:
@@ -52,6 +51,7 @@ class TangentStiffness:
         if self.straight:
             self._sites = index.sites[:, self._spanning]
             self._there = (self._sites[:-1] >= 0) & (self._sites[1:] >= 0)  # spans that there are
+        self._none = np.zeros((*self._centres.shape[:-2], 0))
         self.symmetric = not (load.any_moment or load.any_follower)
 
     def __call__(self) -> Array:
@@ -129,20 +129,26 @@ class TangentStiffness:
 
     def swing(self) -> Swing:
         """Return what `work` needs of the last `forces`."""
-        return self.dead, self.potential, self._plant.muscle_lengths[..., self._spanning] if self.straight else _NONE
+        return (
+            self.dead,
+            self.potential,
+            self._plant.muscle_lengths[..., self._spanning] if self.straight else self._none,
+        )
 
-    def work(self, before: Swing, after: Swing, step: Array, tensions: Array) -> float:
+    def work(self, before: Swing, after: Swing, step: Array, tensions: Array) -> Any:
         """Return what dead loads, and straight spans, do along a step [J] beyond their mean force times the step.
 
         Args:
             before, after: `swing` at its ends.
-            step: change of joint angles [rad], shape (dofs,).
-            tensions: mean tensions [N], shape (M,).
+            step: change of joint angles [rad], shape (..., dofs).
+            tensions: mean tensions [N], shape (..., M).
         """
-        if np.abs(step).max() < SMALL:
+        small = np.abs(step).max(axis=-1) < SMALL
+        if small.all():
             return 0.0  # and the difference of potentials would be all rounding
-        drawn = float(tensions[self._spanning] @ (before[2] - after[2])) if self.straight else 0.0
-        return before[1] - after[1] + drawn - 0.5 * float((before[0] + after[0]) @ step)
+        drawn = dot(tensions[..., self._spanning], before[2] - after[2]) if self.straight else 0.0
+        work = before[1] - after[1] + drawn - 0.5 * dot(before[0] + after[0], step)
+        return np.where(small, 0.0, work) if small.ndim else work
 
     def _pulls(self, tensions: Array) -> tuple[Array, Array]:
         """Return the muscles' forces on their sites [N] and the sites' positions [m], (..., stations, muscles, 3)."""
@@ -196,6 +202,21 @@ class TangentStiffness:
         turned, v = (each.reshape(*axes.shape[:-1], -1) for each in (v * (own_tension / own_reach)[..., None], v))
         own = axes @ through.swapaxes(-1, -2) + turned @ v.swapaxes(-1, -2)
         return proximal + proximal.swapaxes(-1, -2) + own * (station[:, None] == station)
+
+
+def dot(a: Array, b: Array) -> Any:
+    """Return the scalar products of vectors, shape (...)."""
+    return (a[..., None, :] @ b[..., None])[..., 0, 0]
+
+
+def definite(K: Array) -> NDArray[np.bool_]:
+    """Return whether symmetric matrices, shape (C, n, n), are positive definite, shape (C,)."""
+    try:
+        np.linalg.cholesky(K)
+    except np.linalg.LinAlgError:
+        halves = np.array_split(K, 2)
+        return np.zeros(1, dtype=bool) if len(K) == 1 else np.concatenate([definite(half) for half in halves])
+    return np.ones(len(K), dtype=bool)
 
 
 def diagonal(K: Array) -> Array:

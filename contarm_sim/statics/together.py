@@ -16,8 +16,8 @@ from contarm_sim.model.load import Load
 from contarm_sim.statics.loads import AppliedLoad
 from contarm_sim.statics.poses import Poses
 from contarm_sim.statics.solver import TOTAL_STEP
-from contarm_sim.statics.stability import surely_damped_out
-from contarm_sim.statics.stiffness import TangentStiffness
+from contarm_sim.statics.stability import growth_at
+from contarm_sim.statics.stiffness import TangentStiffness, definite
 
 ITERATIONS, HALVINGS = 40, 10
 """Most steps, and most tries for one, as in `Solver.newton`."""
@@ -31,6 +31,7 @@ class Together:
         residual: largest generalised force left at their present poses [N m], shape (C,).
         iterations: evaluations of the stiffness matrix, shape (C,).
         symmetric: whether their loads have energy, shape (C,).
+        growth: of a small disturbance [1/s], shape (C,), once they have come to rest; NaN where loads have energy.
         tensions: of the muscles [N], shape (C, M).
     """
 
@@ -39,7 +40,7 @@ class Together:
         self.symmetric, self._tolerance = self._loads.symmetric, tolerances
         self._largest = TOTAL_STEP / poses.arm.links
         self.places = np.arange(len(poses))
-        self.iterations = np.zeros(len(poses), dtype=int)
+        self.iterations, self.growth = np.zeros(len(poses), dtype=int), np.full(len(poses), np.nan)
         self._start, self._step = poses.qpos.copy(), np.zeros_like(poses.qpos)
         self._before, self._tries = np.full(len(poses), np.inf), np.zeros(len(poses), dtype=int)
         self._stiffness = TangentStiffness(poses, self._loads)
@@ -79,7 +80,7 @@ class Together:
     def _keep(self, rows: NDArray[np.bool_]) -> None:
         self.poses.keep(rows)
         self._loads.keep(rows)
-        for name in ("places", "iterations", "residual", "forces", "_start", "_step", "_before", "_tries",
+        for name in ("places", "iterations", "growth", "residual", "forces", "_start", "_step", "_before", "_tries",
                      "symmetric", "_tolerance"):  # fmt: skip
             setattr(self, name, getattr(self, name)[rows])
         self._stiffness = TangentStiffness(self.poses, self._loads)
@@ -99,19 +100,8 @@ class Together:
 
     def _stays(self, rows: NDArray[np.intp], K: Array) -> NDArray[np.bool_]:
         """Return whether poses at rest, with these stiffness matrices, would stay."""
-        stays = positive(K)
+        stays = definite(0.5 * (K + K.swapaxes(-1, -2)))
         for i in np.flatnonzero(stays & ~self.symmetric[rows]).tolist():
-            stays[i] = surely_damped_out(self.poses, int(rows[i]), K[i])
+            self.growth[rows[i]] = growth_at(self.poses, int(rows[i]), K[i])
+            stays[i] = not self.growth[rows[i]] > 0
         return stays
-
-
-def positive(K: Array) -> NDArray[np.bool_]:
-    """Return whether the symmetric parts of matrices are positive definite, shape (...)."""
-    symmetric = 0.5 * (K + K.swapaxes(-1, -2))
-    try:
-        np.linalg.cholesky(symmetric)
-    except np.linalg.LinAlgError:
-        if len(K) == 1:
-            return np.zeros(1, dtype=bool)
-        return np.concatenate([positive(part) for part in np.array_split(K, 2)])
-    return np.ones(len(K), dtype=bool)

@@ -105,8 +105,18 @@ class Failure(Shown):
     checks: tuple[Check, ...] = ()
 
 
-def examine(scenario: Scenario, bends: Array, track: Track = quietly) -> Outcome:
-    """Simulate a scenario at rest over bends [rad], shape (T, 2 S), and judge it.
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """A scenario's arm at rest over bends: the T poses, beside the closed forms, and how far these are off."""
+
+    samples: Trajectory
+    comparison: Comparison
+    errors: ErrorSummary
+    chain_error: Spread
+
+
+def at_rest(scenario: Scenario, bends: Array, track: Track = quietly) -> Rest:
+    """Simulate a scenario at rest over bends [rad], shape (T, 2 S).
 
     Raises:
         EquilibriumError, DivergenceError: the arm has no such rest pose.
@@ -117,18 +127,28 @@ def examine(scenario: Scenario, bends: Array, track: Track = quietly) -> Outcome
     except EquilibriumError as failure:
         raise failure.located(f"scenario {scenario.name}") from None
     comparison = compare(samples)
-    errors, rod = summarise(samples, comparison), explain(samples, comparison).summary(arm)
     chain_error = spread(np.linalg.norm(comparison.simulated_tip - comparison.chain_tip, axis=-1), arm.length)
-    judged = verdict([] if scenario.checks is None else scenario.checks(arm, errors, rod, chain_error))
+    return Rest(samples, comparison, summarise(samples, comparison), chain_error)
+
+
+def examine(scenario: Scenario, bends: Array, track: Track = quietly) -> Outcome:
+    """Simulate a scenario at rest over bends [rad], shape (T, 2 S), and judge it.
+
+    Raises:
+        EquilibriumError, DivergenceError: the arm has no such rest pose.
+    """
+    arm, rest = scenario.arm, at_rest(scenario, bends, track)
+    errors, rod = rest.errors, explain(rest.samples, rest.comparison).summary(arm)
+    judged = verdict([] if scenario.checks is None else scenario.checks(arm, errors, rod, rest.chain_error))
     return Outcome(
         scenario=scenario,
-        samples=samples,
-        comparison=comparison,
+        samples=rest.samples,
+        comparison=rest.comparison,
         errors=errors,
-        chain_error=chain_error,
+        chain_error=rest.chain_error,
         setting=_setting(scenario),
-        real_time_factor=stepping_speed(arm, samples),
-        link_error=_link_error(scenario, bends, comparison) if any(arm.gravity) else None,
+        real_time_factor=stepping_speed(arm, rest.samples),
+        link_error=_link_error(scenario, bends, rest.comparison) if any(arm.gravity) else None,
         rod=rod,
         constant_curvature=constant_curvature(errors, rod),
         judged=replace(judged, verdict=NOT_JUDGED) if scenario.checks is None else judged,

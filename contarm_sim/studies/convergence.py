@@ -12,7 +12,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.section import MAX_LINKS
 from contarm_sim.results.document import INLINE
-from contarm_sim.studies.at_rest import NO_REST, examine
+from contarm_sim.studies.at_rest import NO_REST, at_rest
 from contarm_sim.studies.progress import Track, quietly
 from contarm_sim.studies.scenarios import Scenario
 from contarm_sim.studies.verdict import ORDER_TOLERANCE, Check, Verdict, at_most, verdict
@@ -86,10 +86,10 @@ def convergence(arm: Arm, bends: Array, track: Track = quietly) -> Convergence:
     chain_errors: list[float] = []
     for finer in refined(arm.unloaded):
         scenario = Scenario(f"{finer.links} links", "no gravity", finer, "servo", None)
-        outcome = examine(scenario, bends, track)
+        found = at_rest(scenario, bends, track)
         counts.append(finer.links)
-        errors.append(outcome.errors.tip_error.max_m)
-        chain_errors.append(outcome.chain_error.max_m)
+        errors.append(found.errors.tip_error.max_m)
+        chain_errors.append(found.chain_error.max_m)
     pairs = zip(itertools.pairwise(errors), itertools.pairwise(counts), strict=True)
     orders = [math.log(e0 / e1) / math.log(n1 / n0) for (e0, e1), (n0, n1) in pairs]
     reason = "the chain does not approach the arc as straight links do"

@@ -72,7 +72,7 @@ def _cost(spec: Spec) -> float:
             one = case_of(spec, spec.values(case, case + 1)[0])
             share = one.arm.links / 24
             if spec.run == "rest":
-                costs.append(1e-3 * share * len(one.poses()))
+                costs.append(0.4e-3 * share * len(one.poses()))
             elif spec.run == "equilibrium":
                 costs.append(2e-3 * share)
             else:

@@ -60,7 +60,7 @@ def read(given: str | PathLike[str] | Mapping[str, Any] | Spec, backend: str | N
         return _spec({**tomllib.loads(built_in()[name].read_text("utf-8")), **extra}, name, Path())
     path = as_path("sweep", given, "a TOML file")
     if not path.exists() and path.suffix != ".toml" and path.name == name:
-        raise InputError("sweep", repr(name), f"a TOML file, or one of {', '.join(built_in())}")
+        raise InputError("sweep", repr(name), f"a TOML file, or one of {', '.join(sorted(built_in()))}")
     text = read_text(path, "a TOML file that describes a sweep", 2**24)
     try:
         table = tomllib.loads(text)
@@ -85,8 +85,8 @@ def _spec(table: dict[str, Any], name: str, beside: Path) -> Spec:
         raise InputError("backend", backend, "cpu, where nothing moves")
     arm = _arm(table.get("arm", "paper"), beside)
     known = known_names(arm, run)
-    fixed = _fixed(_flat(table.get("fixed", {}), "fixed"), known)
-    vary = _varied(_flat(table.get("vary", {}), "vary"), known)
+    fixed = _fixed(_flat(table.get("fixed", {}), "fixed", known), known)
+    vary = _varied(_flat(table.get("vary", {}), "vary", known), known)
     for one in vary:
         if one in fixed:
             raise InputError(f"parameter {one!r}", "both in [fixed] and in [vary]", "in one of them")
@@ -146,17 +146,25 @@ def _arm(given: Any, beside: Path) -> Arm:
     return load_arm(beside / as_path("arm", given, allowed))
 
 
-def _flat(table: Any, where: str) -> dict[str, Any]:
+def _flat(table: Any, where: str, known: Mapping[str, Parameter], front: str = "") -> dict[str, Any]:
     """Return a table by full names: TOML makes a table of `muscle.wall`."""
     if not isinstance(table, Mapping):
         raise InputError(where, table, f"a table: [{where}]")
     found: dict[str, Any] = {}
-    for name, value in table.items():
-        if isinstance(value, Mapping) and value and not _LEAF & set(value):
-            found |= {f"{name}.{rest}": each for rest, each in _flat(value, where).items()}
+    for key, value in table.items():
+        name = f"{front}{key}"
+        if isinstance(value, Mapping) and value and _of_names(name, value, known):
+            found |= _flat(value, where, known, f"{name}.")
         else:
             found[name] = value
     return found
+
+
+def _of_names(front: str, table: Mapping[str, Any], known: Mapping[str, Parameter]) -> bool:
+    """Tell a table of names, such as muscle = { wall = ..., count = ... }, from what one parameter may be."""
+    names = [f"{front}.{key}" for key in table]
+    known_ones = all(name in known or any(other.startswith(f"{name}.") for other in known) for name in names)
+    return known_ones or not _LEAF & set(table)
 
 
 def _fixed(table: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[str, Any]:

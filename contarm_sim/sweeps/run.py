@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Callable, Iterable, Iterator, Mapping
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -21,11 +23,16 @@ from contarm_sim.sweeps.table import Sweep, load
 Done = tuple[int, bytes]
 """The number of a chunk, and the content of its part."""
 
-Runner = Callable[[Spec, Iterable[int]], Iterator[Done]]
+Runner = Callable[[Spec, Sequence[int]], Iterator[Done]]
 """What runs chunks somewhere, and yields them in any order as they are done, few at a time."""
+
+MOST_PROCESSES = 4096
 
 AHEAD = 2
 """Chunks that wait at each process."""
+
+WATCH = 0.5
+"""Time after which a worker has seen that its parent was killed [s]."""
 
 _THREADS = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
 
@@ -92,29 +99,37 @@ def in_this_process(spec: Spec, chunks: Iterable[int]) -> Iterator[Done]:
 
 
 def _local(processes: int | None) -> Runner:
-    if processes is None:
-        processes = len(os.sched_getaffinity(0))
-    if isinstance(processes, bool) or not isinstance(processes, int) or not 1 <= processes <= 4096:
-        raise InputError("processes", processes, "a whole number, at least 1")
+    if processes is not None and (
+        isinstance(processes, bool) or not isinstance(processes, int) or not 1 <= processes <= MOST_PROCESSES
+    ):
+        raise InputError("processes", processes, f"a whole number from 1 to {MOST_PROCESSES}")
     return lambda spec, chunks: by_processes(spec, chunks, processes)
 
 
-def by_processes(spec: Spec, chunks: Iterable[int], processes: int) -> Iterator[Done]:
+def by_processes(spec: Spec, chunks: Sequence[int], processes: int | None = None) -> Iterator[Done]:
     """Run chunks in worker processes of this machine; a few wait at each, so that memory stays as it is.
+
+    Args:
+        processes: at most so many; default one for each core.
 
     Raises:
         ContarmError: a worker was killed.
     """
     try:
+        from joblib import cpu_count
         from joblib.externals import loky
     except ImportError:
         raise MissingError("joblib", "sweep") from None
+    processes = min(processes or cpu_count(), len(chunks))
+    if processes < 2:
+        yield from in_this_process(spec, chunks)
+        return
     from concurrent.futures import FIRST_COMPLETED, Future, wait
 
     waiting: set[Future[Done]] = set()
     left = iter(chunks)
     with unbroken():
-        pool = loky.ProcessPoolExecutor(processes, initializer=_quiet, env=_THREADS)
+        pool = loky.ProcessPoolExecutor(processes, initializer=_begin, initargs=(os.getpid(),), env=_THREADS)
     try:
         while True:
             while len(waiting) < AHEAD * processes and (chunk := next(left, None)) is not None:
@@ -131,6 +146,13 @@ def by_processes(spec: Spec, chunks: Iterable[int], processes: int) -> Iterator[
             pool.shutdown(wait=True, kill_workers=True)
 
 
-def _quiet() -> None:
-    """Leave Ctrl-C to the process that keeps the parts."""
+def _begin(parent: int) -> None:
+    """Leave Ctrl-C to the process that keeps the parts, and end when it does: loky's workers would wait for ever."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _end_with(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(WATCH)
+    os._exit(1)

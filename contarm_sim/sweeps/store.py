@@ -12,7 +12,7 @@ import fcntl
 import io
 import os
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -207,13 +207,23 @@ def made_with() -> dict[str, str]:
 def _same(folder: Path, spec: Spec) -> None:
     """Refuse a folder of another sweep, or of the same one made with other versions."""
     other, made = kept(folder)
-    differing = [name for name, mine in made_with().items() if made.get(name) != mine]
-    allowed = "another folder, or"
+    allowed = "another --out, or the folder without what is in it, or"
     if made.get("sweep") != spec.key:
-        mine, theirs = spec.to_dict(), other.to_dict()
-        names = [name for name in {**mine, **theirs} if mine.get(name) != theirs.get(name)]
-        said = f"that of another sweep: {', '.join(names) or 'made otherwise'} differ{'s' * (len(names) == 1)}"
-        raise InputError("out", repr(str(folder)), f"{allowed} the same sweep; it is {said}")
-    if differing:
-        said = ", ".join(f"{name} {made.get(name, 'unknown')} there, {made_with()[name]} here" for name in differing)
-        raise InputError("out", repr(str(folder)), f"{allowed} the versions that it was begun with: {said}")
+        said = ", ".join(_differing(spec.to_dict(), other.to_dict())) or "how it is kept"
+        raise InputError("out", repr(str(folder)), f"{allowed} the same sweep; what differs: {said}")
+    changed = [f"{name} {made.get(name, 'unknown')} there, {mine} here" for name, mine in made_with().items()
+               if made.get(name) != mine]  # fmt: skip
+    if changed:
+        raise InputError("out", repr(str(folder)), f"{allowed} the versions it was begun with: {', '.join(changed)}")
+
+
+def _differing(mine: Mapping[str, Any], theirs: Mapping[str, Any], front: str = "") -> Iterator[str]:
+    """Yield the names of what differs."""
+    for name in {**mine, **theirs}:
+        one, other = mine.get(name), theirs.get(name)
+        if isinstance(one, dict) and isinstance(other, dict) and front == "":
+            yield from _differing(one, other, f"{name}.")
+            if name == "vary" and list(one) != list(other) and one == other:
+                yield "the order of [vary]"
+        elif one != other:
+            yield f"{front}{name}"

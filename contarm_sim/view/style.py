@@ -29,6 +29,9 @@ LETTERS = 8.0
 _LETTERS_A_MM = 0.62
 """Letters of that size that fit in a millimetre, about."""
 
+_FINE = 200.0
+"""Dots to the inch of files."""
+
 _STYLE = {
     "font.size": LETTERS,
     "axes.titlesize": LETTERS,
@@ -62,7 +65,7 @@ _STYLE = {
     "figure.constrained_layout.use": True,
     "figure.constrained_layout.w_pad": 0.02,
     "figure.constrained_layout.h_pad": 0.02,
-    "savefig.dpi": 200,
+    "savefig.dpi": _FINE,
     "svg.hashsalt": "contarm",
     "svg.fonttype": "none",  # text stays text: it can be searched and edited
     "pdf.fonttype": 42,
@@ -94,6 +97,17 @@ class Sheet(Figure):
         """Write what the figure shows above it, broken into lines that fit; nothing if it is to have no title."""
         if self.titled:
             self.suptitle(textwrap.fill(words, int(_LETTERS_A_MM * INCH * self.get_figwidth())), fontweight="bold")
+
+    def lay_out(self) -> None:
+        """Put everything in its place, once: all files show the same, and matplotlib need not draw for it."""
+        engine = self.get_layout_engine()
+        if engine is not None:
+            with rc_context(_STYLE):
+                before = self.dpi
+                self.set_dpi(_FINE)
+                engine.execute(self)
+                self.set_dpi(before)
+            self.set_layout_engine("none")
 
     def savefig(self, *given: Any, **named: Any) -> None:
         """Write to a file as every matplotlib figure does, in this style."""
@@ -138,5 +152,5 @@ def save(folder: Path, stem: str, draw: Draw, prints: Prints = PLAIN) -> list[Pa
 def write(sheet: Sheet, path: Path) -> None:
     """Write a sheet into one file, of the kind that its name ends in; the same figure gives the same bytes."""
     kind = path.suffix[1:]
+    sheet.lay_out()
     sheet.savefig(path, format=kind, metadata=_UNDATED.get(kind))
-    sheet.set_layout_engine("none")  # laid out once: all files show the same
