@@ -161,7 +161,7 @@ def test_a_scheduler_that_ends_or_is_not_there_is_one_line_and_the_sweep_goes_on
     assert (code, out) == (2, "")
     there, said = err.splitlines()
     assert "of 12 cases are there already" in there
-    assert said.startswith(f"contarm: scheduler is {processes.address}, where none answers; allowed: ")
+    assert said.startswith(f"contarm: scheduler is {processes.address}, where no Dask scheduler answers; allowed: ")
     before = times_of("runs/sweep-s")
     assert 2 <= len(before) < 12
     code, out, err = contarm("sweep", "s.toml", "--processes", 1)
@@ -172,8 +172,14 @@ def test_a_scheduler_that_ends_or_is_not_there_is_one_line_and_the_sweep_goes_on
     )
 
 
-def test_what_cannot_be_a_cluster_is_refused(contarm, tmp_path):
-    for address in ("tcp://127.0.0.1", "nosuch.json", "host", "", "tcp://host:port"):
+def test_what_cannot_be_a_cluster_is_refused(contarm, tmp_path, monkeypatch):
+    monkeypatch.setattr(cluster, "TIMEOUT", 0.5)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        said = sweeps.on_scheduler(f"127.0.0.1:{silent.getsockname()[1]}")
+        with pytest.raises(InputError, match="where no Dask scheduler answers"):
+            sweeps.sweep(SPEC, tmp_path / "table", runner=said)
+    (tmp_path / "bad.json").write_text("{}")
+    for address in (str(tmp_path / "bad.json"), "tcp://127.0.0.1", "nosuch.json", "host", "", "tcp://host:port"):
         with pytest.raises(InputError, match="tcp://HOST:PORT"):
             sweeps.on_scheduler(address)
     for count in (0, -1, 2.5, True, "2"):

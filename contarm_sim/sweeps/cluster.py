@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
+import json
 import logging
 import re
 import tempfile
 import warnings
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from contarm_sim.errors import InputError, MissingError
+from contarm_sim.errors import ContarmError, InputError, MissingError, one_line
 from contarm_sim.stopping import unbroken
 from contarm_sim.sweeps.dask_tasks import Say, on_dask
 from contarm_sim.sweeps.run import Done, Runner
@@ -45,17 +47,19 @@ def on_scheduler(address: str, say: Say | None = None) -> Runner:
         MissingError: distributed is not installed.
     """
     _require()
-    file = address.endswith(".json")
-    if not (Path(address).is_file() if file else _ADDRESS.fullmatch(address)):
+    found = _in_file(Path(address)) if address.endswith(".json") else address
+    if not _ADDRESS.fullmatch(found):
         raise InputError("scheduler", repr(address), _ALLOWED)
-    return _runner(lambda: _client(address, scheduler_file=address if file else None), say)
+    return _runner(lambda chunks: _there(found), say)
 
 
 def on_workers(count: int, say: Say | None = None) -> Runner:
     """Return what runs the chunks of a sweep on worker processes of this machine, with a dashboard.
 
+    In a script, what calls `sweep` stands under `if __name__ == "__main__":`, for each worker reads the script again.
+
     Args:
-        count: how many workers.
+        count: how many workers, if there are as many chunks.
         say: as `on_scheduler`.
 
     Raises:
@@ -65,7 +69,15 @@ def on_workers(count: int, say: Say | None = None) -> Runner:
     _require()
     if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= 4096:
         raise InputError("workers", count, "a whole number, at least 1")
-    return _runner(lambda: _cluster(count), say)
+    return _runner(lambda chunks: _cluster(min(count, chunks)), say)
+
+
+def _in_file(path: Path) -> str:
+    """Return the address in a scheduler's file; nothing where there is none."""
+    try:
+        return str(json.loads(path.read_text("utf-8"))["address"])
+    except (OSError, ValueError, TypeError, KeyError):
+        return ""
 
 
 def _require() -> None:
@@ -75,29 +87,46 @@ def _require() -> None:
         raise MissingError("distributed", "cluster") from None
 
 
-def _runner(opened: Callable[[], AbstractContextManager[Any]], say: Say | None) -> Runner:
-    def run(spec: Spec, chunks: Iterable[int]) -> Iterator[Done]:
-        with opened() as client:
-            if say is not None and client.dashboard_link:
-                say(f"dashboard: {client.dashboard_link}")
+def _runner(opened: Callable[[int], AbstractContextManager[Any]], say: Say | None) -> Runner:
+    def run(spec: Spec, chunks: Sequence[int]) -> Iterator[Done]:
+        with opened(len(chunks)) as client:
+            with suppress(OSError):  # it has just ended
+                if say is not None and client.dashboard_link:
+                    say(f"dashboard: {client.dashboard_link}")
             yield from on_dask(client, say)(spec, chunks)
 
     return run
 
 
 @contextmanager
-def _client(address: Any, scheduler_file: str | None = None) -> Iterator[Any]:
+def _there(address: str) -> Iterator[Any]:
+    """Yield a client of a scheduler, which answers in time."""
+    from distributed.utils import LoopRunner
+
+    with _quiet():
+        try:
+            LoopRunner().run_sync(_identity, address)
+        except Exception as error:  # of a network, or of whatever else listens there
+            raise InputError("scheduler", f"{address}, where no Dask scheduler answers", _ALLOWED) from error
+        with _client(address) as client:
+            yield client
+
+
+async def _identity(address: str) -> None:
+    from distributed import Security
+    from distributed.core import rpc
+
+    async with rpc(address, connection_args=Security().get_connection_args("client"), timeout=TIMEOUT) as scheduler:
+        await asyncio.wait_for(scheduler.identity(), TIMEOUT)
+
+
+@contextmanager
+def _client(address: Any) -> Iterator[Any]:
     import dask
     from distributed import Client
 
-    given = {"scheduler_file": scheduler_file} if scheduler_file else {"address": address}
-    with ExitStack() as stack:
-        stack.enter_context(_quiet())
-        stack.enter_context(dask.config.set({"distributed.comm.timeouts.connect": f"{TIMEOUT} s"}))
-        try:
-            client = Client(**given, timeout=TIMEOUT, set_as_default=False, name="contarm-sweep")
-        except (OSError, ValueError, TypeError, RuntimeError) as error:
-            raise InputError("scheduler", f"{address}, where none answers", _ALLOWED) from error
+    with dask.config.set({"distributed.comm.timeouts.connect": f"{TIMEOUT} s"}):
+        client = Client(address, timeout=TIMEOUT, set_as_default=False, name="contarm-sweep")
         try:
             yield client
         finally:
@@ -111,15 +140,18 @@ def _cluster(count: int) -> Iterator[Any]:
     from distributed import LocalCluster
 
     with _quiet(), tempfile.TemporaryDirectory(prefix="contarm-", ignore_cleanup_errors=True) as folder:
-        with unbroken(), dask.config.set({"temporary-directory": folder}):
-            cluster = LocalCluster(
-                n_workers=count,
-                threads_per_worker=1,
-                host="127.0.0.1",
-                dashboard_address=f"127.0.0.1:{DASHBOARD}",
-                preload=[_IGNORE_CTRL_C],
-                silence_logs=logging.CRITICAL,
-            )
+        try:
+            with unbroken(), dask.config.set({"temporary-directory": folder}):
+                cluster = LocalCluster(
+                    n_workers=count,
+                    threads_per_worker=1,
+                    host="127.0.0.1",
+                    dashboard_address=f"127.0.0.1:{DASHBOARD}",
+                    preload=[_IGNORE_CTRL_C],
+                    silence_logs=logging.CRITICAL,
+                )
+        except Exception as error:
+            raise ContarmError(f"no {count} workers can be started here: {one_line(str(error))}") from error
         try:
             with _client(cluster) as client:
                 yield client

@@ -7,6 +7,7 @@ import os
 import pickle
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -156,7 +157,8 @@ class _Sent:
     def cancel(self) -> None:
         """Take back what is not done."""
         if self._waiting and self._client.status == "running":
-            self._client.cancel([future for future, _ in self._waiting.values()], force=True)
+            with suppress(OSError, RuntimeError, ValueError):  # the scheduler has just ended
+                self._client.cancel([future for future, _ in self._waiting.values()], force=True)
         self._ready.clear()
         self._waiting.clear()
 
