@@ -27,7 +27,7 @@ TICKS = definition.ticks + 1  # an episode and the step that resets
 
 def bare():
     """Return a function that steps a batch, without anything around it."""
-    batch = Batch(definition.model(definition.arm), ARMS, THREADS, persistent=True)
+    batch = Batch(definition.built(definition.arm).model, ARMS, THREADS, persistent=True)
     control = batch.bind("ctrl")
     batch.reset(keyframe=0)
 

@@ -57,16 +57,29 @@ class Block:
         """
         words = [sys.executable, "-W", "error", "-c", self.code]
         if self.kind == "console":
-            words = [sys.executable, "-m", "contarm_sim", *shlex.split(_COMMANDS.findall(self.code)[0])]
+            words = [sys.executable, "-m", "contarm_sim", *self.words]
         elif self.kind == "table":
             program, *rest = shlex.split(self.code.removeprefix("python "))
             words = [sys.executable, str(ROOT / program), *rest]
         path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
         done = subprocess.run(words, cwd=folder, capture_output=True, text=True, env=os.environ | {"PYTHONPATH": path})
-        if done.returncode not in (0, 1) or "Traceback" in done.stderr or (self.kind != "console" and done.returncode):
-            raise RuntimeError(f"{self.page.name}: {self.code}\n{done.stderr}")
-        written = [line for line in done.stderr.splitlines() if line.startswith("written:")]  # all else is progress
-        text = "\n".join([done.stdout.rstrip("\n"), *(written if self.kind == "console" else [])])
+        return self.printed(done.returncode, done.stdout, done.stderr)
+
+    @property
+    def words(self) -> list[str]:
+        """The arguments of `contarm` in a block of the kind console."""
+        return shlex.split(_COMMANDS.findall(self.code)[0])
+
+    def printed(self, code: int, out: str, err: str) -> str:
+        """Return what is to be shown of an exit code, stdout and stderr.
+
+        Raises:
+            RuntimeError: they are those of something that did not run to its end.
+        """
+        if code not in (0, 1) or "Traceback" in err or (self.kind != "console" and code):
+            raise RuntimeError(f"{self.page.name}: {self.code}\n{err}")
+        written = [line for line in err.splitlines() if line.startswith("written:")]  # all else is progress
+        text = "\n".join([out.rstrip("\n"), *(written if self.kind == "console" else [])])
         return "".join(line.rstrip() + "\n" for line in text.strip("\n").splitlines())
 
     def same(self, printed: str) -> bool:

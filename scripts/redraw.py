@@ -72,15 +72,31 @@ def redraw_figures() -> None:
                 (folder / out / f"{name}.png").replace(IMAGES / f"{file}.png")
         contarm("trust", "--out", "trust", folder=folder)
         (folder / "trust" / "trust.png").replace(IMAGES / "trust.png")
+        _sweeps(folder)
         contarm("run", "--no-video", "--out", "spiral", folder=folder)
         contarm("render", "spiral", "--out", "spiral.gif", "--size", "480p", "--speed", "2", folder=folder)
         telling = ("--size", "1280x640", "--time", "9.5", "--no-plots")
         contarm("render", "spiral", "--out", "social.png", *telling, folder=folder)
+        hanging = ("--gravity", "0", "0", "9.81", "--payload", "0.05")
+        sampled = ("--uncertain", ROOT / "examples" / "uncertain.toml")
+        contarm("run", *hanging, *sampled, "--no-video", "--out", "sampled", folder=folder)
+        for name in ("uncertainty.png", "causes.png"):
+            (folder / "sampled" / name).replace(IMAGES / name)
+        still = ("--size", "480p", "--time", "9.5", "--no-captions")
+        contarm("render", "sampled", "--out", "sampled.png", *still, folder=folder)
         contarm("run", "--preset", "two", "--path", "circle", "--no-video", "--out", "two", folder=folder)
         contarm("render", "two", "--out", "two-sections.gif", "--size", "480p", "--speed", "2", folder=folder)
-        for name in ("spiral.gif", "social.png", "two-sections.gif"):
+        for name in ("spiral.gif", "social.png", "two-sections.gif", "sampled.png"):
             (folder / name).replace(IMAGES / name)
     subprocess.run([sys.executable, ROOT / "scripts" / "drawings.py"], check=True)
+
+
+def _sweeps(folder: Path) -> None:
+    """Draw the validity chart, and the example of `contarm sweep --help`."""
+    for name, figure, file in (("validity", "validity", "validity"), ("soft", "heat_map", "sweep")):
+        contarm("sweep", name, folder=folder)
+        contarm("sweep-report", f"runs/sweep-{name}", "--out", f"report-{name}", folder=folder)
+        (folder / f"report-{name}" / f"{figure}.png").replace(IMAGES / f"{file}.png")
 
 
 def main() -> None:

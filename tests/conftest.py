@@ -1,3 +1,4 @@
+import os
 import shlex
 import signal
 import subprocess
@@ -5,8 +6,14 @@ import sys
 
 import pytest
 
-from contarm_sim import libmujoco
-from contarm_sim.model.arm import Arm
+for library in (
+    "OPENBLAS_NUM_THREADS",
+    "OMP_NUM_THREADS",
+):  # matrices are small, and idle threads spin: see engine_room
+    os.environ.setdefault(library, "1")
+
+from contarm_sim import libmujoco  # noqa: E402
+from contarm_sim.model.arm import Arm  # noqa: E402
 
 libmujoco.load()
 
@@ -48,6 +55,16 @@ def gl():
 
 
 @pytest.fixture
+def blank_figures(monkeypatch):
+    """Draw figures as ever, but write a blank picture for each: where tests ask which files there are, not for more."""
+    from PIL import Image
+
+    from contarm_sim.view import style
+
+    monkeypatch.setattr(style, "write", lambda sheet, path: Image.new("L", (8, 8), 255).save(path, path.suffix[1:]))
+
+
+@pytest.fixture
 def contarm(monkeypatch, capsys, tmp_path):
     """Run `contarm` in this process in a folder of its own; returns exit code, stdout and stderr."""
     from contarm_sim.cli.main import main
@@ -64,6 +81,20 @@ def contarm(monkeypatch, capsys, tmp_path):
     return call
 
 
+LONG = (
+    "test_view.py", "test_rendering.py", "test_docs.py", "test_trust.py", "test_figures.py", "test_envs_pictures.py",
+    "test_envs_sections.py", "test_determinism.py", "test_study_figures.py", "test_typing.py", "test_view_record.py",
+    "test_report.py", "test_cli_run.py", "test_cli_studies.py", "test_view_sections.py", "test_view_page.py",
+    "test_stopping.py", "test_envs_dm.py", "test_examples.py", "test_studies.py", "test_rod_sections.py",
+)  # fmt: skip
+"""Files that take longest, about in that order: begun early, no worker is left alone with one at the end."""
+
+
+def pytest_configure(config):
+    if hasattr(config.option, "loadscopereorder"):  # xdist would begin with the files of the most tests
+        config.option.loadscopereorder = False
+
+
 def pytest_collection_modifyitems(items):
-    """Begin with the file whose single test takes longest, so that no worker is left alone with it at the end."""
-    items.sort(key=lambda item: item.path.name != "test_view.py")
+    places = {name: place for place, name in enumerate(LONG)}
+    items.sort(key=lambda item: places.get(item.path.name, len(LONG)))

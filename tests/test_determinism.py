@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from waiting import PATIENCE
 
-RUN = ["run", "--duration", "2", "--turns", "0.3", "--gravity", "0", "0", "9.81", "--no-video", "--json"]
+RUN = ["run", "--duration", "1", "--turns", "0.3", "--gravity", "0", "0", "9.81", "--no-video", "--json"]
 TIMED = {"real_time_factor", "speed_up", "wall_time_s"}
 """What a summary says of time that passed while it was computed."""
 
@@ -75,7 +75,7 @@ def _folders(tmp_path, words):
 
 @pytest.mark.parametrize(
     "words",
-    [RUN, ["figures", "lengths", "fan"], ["release", "--duration", "0.3", "--links", "12"]],
+    [RUN, ["figures", "lengths", "fan", "--links", "8"], ["release", "--duration", "0.3", "--links", "12"]],
     ids=lambda words: words[0],
 )
 def test_a_command_leaves_the_same_bits_in_another_process_with_other_threads(tmp_path, words):

@@ -59,7 +59,7 @@ def shown(run, rest):
         equilibrium(HANGING), studies.hold(ARM, bend), studies.stiffness(ARM, bend, levels=2),
         studies.muscle_law(ARM), studies.release(replace(ARM, links=4), settings=studies.SwingSettings(duration=0.2)),
         studies.judge_run(run, 5), studies.possibility(ARM, planes=1),
-        studies.compare_controllers(replace(ARM, links=4), duration=1), studies.validate(ARM, grid=1),
+        studies.compare_controllers(replace(ARM, links=4), duration=0.5), studies.validate(ARM, grid=1),
         studies.trust(replace(ARM, links=4), planes=1),
         *studies.equilibria([studies.LoadCase(ARM, Load())]),
     ]  # fmt: skip

@@ -145,6 +145,7 @@ def test_who_waits_is_told(monkeypatch, capsys):
     ]
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_a_report_of_a_stopped_motion_says_where_it_stopped(run):
     report = replace(run.first(50), status="interrupted").report()
     assert "It was stopped at 0.49\u00a0s; all numbers" in report.page
@@ -173,6 +174,7 @@ def test_a_report_is_shown_in_a_frame(run, folder, tmp_path):
         report.save(tmp_path / "r.txt")
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_a_folder_is_filled_anew_and_never_one_that_holds_something_else(run, folder, tmp_path):
     again = tmp_path / "again"
     shutil.copytree(folder, again)

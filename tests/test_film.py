@@ -343,6 +343,7 @@ FAILURES = {
 
 
 @pytest.mark.parametrize("kind", FAILURES)
+@pytest.mark.usefixtures("blank_figures")
 def test_a_film_that_fails_leaves_the_rest_and_says_why(contarm, monkeypatch, tmp_path, kind):
     from contarm_sim.view.rendering import video
 
@@ -380,6 +381,7 @@ def test_a_gl_library_that_fails_is_said_in_one_line(gl, arm, monkeypatch):
             renderer.pose(renderer.bent(np.zeros(2)))
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_a_fault_while_filming_shows_as_one_and_leaves_the_rest(contarm, monkeypatch, tmp_path):
     from contarm_sim.view.rendering import video
 
@@ -395,10 +397,11 @@ def test_a_fault_while_filming_shows_as_one_and_leaves_the_rest(contarm, monkeyp
     assert not any(name.startswith((".", "video")) for name in names)
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_a_figure_that_cannot_be_written_leaves_the_others(contarm, monkeypatch, tmp_path):
     from contarm_sim.view import style
 
-    write = style.write
+    write = style.write  # blank pictures
 
     def full(sheet, path):
         if "budget" in path.name:

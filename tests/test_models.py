@@ -9,6 +9,7 @@ from random_arms import random_arm
 
 from contarm_sim.engine import models
 from contarm_sim.engine.plant import Plant
+from contarm_sim.envs.definition import unseen_spec
 from contarm_sim.mjcf import TIMESTEP, arm_spec
 from contarm_sim.model.arm import Arm
 
@@ -22,8 +23,11 @@ def _arrays(model):
                 yield prefix + name, np.asarray(value)
 
 
-@pytest.mark.parametrize("actuation", ["lengths", "pressures", "tensions", "none"])
-def test_a_written_model_is_the_compiled_one(actuation):
+@pytest.mark.parametrize(
+    ("actuation", "spec"),
+    [*((each, arm_spec) for each in ("lengths", "pressures", "tensions", "none")), ("pressures", unseen_spec)],
+)
+def test_a_written_model_is_the_compiled_one(actuation, spec):
     rng, compared = np.random.default_rng(0), 0
     for _ in range(6):
         arm = random_arm(rng, twist=0.5, spans=0.4)
@@ -33,9 +37,9 @@ def test_a_written_model_is_the_compiled_one(actuation):
         compared += 1
         changes = {name: getattr(other, name) for name in (*models._WRITTEN, "gravity", "base_orientation")}
         arm_with = replace(arm, **changes)
-        models.built(arm, actuation)  # compiled with the one's parameters
-        written = models.built(arm_with, actuation).model
-        compiled = dict(_arrays(arm_spec(arm_with, actuation, TIMESTEP).compile()))
+        models.built(arm, actuation, spec)  # compiled with the one's parameters
+        written = models.built(arm_with, actuation, spec).model
+        compiled = dict(_arrays(spec(arm_with, actuation, TIMESTEP).compile()))
         names = [name for name, _ in _arrays(written)]
         assert "jnt_stiffness" in names
         assert len(names) > 200

@@ -26,7 +26,7 @@ from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.summary import muscle_use
 from contarm_sim.studies import needs, pressure_map
-from contarm_sim.studies.at_rest import _setting
+from contarm_sim.studies.at_rest import setting_of
 from contarm_sim.studies.balance_at_rest import RestingBalance
 from contarm_sim.studies.largest_bends import fallen_from, largest_bends
 from contarm_sim.studies.muscle_curves import group_of
@@ -183,7 +183,7 @@ def test_pressures_of_an_arm_that_mixes_laws():
 
 @pytest.mark.parametrize("arm", [Arm(), PNEUMATIC])
 def test_weight_over_stiffness(arm):
-    setting = _setting(scenarios(arm)[2])
+    setting = setting_of(scenarios(arm)[2])
     softness = sum(section.length / section.bending_stiffness for section in arm.sections)
     assert setting.weight_over_stiffness == pytest.approx(arm.mass * 9.81 * arm.length * softness)
 

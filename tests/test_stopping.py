@@ -86,6 +86,7 @@ PLACES = {
 @pytest.mark.parametrize(
     ("place", "number"), [*((place, signal.SIGINT) for place in PLACES), *((list(PLACES)[1], n) for n in SIGNALS[1:])]
 )
+@pytest.mark.usefixtures("blank_figures")
 def test_numbers_are_whole_before_anything_is_drawn(contarm, monkeypatch, tmp_path, place, number):
     parts = place.split(".")
     module = "contarm_sim." + ".".join(parts[:3])
@@ -114,6 +115,7 @@ def test_numbers_are_whole_before_anything_is_drawn(contarm, monkeypatch, tmp_pa
 
 
 @pytest.mark.parametrize("words", ["run --duration 1 --turns 0.2 --out s", "render r --out r.mp4"])
+@pytest.mark.usefixtures("blank_figures")
 def test_an_interruption_that_a_library_takes_for_a_failure_is_one(contarm, monkeypatch, tmp_path, words):
     from contarm_sim.errors import RenderingError
     from contarm_sim.view.rendering import video
@@ -149,6 +151,7 @@ def test_a_signal_while_numbers_are_written_waits_for_them(contarm, monkeypatch,
 
 
 @pytest.mark.parametrize("number", SIGNALS)
+@pytest.mark.usefixtures("blank_figures")
 def test_a_stopped_recording_is_kept_to_where_it_came(contarm, monkeypatch, tmp_path, number):
     from contarm_sim.control.servo import LengthFeedback
 
@@ -191,7 +194,7 @@ def test_other_commands_leave_nothing_and_say_one_line(contarm, monkeypatch, tmp
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
 def test_stopped_while_filming_the_numbers_stay(tmp_path, number):
     """A real signal to a real process."""
-    words = [sys.executable, "-m", "contarm_sim", "run", "--duration", "20", "--out", "stopped"]
+    words = [sys.executable, "-m", "contarm_sim", "run", "--duration", "8", "--turns", "1", "--out", "stopped"]
     process = subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
     wait_for(lambda: process.poll() is not None or (tmp_path / "stopped/report.html").exists())
     time.sleep(0.5)  # filming by now

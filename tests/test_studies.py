@@ -55,7 +55,7 @@ LINES = {
     "muscle --pressure 200000 650000": lambda: studies.muscle_law(SMALL, [2e5, 6.5e5]),
     "possibility": lambda: studies.possibility(SMALL),
     "validate --grid 2": lambda: studies.validate(SMALL, 2),
-    "compare-controllers --duration 1": lambda: studies.compare_controllers(SMALL, 1.0),
+    "compare-controllers --duration 0.5": lambda: studies.compare_controllers(SMALL, 0.5),
     "release --duration 0.1": lambda: studies.release(SMALL, settings=studies.SwingSettings(duration=0.1)),
     "equilibrium --wrench 1 0.2 0 0 0 0 0 --xi 0.5": lambda: studies.equilibria(
         [studies.LoadCase(SMALL, Load(wrenches=(Wrench(xi=1, force=(0.2, 0, 0)),)))], xi=[0.5]

@@ -15,7 +15,7 @@ from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.motion.simulate import simulate
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.compare import compare
-from contarm_sim.studies.at_rest import attempt
+from contarm_sim.studies.attempts import attempt
 from contarm_sim.studies.controllers import ControllerComparison, Followed, NotFollowed
 from contarm_sim.studies.convergence import convergence
 from contarm_sim.studies.scenarios import dome_grid, scenarios, spread_bends
@@ -40,11 +40,9 @@ from contarm_sim.view.style import drawn
 
 ARM = Arm(links=8)
 ARMS = {
-    "free": ARM,
     "hanging": replace(ARM, gravity=(0.0, 0.0, 9.81), payload=0.1),
     "sideways": replace(ARM, gravity=(9.81, 0.0, 0.0)),
     "tendons": replace(ARM, laws=(Tendon(),)),
-    "two": preset("two"),
     "three": preset("three"),
 }
 

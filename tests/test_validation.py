@@ -16,7 +16,8 @@ from contarm_sim.model.mckibben import McKibben
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.results.compare import rotation_angle
 from contarm_sim.results.document import document
-from contarm_sim.studies.at_rest import Failure, attempt, examine, stepping_speed
+from contarm_sim.studies.at_rest import Failure, examine, stepping_speed
+from contarm_sim.studies.attempts import attempt
 from contarm_sim.studies.convergence import attempt_convergence, convergence
 from contarm_sim.studies.scenarios import dome_grid, scenarios
 from contarm_sim.studies.validation import validate

@@ -29,6 +29,8 @@ from contarm_sim.view.live.wishes import Wishes
 from contarm_sim.view.sections import reachable_tips
 
 BEND = np.array([0.9, 0.5])
+SMALL = Arm(links=8)
+HANGING = replace(SMALL, gravity=(0.0, 0.0, 9.81), payload=0.1)
 
 
 def _ticks(session, seconds):
@@ -36,27 +38,26 @@ def _ticks(session, seconds):
 
 
 @pytest.mark.parametrize("controller", ["feedforward", "servo", "pressure"])
-def test_a_session_comes_to_rest_where_the_same_controller_rests(arm, controller):
-    session = Session(arm, controller)
+def test_a_session_comes_to_rest_where_the_same_controller_rests(controller):
+    session = Session(SMALL, controller)
     session.aim(BEND)
     reading = _ticks(session, 12)[-1]
-    rest = poses_at_rest(arm, resting(arm, BEND[None]), controller)
+    rest = poses_at_rest(SMALL, resting(SMALL, BEND[None]), controller)
     np.testing.assert_allclose(reading.tip, rest.stations[0, -1], atol=3e-6)
     np.testing.assert_allclose(reading.tensions, rest.muscle_tensions[0], rtol=2e-3)
 
 
 def test_the_seen_tip_fed_back_beats_held_lengths_under_load():
-    arm = Arm(gravity=(0.0, 0.0, 9.81), payload=0.1)
     errors = {}
     for controller in ("servo", "tip"):
-        session = Session(arm, controller)
+        session = Session(HANGING, controller)
         session.aim(BEND)
         errors[controller] = _ticks(session, 10)[-1].error
     assert errors["tip"] < 0.3 * errors["servo"]
 
 
 def test_a_hanging_arm_under_pressure_does_not_swing_up_by_itself():
-    session = Session(Arm(gravity=(0.0, 0.0, 9.81), payload=0.1), "pressure")
+    session = Session(HANGING, "pressure")
     session.aim(BEND)
     _ticks(session, 10)
     errors = [reading.error for reading in _ticks(session, 5)]
@@ -78,7 +79,7 @@ def test_every_change_of_controller_or_load_goes_on_from_the_pose_there_was(arm)
 
 
 def test_what_pressures_cannot_hold_is_said_and_waited_for():
-    session = Session(Arm(), "pressure")
+    session = Session(SMALL, "pressure")
     session.aim(arc.from_polar(LARGEST_BEND, 0.0))
     said = []
     for _ in range(400):

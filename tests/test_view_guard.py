@@ -313,7 +313,7 @@ def test_the_page_is_not_served_by_a_viser_that_cannot_be_guarded(arm, monkeypat
 
 def test_a_flood_stops_nothing_and_its_last_word_counts(port):
     with Visitor(port) as visitor, Visitor(port) as other:
-        for i in range(21_000):
+        for i in range(6_000):
             visitor.set(("payload [g]", "gravity [m/s²]", "bend angle [deg]")[i % 3], value=i % 7)
         for label, value in (("payload [g]", 0), ("gravity [m/s²]", 0.5), ("bend angle [deg]", 42)):
             visitor.set(label, value=value)

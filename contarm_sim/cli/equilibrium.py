@@ -10,6 +10,7 @@ import click
 
 from contarm_sim import studies
 from contarm_sim.cli.options import Command, arm_options, json_option, muscles_from_words, muscles_option
+from contarm_sim.cli.uncertain import sampled_arms, uncertain_option
 from contarm_sim.errors import InputError
 from contarm_sim.model.arm import Arm
 
@@ -31,7 +32,8 @@ if TYPE_CHECKING:
     help="Uniform bending moment, fixed in the material frame, as ideal muscles make it [N m].",
 )  # fmt: skip
 @muscles_option(
-    "off | deltas L1 L2 ... [m] | tensions T1 T2 ... [N] | pressures P1 P2 ... [Pa] | bend ANGLE PLANE ... [rad]."
+    "off | deltas L1 L2 ... [m] | setpoints L1 L2 ... [m] | tensions T1 T2 ... [N] | pressures P1 P2 ... [Pa] | "
+    "bend ANGLE PLANE ... [rad]."
 )
 @click.option(
     "--file", metavar="LOADS.json", help="A list of cases (gravity, payload, wrenches, ...) instead of flags."
@@ -42,10 +44,16 @@ if TYPE_CHECKING:
     help="auto: Newton, then load continuation.",
 )  # fmt: skip
 @click.option("--extrapolate", is_flag=True, help="Improve poses by Richardson's extrapolation from half the links.")
+@uncertain_option
+@click.option(
+    "--out", metavar="FOLDER",
+    help="With --uncertain: where to leave the cases as a table, summary.json and figures; must not exist yet.",
+)  # fmt: skip
 @json_option
 @arm_options
 def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: Any, muscles: str, file: str | None,
-                xi: tuple[float, ...], method: Method, extrapolate: bool, as_json: bool) -> int:  # fmt: skip
+                xi: tuple[float, ...], method: Method, extrapolate: bool, uncertain_file: str | None, out: str | None,
+                as_json: bool) -> int:  # fmt: skip
     """Find the static pose of the arm under its weight, payload and loads; vectors in the base frame.
 
     Exit code 1 if a case has no stable equilibrium that the load leads to.
@@ -57,9 +65,13 @@ def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: A
     contarm equilibrium --muscles pressures 500000 200000 200000
     contarm equilibrium --arm two.toml --muscles "bend 1.5 0 1 1.57"
     contarm equilibrium --file loads.json --json
+    contarm equilibrium --muscles bend 1.5 0 --gravity 0 0 9.81 --uncertain FILE.toml --out runs/uncertain
 
     A case in a file: {"gravity": [0, 0, 9.81], "payload": 0.1, "wrenches": [{"xi": 1, "force": [0.2, 0, 0]}],
     "follower_moment": [0, 0, 0], "actuation_moment": [0, 0.05], "muscles": {"kind": "off"}}.
+
+    --uncertain takes the same file as `contarm run`: where the tips of sampled arms are, and why. Servos are told what
+    would hold the bend of the nominal arm, the one you believe in.
     """
     from contarm_sim.model.load import Load, Wrench
     from contarm_sim.results.document import document
@@ -78,6 +90,14 @@ def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: A
             muscles=muscles_from_words(muscles),
         )
         cases = (studies.LoadCase(arm, load),)
+    if uncertain_file is not None:
+        given = {"--file": file, "--extrapolate": extrapolate, "--xi": xi}
+        for name, value in given.items():
+            if value:
+                raise InputError("uncertain", f"beside {name}", "one load, given as flags, and nothing but its tip")
+        return sampled_arms(arm, cases[0].load, uncertain_file, method, out, as_json)
+    if out is not None:
+        raise InputError("out", out, "with --uncertain only")
     found = studies.equilibria(cases, method, extrapolate, xi)
     if as_json:
         click.echo(to_json(document(found if file is not None else found[0])))

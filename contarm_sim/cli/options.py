@@ -225,6 +225,6 @@ def muscles_from_words(text: str) -> Any:
     from contarm_sim.model.load import Muscles
 
     kind, *words = text.replace("|", " ").split() or [text]  # bars between sections, as they are printed
-    unit = {"deltas": "m", "tensions": "N", "pressures": "Pa", "bend": "rad"}.get(kind, "-")
+    unit = {"deltas": "m", "setpoints": "m", "tensions": "N", "pressures": "Pa", "bend": "rad"}.get(kind, "-")
     values = tuple(quantity(word, unit, f"muscles {kind}") for word in words)
     return Muscles(kind=kind, values=values)  # type: ignore[arg-type]

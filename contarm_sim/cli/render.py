@@ -63,6 +63,7 @@ class Size(click.ParamType):
 @click.option("--no-captions", is_flag=True, help="Leave the words along the top out.")
 @click.option("--no-plots", is_flag=True, help="Leave the plots of error and pressure out.")
 @click.option("--no-ghost", is_flag=True, help="Leave the analytic arm out.")
+@click.option("--no-cloud", is_flag=True, help="Leave the sampled arms of run --uncertain out.")
 @click.option(
     "--transparent", is_flag=True,
     help="Neither floor nor sky nor shadow, words and plots: opacity. For .mov, .webm, .webp, .png and folders.",
@@ -70,7 +71,7 @@ class Size(click.ParamType):
 @json_option
 def render(run_dir: str, out: str | None, beside: str | None, camera: str, size: tuple[int, int], fps: float | None,
            speed: float, at: float | None, plain: bool, no_captions: bool, no_plots: bool,
-           no_ghost: bool, transparent: bool, as_json: bool) -> None:  # fmt: skip
+           no_ghost: bool, no_cloud: bool, transparent: bool, as_json: bool) -> None:  # fmt: skip
     """Draw what `contarm run` left in RUN_DIR, from its trajectory.npz and arm.toml.
 
     \b
@@ -84,6 +85,7 @@ def render(run_dir: str, out: str | None, beside: str | None, camera: str, size:
     from contarm_sim.cli.drawing import say_backend
     from contarm_sim.cli.terminal import progress, say
     from contarm_sim.results.run_folder import load_folder
+    from contarm_sim.view.rendering.cloud import Cloud
     from contarm_sim.view.rendering.draw import ALL
     from contarm_sim.view.rendering.formats import usual_fps
     from contarm_sim.view.rendering.look import Look
@@ -102,7 +104,8 @@ def render(run_dir: str, out: str | None, beside: str | None, camera: str, size:
         raise InputError("fps", fps, "1 to 60")
     check_output(target)
     other = load_folder(Path(beside)) if beside is not None else None
-    overlays = replace(ALL, ghost=False) if no_ghost else ALL
+    cloud = None if no_cloud or other is not None else Cloud.load(Path(run_dir), len(samples))
+    overlays = replace(ALL, ghost=not no_ghost, cloud=cloud)
     look = Look(
         *size, camera, not no_plots, noted(Path(run_dir)), not no_captions, overlays, transparent
     )  # fmt: skip

@@ -21,6 +21,7 @@ from contarm_sim.cli.options import (
     json_option,
     out_option,
 )
+from contarm_sim.cli.uncertain import uncertain_option
 from contarm_sim.errors import InputError, Interrupted
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.prints import Prints
@@ -59,14 +60,15 @@ from contarm_sim.view.prints import Prints
 @click.option(
     "--extrapolate", is_flag=True, help="Simulate half the links too, and extrapolate to infinitely many (order 4)."
 )
+@uncertain_option
 @click.option("--no-video", is_flag=True, help="Numbers and figures only.")
 @out_option("runs/run-<time>")
 @figure_options()
 @json_option
 @arm_options
 def run(arm: Arm, path_name: str, duration: float | None, project: Any, direction: Any,
-        controller: Any, fast: bool, timestep: float | None, extrapolate: bool, no_video: bool, out: str | None,
-        prints: Prints, as_json: bool, **shape: Any) -> int:  # fmt: skip
+        controller: Any, fast: bool, timestep: float | None, extrapolate: bool, uncertain_file: str | None,
+        no_video: bool, out: str | None, prints: Prints, as_json: bool, **shape: Any) -> int:  # fmt: skip
     """Follow a path with the simulated arm and compare it with the analytic one.
 
     Leaves report.html, summary.json, samples.csv, trajectory.npz, arm.xml, arm.toml, figures and video.mp4. Says
@@ -80,11 +82,18 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
     contarm run --gravity 0 0 9.81 --payload 0.1 --no-video --json
     contarm run --arm three.toml --path circle --direction 0 0 1 --no-video
 
+    --uncertain FILE.toml says how uncertain parameters are: cases = 128, seed = 0, and below [vary] lines such as
+    bending_stiffness = { distribution = "normal", mean = 0.1, std = "10 %" }, or lognormal, or uniform with low and
+    high. Commands, feedback and arcs stay those of the nominal arm, the one you believe in; the simulated arms are the
+    sampled ones. Exit code 1 if one has no result.
+
     The tip of several sections is led along the path by bends that change smoothly; the parts of its error are given
     section by section too: what the tip moves where one section alone has them.
     """
+    from contarm_sim.cli import uncertain
     from contarm_sim.cli.drawing import draw, film_at_first
     from contarm_sim.cli.path import parameters_of, path_of, reference_of
+    from contarm_sim.cli.run_words import show_run
     from contarm_sim.cli.terminal import command_line, progress, say
     from contarm_sim.motion.simulate import simulate
     from contarm_sim.stopping import break_off, exit_code, unbroken
@@ -95,6 +104,9 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
     shape = {name: value for name, value in shape.items() if value is not None}
     path, waypoints = path_of(arm, path_name, duration, shape)
     stepping = _stepping(fast, timestep)
+    spread, asked = None, uncertain.read(uncertain_file, arm)
+    if asked is not None and extrapolate:
+        raise InputError("uncertain", "beside --extrapolate", "one of the two: sampled arms are not extrapolated")
     _refuse_too_long(path.duration, timestep, arm)
     reference = reference_of(arm, path, project, None if waypoints is None else waypoints.places, direction)
     for note in () if waypoints is None else waypoints.notes:
@@ -117,8 +129,11 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
                 raise _advised(error) from None
         if len(recorded) < 2:
             raise KeyboardInterrupt
-        job, recorded = _report(recorded)
-        interrupted = recorded.status == "interrupted"
+        if asked is not None and recorded.status != "interrupted":
+            spread = uncertain.motion_of(recorded, asked, stepping)
+        job, recorded = _report(recorded, spread)
+        cut = spread is not None and spread.interrupted
+        interrupted = cut or recorded.status == "interrupted"
         summary = job.told(
             path.name if waypoints is None else path_name,
             command=command_line(),
@@ -135,9 +150,12 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
         if as_json:
             click.echo(to_json(summary))
         else:
-            _show(summary, arm)
+            show_run(summary, arm)
         say(f"written: {opened.target}")
-        if interrupted and len(recorded) < len(reference):
+        if cut:
+            said = f"{len(spread.status)} of {spread.uncertain.cases}"  # type: ignore[union-attr]
+            say(f"interrupted after {said} sampled arms, which are kept; the motion of the nominal arm is whole")
+        elif interrupted and len(recorded) < len(reference):
             say(f"interrupted at {recorded.time[-1]:.2f} s; what was recorded until then is kept")
         elif interrupted:
             say("interrupted after the motion, while its error was being estimated; the motion is whole")
@@ -146,20 +164,21 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
             say(f"{what}; the numbers are whole, and a film of them is drawn by: contarm render {opened.target}")
         if interrupted or missing:
             return exit_code()
+        failed = failed or (spread is not None and bool(spread.failed))
         return 0 if summary["verdict"] == "pass" and not failed else 1
 
 
-def _report(recorded: Any) -> tuple[Any, Any]:
+def _report(recorded: Any, spread: Any) -> tuple[Any, Any]:
     """Return the report of a recorded run, and the run; a signal cuts the report short, and the run counts as such."""
     from contarm_sim.stopping import breakable
     from contarm_sim.view.report.run import RunReport
 
     try:
         with breakable():
-            return RunReport(recorded), recorded
+            return RunReport(recorded, spread=spread), recorded
     except KeyboardInterrupt:
         recorded = replace(recorded, status="interrupted")
-        return RunReport(recorded, poses=2), recorded
+        return RunReport(recorded, poses=2, spread=spread), recorded
 
 
 def _stepping(fast: bool, timestep: float | None) -> Any:
@@ -211,41 +230,3 @@ def _advised(error: InputError) -> InputError:
     if "more links" not in error.allowed:
         return error
     return InputError(error.name, error.given, f"{error.allowed}, or a smaller --max-bend", error.where)
-
-
-def _show(summary: dict[str, Any], arm: Arm) -> None:
-    from contarm_sim.cli.terminal import table
-    from contarm_sim.view.report.words import budget, remarks, verdict_lines
-
-    rows = [[name, *(f"{number:.4f}" for number in numbers)] for name, numbers in budget(summary)]
-    title = f"{summary['path']}, {summary['duration']:g} s, controller {summary['controller']}"
-    if summary["extrapolated"]:
-        title += f", extrapolated from {arm.links} and {arm.links // 2} links"
-    table(title, ["", "max [mm]", "rms [mm]", "max [% L0]", "rms [% L0]"], rows)
-    if "sections" in summary:
-        _show_sections(summary["sections"])
-    for name, words in verdict_lines(summary):
-        click.echo(f"{name}: {words}")
-    muscle, degrees, speed = summary["muscle"], summary["orientation_error_deg"], summary["real_time_factor"]
-    forces = f"{muscle['min_force_n']:.1f} to {muscle['max_force_n']:.1f} N"
-    shares = f"pushes {100 * muscle['push_fraction']:.3g} %, slack {100 * muscle['slack_fraction']:.3g} %"
-    click.echo(f"orientation error {degrees:.3f} deg max; muscles {forces}, {shares}; {speed:.3g} x real time")
-    if "direction_error_deg" in summary:
-        click.echo(f"direction of the tip: off by {summary['direction_error_deg']:.3f} deg at most")
-    for remark in remarks(summary):
-        click.echo(remark)
-
-
-def _show_sections(sections: list[dict[str, Any]]) -> None:
-    """Print the parts of the error section by section, and what the muscles of each did."""
-    from contarm_sim.cli.terminal import table
-
-    parts = ("discretisation", "servo", "shape")
-    rows = []
-    for own in sections:
-        both = [f"{1e3 * own[part]['max_m']:.3f} ({own[part]['max_percent']:.3f})" for part in parts]
-        muscle = own["muscle"]
-        forces = "none" if muscle is None else f"{muscle['min_force_n']:.1f} .. {muscle['max_force_n']:.1f}"
-        rows.append([str(own["section"]), *both, forces])
-    columns = ["section", *(f"{part} [mm] ([%])" for part in parts), "muscles [N]"]
-    table("what the tip moves by the parts of each section alone, largest values", columns, rows)

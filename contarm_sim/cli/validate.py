@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
+from threading import Thread
 
 import click
 
@@ -50,16 +52,19 @@ def validate(
     """
     from contarm_sim.cli.study import deliver, output_for, signed
     from contarm_sim.cli.terminal import say, track
-    from contarm_sim.view.report.validation import draw_validation, write_outcomes
-    from contarm_sim.view.report.validation_page import write_validation_page
 
     if quick and prints != PLAIN:
         say("--quick draws no figures: leave it out, and --grid 3 is as coarse")
     target = output_for(out, "validate")
+    if not quick:  # what draws loads while the arm is simulated
+        Thread(target=import_module, args=("matplotlib.backends.backend_agg",), daemon=True).start()
     given = {} if max_bend is None else {"max_bend": max_bend}
     found = studies.validate(arm, QUICK_GRID if quick else grid, track, **given)
 
     def draw(folder: Path) -> None:
+        from contarm_sim.view.report.validation import draw_validation, write_outcomes
+        from contarm_sim.view.report.validation_page import write_validation_page
+
         write_outcomes(folder, found)
         if not quick:
             draw_validation(folder, found, prints)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import copy
 from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from threading import Lock
 from typing import Any
@@ -52,19 +53,22 @@ class Built:
                 ACTUATORS[actuation].write(model, index.tendons[muscles], actuators, group)
 
 
+Spec = Callable[[Arm, Actuation, float], mujoco.MjSpec]
+"""What makes an arm's model: `arm_spec`, or the same arm with other sensors or nothing to look at."""
+
 _kept: OrderedDict[Any, Built] = OrderedDict()
 _lock = Lock()
 
 
-def built(arm: Arm, actuation: Actuation) -> Built:
-    """Return the model of `arm_spec` with the step `TIMESTEP`, bit for bit, as a copy that the caller may change.
+def built(arm: Arm, actuation: Actuation, spec: Spec = arm_spec) -> Built:
+    """Return the model of a spec with the step `TIMESTEP`, bit for bit, as a copy that the caller may change.
 
     Raises:
         InputError: an unknown actuation.
     """
-    key = structure(arm, actuation)
+    key = spec, structure(arm, actuation)
     with _lock:
-        found = _kept.pop(key, None) or _compiled(arm, actuation)
+        found = _kept.pop(key, None) or _compiled(arm, actuation, spec)
         _kept[key] = found
         if len(_kept) > KEPT:
             _kept.popitem(last=False)
@@ -83,6 +87,6 @@ def structure(arm: Arm, actuation: Actuation) -> tuple[Any, ...]:
     return actuation, twists, *shapes, arm.routings, arm.laws, arm.payload
 
 
-def _compiled(arm: Arm, actuation: Actuation) -> Built:
-    model = arm_spec(arm, actuation, TIMESTEP).compile()
+def _compiled(arm: Arm, actuation: Actuation, spec: Spec) -> Built:
+    model = spec(arm, actuation, TIMESTEP).compile()
     return Built(model, ArmIndex.of(model, arm))

@@ -9,6 +9,7 @@ from typing import Any, Literal, get_args
 import mujoco
 import numpy as np
 
+from contarm_sim.engine.models import Built, built
 from contarm_sim.envs import variations as variation
 from contarm_sim.envs.actions import Actions, Mode
 from contarm_sim.envs.arms import ArmLike, as_arm
@@ -93,12 +94,11 @@ class Definition:
         """Numbers in a flat observation."""
         return sum(self.sizes.values())
 
-    def model(self, arm: Arm) -> mujoco.MjModel:
-        """Compile the model of an arm, without what is drawn: nothing touches it."""
-        spec = plain_spec(arm, self.actions.actuation, self.timestep)
-        for geom in spec.geoms:
-            spec.delete(geom)
-        return spec.compile()
+    def built(self, arm: Arm) -> Built:
+        """Return the model of an arm, the caller's own, without what is drawn: nothing touches it."""
+        own = built(arm, self.actions.actuation, unseen_spec)
+        own.model.opt.timestep = self.timestep
+        return own
 
     def quantities(self, goals: Goals, state: State, tick: Array) -> dict[str, Array]:
         """Return all that is seen, in SI units, by the names of `sizes`, each of shape (B, size)."""
@@ -127,6 +127,14 @@ def plain_spec(arm: Arm, actuation: Actuation, timestep: float) -> mujoco.MjSpec
     add_end_sensors(spec, arm)
     if arm.payload:
         spec.delete(spec.geom("payload"))
+    return spec
+
+
+def unseen_spec(arm: Arm, actuation: Actuation, timestep: float) -> mujoco.MjSpec:
+    """Return `plain_spec` without what is drawn."""
+    spec = plain_spec(arm, actuation, timestep)
+    for geom in spec.geoms:
+        spec.delete(geom)
     return spec
 
 

@@ -5,7 +5,7 @@ The front ends own the physics; this owns everything else, so that an arm's epis
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -31,20 +31,22 @@ class Outcome:
 
     Attributes:
         reward: between 0 and 1.
-        ended: whether the time is up.
+        ended: whether the time is up, or the arm has diverged.
         error: how far off each arm is [m].
         success: whether the task would count as solved, were this the end.
+        diverged: whether the simulation of the arm blew up: it is rewarded nothing, and its error is not a number.
     """
 
     reward: Array
     ended: Flags
     error: Array
     success: Flags
+    diverged: Flags
 
     @property
     def info(self) -> dict[str, NDArray[Any]]:
         """What the front ends pass on beside the reward."""
-        return {"error": self.error, "success": self.success}
+        return {"error": self.error, "success": self.success, "diverged": self.diverged}
 
 
 class Episodes:
@@ -115,18 +117,26 @@ class Episodes:
             reward = good.astype(float)
         else:
             reward = NEAR * length / (NEAR * length + error) * quality
-        return Outcome(reward, self.tick >= definition.ticks, error, self._successes(good))
+        ended, none = self.tick >= definition.ticks, np.zeros(len(error), dtype=bool)
+        return Outcome(reward, ended, error, self._successes(good), none)
 
-    def advance(self, state: State, stepped: Flags | None = None) -> Outcome:
-        """Count an action of the arms that stepped (default: all), and judge them; the others are rewarded nothing."""
+    def advance(self, state: State, stepped: Flags | None = None, diverged: Flags | None = None) -> Outcome:
+        """Count an action of the arms that stepped (default: all), and judge them; the others are rewarded nothing.
+
+        Args:
+            diverged: which of them the engine failed to simulate (default: none).
+        """
         stepped = np.ones(len(self.arms), dtype=bool) if stepped is None else stepped
         self.tick += stepped
         error = self.definition.task.error(self.goals, state, self.tick)
         self._squares += np.where(stepped & (self._judged > 0), error * error, 0.0)
         found = self.look(state)
+        if diverged is not None and diverged.any():
+            sound, error = ~diverged, np.where(diverged, np.nan, found.error)
+            found = Outcome(found.reward * sound, found.ended | diverged, error, found.success & sound, diverged)
         ended = stepped & found.ended
         self.running &= ~ended
-        return Outcome(np.where(stepped, found.reward, 0.0), ended, found.error, found.success)
+        return replace(found, reward=np.where(stepped, found.reward, 0.0), ended=ended)
 
     @property
     def _judged(self) -> Array:

@@ -4,6 +4,9 @@ Observations are flat, of float64; `state` and each task have tables of what the
 `Definition.sizes`. Actions are numbers in [-1, 1], see `actions`; what lies beyond is clipped. Episodes are truncated
 at their time limit and never terminated. `info` has `error` [m] and `success`; at the end that is the verdict.
 
+Where the simulation of an arm diverges, its episode is truncated there, rewarded nothing, and `info["diverged"]` is
+true: no state of the task was reached. The error is NaN, and the last observation that of the straight arm at rest.
+
 Importing this module registers them; so does a name with the module in front, which needs no import:
 `gymnasium.make("contarm_sim.envs.gym:contarm/Reach-v0")`. Needs the extra: pip install '.[gym]'.
 """
@@ -65,7 +68,6 @@ class ArmEnv(gymnasium.Env[Array, Array]):
     Raises:
         InputError: an unknown task, mode, variation or render mode; an arm that the task is not for; an action of
             another shape or not finite; a step before reset or after the end.
-        DivergenceError: the simulation blew up.
         RenderingError: nothing can be drawn here.
     """
 
@@ -132,8 +134,8 @@ class ArmEnv(gymnasium.Env[Array, Array]):
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Apply an action for one control period."""
         self._episodes.require_running()
-        self._physics.step(self.definition.actions.controls(self.definition.actions.check(action)))
-        outcome = self._episodes.advance(self._physics.state)
+        diverged = self._physics.step(self.definition.actions.controls(self.definition.actions.check(action)))
+        outcome = self._episodes.advance(self._physics.state, diverged=diverged)
         if self.render_mode == "human":
             self._draw()
         return self._observe(), float(outcome.reward[0]), False, bool(outcome.ended[0]), _first(outcome.info)

@@ -1,24 +1,30 @@
-"""Arms in the engine, for the front ends: `Single` steps one, `Many` a batch of them on threads, to the same bits."""
+"""Arms in the engine, for the front ends: `Single` has one, `Many` step many together on threads, to the same bits.
+
+An arm that diverges is put straight and at rest, without a force on it: it has no other state that could be seen.
+"""
 
 from __future__ import annotations
 
-from typing import Any
-
 import mujoco
 import numpy as np
-from mujoco.batch import Batch
 from numpy.typing import NDArray
 
-from contarm_sim.engine.plant import FATAL, quiet_engine
+from contarm_sim.engine.divergence import any_fatal
+from contarm_sim.engine.models import Built
+from contarm_sim.engine.plants import Plants
+from contarm_sim.engine.room import quiet_engine
 from contarm_sim.envs.definition import Definition
 from contarm_sim.envs.state import ENGINE_FIELDS, State, read
 from contarm_sim.errors import DivergenceError
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mjcf import Actuation
 from contarm_sim.model.arm import Arm
+
+Flags = NDArray[np.bool_]
 
 
 class Single:
-    """One arm.
+    """One arm, which can be copied and pickled.
 
     Attributes:
         data: the engine's.
@@ -30,12 +36,12 @@ class Single:
         self.use(definition.arm)
 
     def use(self, arm: Arm) -> None:
-        """Compile the arm, unless it is the one in use; a reset must follow."""
+        """Take the parameters of an arm, unless it is the one in use; a reset must follow."""
         if arm == self._arm:
             return
-        self._arm, self._model = arm, self._definition.model(arm)
+        own = self._definition.built(arm)
+        self._arm, self._model, self._tip = arm, own.model, own.index.payload
         self.data = mujoco.MjData(self._model)
-        self._tip = self._model.body("payload").id
 
     @property
     def state(self) -> State:
@@ -49,12 +55,8 @@ class Single:
         if force is not None:
             self.data.xfrc_applied[self._tip] = force[0]  # whose centre of mass is the tip
 
-    def step(self, controls: Array) -> None:
-        """Hold controls, shape (1, nu), for one control period.
-
-        Raises:
-            DivergenceError: the engine met a bad state.
-        """
+    def step(self, controls: Array) -> Flags:
+        """Hold controls, shape (1, nu), for one control period; return whether the arm diverged, shape (1,)."""
         model, data = self._model, self.data
         data.ctrl[:] = controls[0]
         with quiet_engine():
@@ -62,29 +64,39 @@ class Single:
             mujoco.mj_step2(model, data)
             mujoco.mj_step(model, data, self._substeps - 1)
             mujoco.mj_step1(model, data)
-        refuse_divergence(self._definition, data.warning.number, data.warning.lastinfo, model, data.time)
+        diverged = any_fatal(data.warning.number)
+        if diverged:
+            self.reset(None)
+        return np.array([diverged])
 
 
 class Many:
-    """A batch of arms on threads."""
+    """Arms stepped together: `Plants` of the environments' models.
+
+    Attributes:
+        plants: the arms.
+        failed: what was said of each arm that diverged, by its place, until it is reset.
+    """
 
     def __init__(self, definition: Definition, count: int, threads: int) -> None:
-        self._definition, self._substeps = definition, definition.substeps
-        model = definition.model(definition.arm)
-        self._models = [model] * count
-        self._arms = [definition.arm] * count
-        self.batch = Batch(model, count, threads, persistent=True)
-        self._fields = {name: self.batch.bind(name) for name in ENGINE_FIELDS}
-        self._controls, self._forces = self.batch.bind("ctrl"), self.batch.bind("xfrc_applied")
-        self._tip = model.body("payload").id
+        self._definition, self.failed = definition, dict[int, DivergenceError]()
+        first = definition.built(definition.arm)  # one model for all arms that do not vary
+
+        def compiled(arm: Arm, _: Actuation) -> Built:
+            return first if arm == definition.arm else definition.built(arm)
+
+        arms, actuation = [definition.arm] * count, definition.actions.actuation
+        self.plants = Plants(
+            arms, actuation, timestep=definition.timestep, threads=threads, compiled=compiled, persistent=True
+        )
+        batch = self.plants.batch
+        self._fields = {name: batch.bind(name) for name in ENGINE_FIELDS}
+        self._controls = batch.bind("ctrl")
+        self._forces = batch.bind("xfrc_applied")[:, self.plants.index.payload]
 
     def use(self, arms: dict[int, Arm]) -> None:
-        """Compile arms, by place, that are not those in use; a reset of these must follow."""
-        changed = {place: arm for place, arm in arms.items() if arm != self._arms[place]}
-        for place, arm in changed.items():
-            self._arms[place], self._models[place] = arm, self._definition.model(arm)
-        if changed:
-            self.batch.set_models(self._models)
+        """Take the parameters of arms, by place; a reset of these must follow."""
+        self.plants.become(arms)
 
     @property
     def state(self) -> State:
@@ -93,38 +105,32 @@ class Many:
 
     def reset(self, places: NDArray[np.integer], forces: Array | None) -> None:
         """Put the arms at these places straight and at rest, with forces [N, N m], shape (B, 6), on their tips."""
-        self.batch.reset(places, keyframe=0)
+        self._straighten(places)
         if forces is not None:
-            self._forces[places, self._tip] = forces[places]
+            self._forces[places] = forces[places]
+        for place in places.tolist():
+            self.failed.pop(place, None)
 
-    def step(self, controls: Array, places: NDArray[np.integer] | None) -> None:
+    def step(self, controls: Array, places: NDArray[np.integer] | None) -> Flags:
         """Hold controls, shape (B, nu), of the arms at these places (None: all) for one control period.
 
-        Raises:
-            DivergenceError: the engine met a bad state.
+        Returns:
+            which arms diverged, shape (B,).
         """
         if places is None:
             self._controls[:] = controls
         else:
             self._controls[places] = controls[places]
         with quiet_engine():
-            self.batch.step(places, self._substeps, int(mujoco.mjtStage.mjSTAGE_VEL))
-        for place in np.flatnonzero(self.batch.warning.any(axis=(1, 2))).tolist():
-            where, count = self.batch.warning[place].T  # the engine's mjWarningStat: lastinfo, number
-            refuse_divergence(self._definition, count, where, self._models[place], float(self.batch.time[place]), place)
+            self.plants.step(self._definition.substeps, places, mujoco.mjtStage.mjSTAGE_VEL)
+        diverged = np.zeros(len(self.plants), dtype=bool)
+        if self.plants.failed:
+            self.failed |= self.plants.failed
+            places = np.array(sorted(self.plants.failed))
+            diverged[places] = True
+            self._straighten(places)
+        return diverged
 
-
-def refuse_divergence(
-    definition: Definition, warnings: Array, where: Array, model: Any, time: float, place: int | None = None
-) -> None:
-    """Raise if warning counters, and what each was last about, shape (7,), tell of a bad state.
-
-    Raises:
-        DivergenceError: names the task and, of many, the place of the arm.
-    """
-    if not warnings[FATAL].any():
-        return
-    dof = int(where[FATAL][np.argmax(warnings[FATAL] > 0)])
-    joint = model.joint(model.dof_jntid[dof]).name if 0 <= dof < model.nv else "?"
-    settings = {"task": definition.task.name, "actions": definition.actions.mode, "timestep": model.opt.timestep}
-    raise DivergenceError(time, dof, joint, settings | ({} if place is None else {"arm number": place}))
+    def _straighten(self, places: NDArray[np.integer]) -> None:
+        self.plants.reset(places)
+        self.plants.forward(places)

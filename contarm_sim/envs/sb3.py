@@ -42,7 +42,7 @@ class ArmVecEnv(VecEnv):
         arms: the `ArmVectorEnv`.
 
     Raises:
-        InputError, DivergenceError, RenderingError: as `ArmVectorEnv`.
+        InputError, RenderingError: as `ArmVectorEnv`.
     """
 
     def __init__(self, num_envs: int, **given: Any) -> None:

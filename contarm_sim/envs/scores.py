@@ -52,7 +52,7 @@ def score(
         on_step: called with (actions so far, actions in all), for progress.
 
     Raises:
-        DivergenceError: the simulation blew up.
+        DivergenceError: the simulation of an arm blew up.
     """
     envs = ArmVectorEnv(
         seeds, task=definition.task.name, arm=definition.arm, actions=definition.actions.mode,
@@ -62,6 +62,8 @@ def score(
     rewards, errors = np.empty((2, definition.ticks, seeds))
     for tick in range(definition.ticks):
         observation, rewards[tick], _, _, info = envs.step(policy(observation))
+        for error in envs.failed.values():
+            raise error
         errors[tick] = info["error"]
         if on_step is not None:
             on_step(tick + 1, definition.ticks)

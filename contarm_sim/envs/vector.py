@@ -1,7 +1,8 @@
-"""Many arms as one Gymnasium `VectorEnv`, stepped on threads by `mujoco.batch.Batch`.
+"""Many arms as one Gymnasium `VectorEnv`, stepped together on threads, see `engine.plants`.
 
 The same bits as `gymnasium.vector.SyncVectorEnv` of as many `ArmEnv`, with any number of threads. Autoreset is its
-default, NEXT_STEP: the step after an episode's end ignores that arm's action, resets it and rewards it nothing.
+default, NEXT_STEP: the step after an episode's end ignores that arm's action, resets it and rewards it nothing. An arm
+that diverges ends its own episode, as `ArmEnv` says, and changes no bit of the others'.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from contarm_sim.envs.gym import ArmEnv, check_reset, spaces
 from contarm_sim.envs.physics import Many
 from contarm_sim.envs.picture import Picture, Sight, picture
 from contarm_sim.envs.task import CONTROL_PERIOD
-from contarm_sim.errors import InputError
+from contarm_sim.errors import DivergenceError, InputError
 from contarm_sim.kinematics.arrays import Array
 
 libmujoco.load()
@@ -47,7 +48,7 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
         max_episode_steps: Gymnasium's name of the time limit, in actions.
 
     Raises:
-        InputError, DivergenceError, RenderingError: as `ArmEnv`.
+        InputError, RenderingError: as `ArmEnv`.
     """
 
     _picture: Picture | None = None  # here, for an older Gymnasium closes what was refused at construction
@@ -128,18 +129,23 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
         """Apply actions, shape (num_envs, size), for one control period."""
         self._require_open()
         checked = self.definition.actions.check(actions, self.num_envs)
-        stepped = ~self._ended
+        stepped, diverged = ~self._ended, None
         self._episodes.require_running(stepped)
         if stepped.all():
-            self._physics.step(self.definition.actions.controls(checked), None)
+            diverged = self._physics.step(self.definition.actions.controls(checked), None)
         else:
             if stepped.any():
-                self._physics.step(self.definition.actions.controls(checked), np.flatnonzero(stepped))
+                diverged = self._physics.step(self.definition.actions.controls(checked), np.flatnonzero(stepped))
             self._begin(self._ended.copy())
-        outcome = self._episodes.advance(self._physics.state, stepped)
+        outcome = self._episodes.advance(self._physics.state, stepped, diverged)
         self._ended = outcome.ended.copy()
         info = self._info(outcome, np.ones(self.num_envs, dtype=bool))
         return self._observe(), outcome.reward, np.zeros(self.num_envs, dtype=bool), outcome.ended, info
+
+    @property
+    def failed(self) -> dict[int, DivergenceError]:
+        """What was said of each arm whose simulation diverged, by its place, until it is reset."""
+        return dict(self._physics.failed)
 
     def render(self) -> Any:
         """Return a picture of every arm, a tuple of arrays of shape (height, width, 3), in mode rgb_array."""

@@ -10,7 +10,7 @@ from contarm_sim.brevity import Told
 from contarm_sim.errors import InputError
 from contarm_sim.model.parameters import LARGEST, Vector, as_number, as_numbers
 
-Drive = Literal["off", "deltas", "tensions", "pressures", "bend"]
+Drive = Literal["off", "deltas", "setpoints", "tensions", "pressures", "bend"]
 DRIVES: tuple[Drive, ...] = get_args(Drive)
 _SIZE = {"off": 0}
 
@@ -52,9 +52,9 @@ class Muscles(Told):
     """How the muscles are driven.
 
     Attributes:
-        kind: `off` (no force), `deltas` (length changes of the chain of links [m], held by servos), `tensions`
-            (constant [N], pulling > 0), `pressures` (gauge [Pa], by the law of pneumatic muscles), `bend` (bend and
-            plane angle [rad], held by servos).
+        kind: `off` (no force), `deltas` (length changes of the chain of links [m], held by servos), `setpoints` (what
+            servos are told [m]; they give way under tension), `tensions` (constant [N], pulling > 0), `pressures`
+            (gauge [Pa], by the law of pneumatic muscles), `bend` (bend and plane angle [rad], held by servos).
         values: none for `off`, two numbers for `bend` (for each section), else one for each muscle, section by section.
 
     Raises:

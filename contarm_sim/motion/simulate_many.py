@@ -8,7 +8,7 @@ from typing import Any
 from contarm_sim.control.base import Controller
 from contarm_sim.control.registry import ControllerName
 from contarm_sim.control.registry import controller as resolved
-from contarm_sim.engine.backends import check_backend
+from contarm_sim.engine.backends import alike, at_once, check_backend
 from contarm_sim.engine.room import engine_room
 from contarm_sim.errors import ContarmError, InputError, InterruptedMany, expect
 from contarm_sim.model.arm import Arm
@@ -18,9 +18,6 @@ from contarm_sim.motion.simulate import checked, flight
 from contarm_sim.motion.time_step import Stepping
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.trajectory import Trajectory
-
-AT_ONCE = 256
-"""Most motions that are under way together: what they record stays in memory."""
 
 
 def simulate_many(
@@ -37,21 +34,23 @@ def simulate_many(
     """Follow many references at once, stepped on threads: arms of one layout together, others in groups.
 
     Arms, references, controllers and steppings are one, or one for each of B motions. Every trajectory has the very
-    bits of `simulate` for that motion alone, the time step found included; `real_time_factor` alone is of its share of
-    the time.
+    bits of `simulate` for that motion alone, the time step found included (on the backend `cpu`); `real_time_factor`
+    alone is of its share of the time.
 
     Args:
         arms, references, controllers, stepping, check_step: as of `simulate`.
         threads: that step the arms; 0: one a processor. Results do not depend on it.
         on_done: called with the index of each motion that is done, for progress.
-        backend: what simulates: `cpu`.
+        backend: what simulates: `cpu`, or `warp`: MuJoCo Warp, on a GPU where there is one, in single precision, so
+            that tips differ from those of `simulate` by about a millionth of length.
 
     Returns:
         what came of each motion, in order: its trajectory, or the error that `simulate` would raise (no rest to start
         from, a step that diverged, a bend that muscles cannot hold).
 
     Raises:
-        InputError: arguments of unlike counts, or of wrong types; an unknown backend.
+        InputError: arguments of unlike counts, or of wrong types; an unknown backend, or an integrator that it has not.
+        MissingError: the backend is not installed.
         InterruptedMany: Ctrl-C; carries what is done. It is a KeyboardInterrupt.
     """
     check_backend(backend)
@@ -66,8 +65,9 @@ def simulate_many(
 
     try:
         with engine_room():
-            for first in range(0, len(cases), AT_ONCE):
-                some = dict(list(enumerate(cases))[first : first + AT_ONCE])
+            most = at_once(backend)
+            for first in range(0, len(cases), most):
+                some = dict(list(enumerate(cases))[first : first + most])
                 _Fleet(some, check_step, done).fly(threads, backend)
     except KeyboardInterrupt:
         raise InterruptedMany(results) from None
@@ -95,7 +95,7 @@ class _Fleet:
         while self._legs:
             kinds: dict[Any, list[int]] = {}
             for index, leg in self._legs.items():
-                kinds.setdefault(leg.kind, []).append(index)
+                kinds.setdefault((leg.kind, alike(leg.one.plant, backend)), []).append(index)
             waiting, self._legs = self._legs, {}
             for places in kinds.values():
                 flown = fly_together([waiting[index] for index in places], threads, backend)

@@ -17,7 +17,7 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
 from contarm_sim.statics.driving import DRIVEN
 
-CHUNK = 64
+CHUNK = 128
 """Cases that are solved together: enough to share Python's own time, few enough for a processor's cache."""
 
 
@@ -80,14 +80,14 @@ def guesses(guess: Any, count: int) -> Sequence[Array] | None:
 
 def chunked(arms: Sequence[Arm], loads: Sequence[Load], given: Any, threads: int) -> list[Chunk]:
     """Return the cases in chunks of one structure, driven alike."""
-    keys: dict[tuple[int, str], Any] = {}
+    known: dict[tuple[int, str], list[int]] = {}
     alike: dict[Any, list[int]] = {}
     for case, (arm, load) in enumerate(zip(arms, loads, strict=True)):
-        kind = load.muscles.kind
-        if (id(arm), kind) not in keys:
-            pull_only, actuation = DRIVEN[kind]
-            keys[id(arm), kind] = pull_only, structure(arm, actuation)
-        alike.setdefault(keys[id(arm), kind], []).append(case)
+        key = id(arm), load.muscles.kind
+        if key not in known:
+            pull_only, actuation = DRIVEN[load.muscles.kind]
+            known[key] = alike.setdefault((pull_only, structure(arm, actuation)), [])
+        known[key].append(case)
     made = []
     for cases in alike.values():
         parts = max(math.ceil(len(cases) / CHUNK), min(threads, len(cases)))

@@ -101,7 +101,8 @@ def _starts(plant: Plant, chunk: Chunk, failed: dict[int, ContarmError]) -> tupl
             plant.become(arm)
         told.append(written(plant))
     ready = np.setdiff1d(np.arange(count), list(failed))
-    return Starts(qpos[ready], control[ready], which[ready], tuple(told)), ready
+    allowed = np.array([tolerance(arm) for arm in arms])
+    return Starts(qpos[ready], control[ready], which[ready], tuple(told), allowed[which][ready]), ready
 
 
 def _command(
@@ -132,9 +133,7 @@ def _together(
 ) -> None:
     """Solve cases together, as far as that goes; those that are found are no longer `left`."""
     poses = Poses(plant, starts)
-    arms = [chunk.arms[case] for case in ready.tolist()]
-    allowed = {id(arm): tolerance(arm) for arm in arms}
-    newton = Together(poses, [chunk.loads[case] for case in ready.tolist()], np.array([allowed[id(a)] for a in arms]))
+    newton = Together(poses, [chunk.loads[case] for case in ready.tolist()], starts.tolerance)
     out, index, details = found.arrays, plant.index, "growth" in found.arrays
     servos = plant.actuation == "lengths"
 

@@ -22,7 +22,7 @@ COMMON_MODE = 0.01
 
 DRIVEN: dict[Drive, tuple[bool, Actuation]] = {
     "off": (False, "none"), "tensions": (False, "tensions"), "pressures": (True, "pressures"),
-    "deltas": (True, "lengths"), "bend": (True, "lengths"),
+    "deltas": (True, "lengths"), "setpoints": (True, "lengths"), "bend": (True, "lengths"),
 }  # fmt: skip
 """Whether muscles only pull, and what drives them in the engine, by how a load drives them."""
 
@@ -69,6 +69,8 @@ def commands(arm: Arm, kind: Drive, values: Array) -> tuple[Array | None, Array]
         return None, values
     if kind == "pressures":
         return None, _checked_pressures(arm, values)
+    if kind == "setpoints":
+        return _bend_about(arm, values), values
     if kind == "bend":
         bend = arc.from_polar(values[..., ::2], values[..., 1::2]).reshape(*values.shape[:-1], -1)
     elif values.ndim == 1:
@@ -77,6 +79,13 @@ def commands(arm: Arm, kind: Drive, values: Array) -> tuple[Array | None, Array]
         bend = np.array([_bend_of(arm, deltas) for deltas in values])
     lengths = routing.lengths_from_bend(bend, arm)
     return bend, servo_control(lengths, holding_tensions(bend, arm), arm)
+
+
+def _bend_about(arm: Arm, setpoints: Array) -> Array:
+    """Return the bend [rad], shape (..., 2 S), that servos told so [m], shape (..., M), about make: a first guess."""
+    bend, _ = routing.bend_from_lengths(muscles.each(arm, lambda group: group.length) + setpoints, arm)
+    angle = np.hypot(bend[..., ::2], bend[..., 1::2])
+    return np.asarray(bend * np.repeat(np.minimum(1.0, 0.9 * np.pi / np.maximum(angle, 1e-9)), 2, axis=-1))
 
 
 def _bend_of(arm: Arm, deltas: Array) -> Array:

@@ -35,12 +35,14 @@ class Starts:
         control: controls of the M muscles, shape (C, M); M is 0 where nothing drives them.
         arms: which of the arms each case is, shape (C,); None: the plant's own, all of them.
         written: of each arm, what `written` returned.
+        tolerance: largest generalised force left at rest [N m], shape (C,) or one for all.
     """
 
     qpos: Array
     control: Array
     arms: NDArray[np.integer] | None = None
     written: tuple[dict[str, Array], ...] = ()
+    tolerance: Array | float = 0.0
 
 
 def written(plant: Plant) -> dict[str, Array]:

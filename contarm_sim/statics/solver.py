@@ -117,7 +117,7 @@ class Solver:
 
     def newton(self, iterations: int = 40) -> float:
         """Take Newton steps with backtracking; return the residual reached."""
-        data, residual = self.plant.data, self.evaluate()
+        data, residual = self.plant.data, self._pull()
         for _ in range(iterations):
             if residual <= self.tolerance:
                 break
@@ -125,7 +125,7 @@ class Solver:
             start, before = data.qpos.copy(), residual
             for _ in range(10):
                 data.qpos[:] = start + step
-                residual = self.evaluate()
+                residual = self._pull()
                 if residual < before:
                     break
                 step *= 0.5
@@ -133,12 +133,17 @@ class Solver:
 
     def evaluate(self) -> float:
         """Bring the plant's forces up to date with its pose; return the largest generalised force left [N m]."""
+        largest = self._pull()
+        self._unlimited, self._swing = self._servos.unlimited(), self.stiffness.swing()
+        return largest
+
+    def _pull(self) -> float:
+        """Do as `evaluate`, but for what `released` needs."""
         plant = self.plant
         plant.pose()
         self.tensions = plant.muscle_tensions
         plant.tighten(self.tensions)
         self.forces = self.stiffness.forces(self.tensions) + self.extra
-        self._unlimited, self._swing = self._servos.unlimited(), self.stiffness.swing()
         largest = float(np.abs(self.forces).max())
         return largest if np.isfinite(largest) else np.inf
 

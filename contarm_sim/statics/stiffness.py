@@ -9,6 +9,7 @@ spans add what their turning does too. One cumulative sum serves forces and stif
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -45,7 +46,7 @@ class TangentStiffness:
         self._station_of_dof = index.station_of_dof
         self._sum_of_dof = len(self._mass) - 1 - self._station_of_dof  # sums run from the payload inwards
         self._sums = np.zeros((*self._centres.shape[:-1], 12))
-        self._upper = np.triu(np.ones((model.nv, model.nv), dtype=bool))
+        self._upper = _upper(model.nv)
         self._spanning = index.straight if model.ntendon else np.zeros(len(index.straight), dtype=bool)
         self.straight, self._parallel = bool(self._spanning.any()), bool(model.ntendon and not index.straight.all())
         if self.straight:
@@ -202,6 +203,11 @@ class TangentStiffness:
         turned, v = (each.reshape(*axes.shape[:-1], -1) for each in (v * (own_tension / own_reach)[..., None], v))
         own = axes @ through.swapaxes(-1, -2) + turned @ v.swapaxes(-1, -2)
         return proximal + proximal.swapaxes(-1, -2) + own * (station[:, None] == station)
+
+
+@lru_cache(maxsize=16)
+def _upper(n: int) -> NDArray[np.bool_]:
+    return np.triu(np.ones((n, n), dtype=bool))
 
 
 def dot(a: Array, b: Array) -> Any:

@@ -35,9 +35,9 @@ class Together:
         tensions: of the muscles [N], shape (C, M).
     """
 
-    def __init__(self, poses: Poses, loads: Sequence[Load], tolerances: Array) -> None:
+    def __init__(self, poses: Poses, loads: Sequence[Load], tolerance: Array | float) -> None:
         self.poses, self._loads = poses, AppliedLoad(poses, loads)
-        self.symmetric, self._tolerance = self._loads.symmetric, tolerances
+        self.symmetric, self._tolerance = self._loads.symmetric, np.broadcast_to(tolerance, len(poses))
         self._largest = TOTAL_STEP / poses.arm.links
         self.places = np.arange(len(poses))
         self.iterations, self.growth = np.zeros(len(poses), dtype=int), np.full(len(poses), np.nan)

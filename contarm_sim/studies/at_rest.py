@@ -137,8 +137,13 @@ def examine(scenario: Scenario, bends: Array, track: Track = quietly) -> Outcome
     Raises:
         EquilibriumError, DivergenceError: the arm has no such rest pose.
     """
-    arm, rest = scenario.arm, at_rest(scenario, bends, track)
-    errors, rod = rest.errors, explain(rest.samples, rest.comparison).summary(arm)
+    return judge(scenario, at_rest(scenario, bends, track))
+
+
+def judge(scenario: Scenario, rest: Rest) -> Outcome:
+    """Say of a scenario at rest what it is off by, and whether that is explained."""
+    arm, errors = scenario.arm, rest.errors
+    rod = explain(rest.samples, rest.comparison).summary(arm)
     judged = verdict([] if scenario.checks is None else scenario.checks(arm, errors, rod, rest.chain_error))
     return Outcome(
         scenario=scenario,
@@ -146,29 +151,21 @@ def examine(scenario: Scenario, bends: Array, track: Track = quietly) -> Outcome
         comparison=rest.comparison,
         errors=errors,
         chain_error=rest.chain_error,
-        setting=_setting(scenario),
+        setting=setting_of(scenario),
         real_time_factor=stepping_speed(arm, rest.samples),
-        link_error=_link_error(scenario, bends, rest.comparison) if any(arm.gravity) else None,
+        link_error=_link_error(scenario, rest) if any(arm.gravity) else None,
         rod=rod,
         constant_curvature=constant_curvature(errors, rod),
         judged=replace(judged, verdict=NOT_JUDGED) if scenario.checks is None else judged,
     )
 
 
-def attempt(scenario: Scenario, bends: Array, track: Track = quietly) -> Outcome | Failure:
-    """Do as `examine`, and return the failure where the arm has no rest pose: the other scenarios still count."""
-    try:
-        return examine(scenario, bends, track)
-    except (EquilibriumError, DivergenceError) as error:
-        reason = str(error).removeprefix(f"scenario {scenario.name}: ")
-        return Failure(scenario=scenario, setting=_setting(scenario), reason=reason)
-
-
 def _at_rest(arm: Arm, bends: Array, controller: ControllerName, ticks: Iterable[int] | None = None) -> Trajectory:
     return poses_at_rest(arm, Reference.from_bends(bends, arm), controller, ticks)
 
 
-def _setting(scenario: Scenario) -> Setting:
+def setting_of(scenario: Scenario) -> Setting:
+    """Return what a scenario is, in words and numbers."""
     arm = scenario.arm
     return Setting(scenario.meaning, scenario.controller, arm, weight_over_stiffness(arm))
 
@@ -191,15 +188,15 @@ def stepping_speed(arm: Arm, samples: Trajectory, steps: int = 300) -> float | N
     return steps * plant.model.opt.timestep / elapsed
 
 
-def _link_error(scenario: Scenario, bends: Array, comparison: Comparison) -> LinkError | None:
+def _link_error(scenario: Scenario, rest: Rest) -> LinkError | None:
     """Return how far the tip of the worst pose is from that of infinitely many links.
 
     None where the arm of other links has no rest. Estimated from twice (or, past the limit, half) the links, the error
     being of second order. Under load this is more than the closed-form discretisation, which knows of no sag: coarse
     spans make the arm a little softer.
     """
-    worst, arm = int(comparison.tip_error.argmax()), scenario.arm
-    bend, tip, double = bends[worst], comparison.simulated_tip[worst], can_double(arm)
+    worst, arm = int(rest.comparison.tip_error.argmax()), scenario.arm
+    bend, tip, double = rest.samples.bend[worst], rest.comparison.simulated_tip[worst], can_double(arm)
     try:
         samples = _at_rest(relinked(arm, double), bend[None], scenario.controller)
     except (EquilibriumError, DivergenceError):

@@ -14,7 +14,8 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.parameters import check_count
 from contarm_sim.results.document import HIDDEN, INLINE
-from contarm_sim.studies.at_rest import NOT_JUDGED, Failure, Outcome, attempt
+from contarm_sim.studies.at_rest import NOT_JUDGED, Failure, Outcome
+from contarm_sim.studies.attempts import attempts
 from contarm_sim.studies.convergence import Convergence, NoConvergence, attempt_convergence
 from contarm_sim.studies.progress import Track, quietly
 from contarm_sim.studies.scenarios import dome_grid, scenarios, spread_bends
@@ -66,7 +67,6 @@ def validate(arm: Arm, grid: int = 8, track: Track = quietly, max_bend: float | 
     if isinstance(max_bend, bool) or not isinstance(max_bend, (int, float)) or not 0 < max_bend <= LARGEST_BEND:
         raise InputError("max_bend", max_bend, f"more than 0 and at most {LARGEST_BEND:.4g} rad (170 deg)")
     bends = spread_bends(arm, 3 * grid**2, max_bend) if several else dome_grid(grid, max_bend)
-    outcomes = {scenario.name: attempt(scenario, bends, track) for scenario in scenarios(arm)}
-    converged = attempt_convergence(arm, bends, track)
+    outcomes, converged = attempts(scenarios(arm), bends, track, lambda: attempt_convergence(arm, bends, track))
     verdicts = {each.verdict for each in (*outcomes.values(), converged)}
     return Validation(bends, outcomes, converged, arm, "pass" if verdicts <= {"pass", NOT_JUDGED} else "fail")

@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from contarm_sim.kinematics import arc
+from contarm_sim.studies.trusted_bends import WITHIN
 from contarm_sim.sweeps.names import Run
 
 Kind = Literal["number", "whole", "truth"]
@@ -23,6 +24,7 @@ class Quantity:
         name, unit, meaning: what it is.
         of: its value, of what a case tells (`sweeps.told`); None where there is none.
         kind: what its values are.
+        costly: whether it takes simulations of its own, and is found where it is asked for by name alone.
         of_arm: whether the arm alone tells it, also where the case fails.
     """
 
@@ -31,6 +33,7 @@ class Quantity:
     meaning: str
     of: Callable[[Any], Any]
     kind: Kind = "number"
+    costly: bool = False
     of_arm: bool = False
 
 
@@ -105,6 +108,17 @@ def _of_samples(motion: bool) -> Iterator[Quantity]:
                          lambda told: told.step.max_m)  # fmt: skip
 
 
+def _of_bends() -> Iterator[Quantity]:
+    for percent in WITHIN:
+        meaning = f"largest bend, up to max_bend, at which the tip error stays within {percent:g} % of length"
+        yield Quantity(f"bend_within_{percent:g}_percent", "rad", meaning,
+                       _bend_within(percent), costly=True)  # fmt: skip
+
+
+def _bend_within(percent: float) -> Callable[[Any], float | None]:
+    return lambda told: told.bend_within(percent)
+
+
 def _of_rest() -> Iterator[Quantity]:
     for place, axis in enumerate("xyz"):
         yield Quantity(f"tip_{axis}", "m", f"tip, along {axis} of the base", _tip(place))
@@ -155,7 +169,7 @@ DETAILS = ("tip_compliance", "tip_stiffness", "smallest_eigenvalue")
 """Quantities of an equilibrium that take longer than the pose."""
 
 QUANTITIES: dict[Run, dict[str, Quantity]] = {
-    "rest": _named(_of_samples(motion=False), _of_muscles(), _of_any()),
+    "rest": _named(_of_samples(motion=False), _of_muscles(), _of_any(), _of_bends()),
     "equilibrium": _named(_of_rest(), _of_muscles(), _of_any()),
     "motion": _named(_of_samples(motion=True), _of_muscles(), _of_any()),
 }

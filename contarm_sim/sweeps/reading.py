@@ -92,14 +92,16 @@ def _spec(table: dict[str, Any], name: str, beside: Path) -> Spec:
             raise InputError(f"parameter {one!r}", "both in [fixed] and in [vary]", "in one of them")
         if one.rpartition(".")[0] in vary:
             raise InputError(f"parameter {one!r}", "varied beside the vector that it is of", "one of them")
-    name = str(table.get(MADE, {}).get("name", name))
+    made = table.get(MADE)
+    name = str(made.get("name", name)) if isinstance(made, Mapping) else name
     seed = _whole("seed", table.get("seed", 0), 0, 2**63 - 1)
     spec = Spec(
         name, run, arm, design, _drawn(table, design), seed, _asked(table.get("ask"), run), fixed, vary, backend
     )
     if not 1 <= spec.cases <= MOST_CASES:
-        power = f"{spec.cases:,}"
-        raise InputError("cases", f"{power} of them", f'at most {MOST_CASES:,}: fewer values, or design = "sobol"')
+        raise InputError(
+            "cases", f"{spec.cases:,} of them", f'at most {MOST_CASES:,}: fewer values, or design = "sobol"'
+        )
     _check_values(spec)
     return spec
 
@@ -196,10 +198,10 @@ def _varied(table: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[st
 
 
 def _asked(given: Any, run: Any) -> tuple[str, ...]:
-    """Return the names of quantities; all that a run tells, unless some are asked for."""
+    """Return the names of quantities; all that a run tells without more work, unless some are asked for."""
     known = QUANTITIES[run]
     if given is None:
-        return tuple(known)
+        return tuple(name for name, quantity in known.items() if not quantity.costly)
     if not isinstance(given, (list, tuple)) or not given:
         raise InputError("ask", given, "a list of quantities")
     for name in given:

@@ -145,7 +145,7 @@ def opened(folder: Path, spec: Spec) -> Iterator[Store]:
     """
     require_pyarrow()
     said, parts = folder / SAID, folder / "parts"
-    if folder.exists() and not said.exists() and any(entry.name != _LOCK for entry in _entries(folder)):
+    if folder.exists() and not said.exists() and any(not entry.name.startswith(".") for entry in _entries(folder)):
         raise InputError("out", repr(str(folder)), "a new folder, or that of this sweep; it holds something else")
     folder.mkdir(parents=True, exist_ok=True)
     with _locked(folder):

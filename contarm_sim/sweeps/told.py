@@ -21,7 +21,7 @@ from contarm_sim.studies.explained import RodParts, explain
 from contarm_sim.studies.load_cases import beyond
 from contarm_sim.studies.scenarios import weight_over_stiffness
 from contarm_sim.studies.timestep import TimeStep, step_summary
-from contarm_sim.studies.trusted_bends import have_enough
+from contarm_sim.studies.trusted_bends import bend_within, have_enough
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +80,10 @@ class Followed(Told):
         """Return the largest of a part that the rod explains [m]; None where there is none."""
         found: Spread | None = getattr(self.rod, part)
         return None if found is None else found.max_m
+
+    def bend_within(self, percent: float) -> float | None:
+        """Return the largest bend within a tip error [% of length], [rad]."""
+        return bend_within(self.samples, percent)
 
     @property
     def pressure(self) -> float | None:

@@ -107,7 +107,8 @@ class Sheet(Figure):
                 self.set_dpi(_FINE)
                 engine.execute(self)
                 self.set_dpi(before)
-            self.set_layout_engine("none")
+            with rc_context({"figure.constrained_layout.use": False}):
+                self.set_layout_engine(None)
 
     def savefig(self, *given: Any, **named: Any) -> None:
         """Write to a file as every matplotlib figure does, in this style."""

@@ -11,7 +11,8 @@ from contarm_sim.motion.lag import moved_by_motion
 from contarm_sim.results.compare import Comparison, compare
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies import convergence as refinement
-from contarm_sim.studies.at_rest import Failure, Outcome, attempt
+from contarm_sim.studies.at_rest import Failure, Outcome
+from contarm_sim.studies.attempts import attempt
 from contarm_sim.studies.controllers import compare_controllers
 from contarm_sim.studies.scenarios import dome_grid, scenarios
 from contarm_sim.studies.tip_stiffness import Stiffness

@@ -16,6 +16,7 @@ from contarm_sim.view import colours
 from contarm_sim.view.colours import error_colours, rgb
 from contarm_sim.view.rendering.alpha import clear_away, cut_out
 from contarm_sim.view.rendering.cameras import Camera, check_camera
+from contarm_sim.view.rendering.cloud import Cloud
 from contarm_sim.view.rendering.context import open_renderer
 from contarm_sim.view.rendering.formats import check_size
 from contarm_sim.view.rendering.gl import choose_backend
@@ -57,6 +58,7 @@ class Overlays:
         target: the target of this moment.
         ghost: the analytic arcs at the commanded bend, a ring where one section ends and the next begins.
         frames: axes at base and simulated tip, x red, y green, z blue.
+        cloud: other arms of the same moment, or None.
     """
 
     path: bool = True
@@ -64,6 +66,7 @@ class Overlays:
     target: bool = True
     ghost: bool = True
     frames: bool = True
+    cloud: Cloud | None = None
 
 
 ALL = Overlays()
@@ -160,6 +163,8 @@ class ArmRenderer:
             self._ghost.show(self._renderer, base, samples.bend[index], samples.stations[index], self._pixels(1.0))
         else:
             self._ghost.hide(scene)
+        if overlays.cloud is not None:
+            overlays.cloud.show(scene, self._data.body("base"), index, self.arm, self._pixels(1.0))
         if overlays.frames:
             self._add_frames(self._pixels(1.6))
         return self._shot()

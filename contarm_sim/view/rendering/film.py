@@ -138,6 +138,8 @@ def _together(
     frame = Frame(top=top, cards=(wide / look.width, high / look.height))
     drawn = look.overlays
     seen = extent(*(run.samples for run in runs), path=drawn.path or drawn.target, ghost=drawn.ghost)
+    if drawn.cloud is not None:
+        seen = np.vstack([seen, drawn.cloud.bones[:, :: max(1, drawn.cloud.bones.shape[1] // 60)].reshape(-1, 3)])
     with ExitStack() as stack:
         films = [
             stack.enter_context(closing(_pictures(run.samples, run.indices, look, scale, seen, frame))) for run in runs
@@ -160,7 +162,8 @@ def _cards(samples: Trajectory, look: Look, scale: Scale) -> dict[str, Panel]:
     """Return the plots of the lower corners, none where none are wanted."""
     if not look.plots or look.transparent or len(samples) < 2:
         return {}
-    return inset_cards(samples, (look.width, look.height), scale.error, scale.pressure, scale.tension)
+    band = None if look.overlays.cloud is None else look.overlays.cloud.band
+    return inset_cards(samples, (look.width, look.height), scale.error, scale.pressure, scale.tension, band)
 
 
 def _course(samples: Trajectory, index: int) -> float:

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from contarm_sim.kinematics.arrays import Array
 from contarm_sim.studies.verdict import MODEL_LIMIT
-from contarm_sim.view.colours import ERROR
+from contarm_sim.view.colours import ERROR, SIMULATED
 from contarm_sim.view.rendering.panel import LETTERS, Curve, Panel, Plot, fits
 from contarm_sim.view.sections import muscle_hexes, pressure_limits, section_hex
 
@@ -26,28 +27,38 @@ _SMALLEST = 9.0
 
 
 def inset_cards(
-    samples: Trajectory, picture: tuple[int, int], error: float, pressure: float, tension: float
-) -> dict[str, Panel]:
+    samples: Trajectory, picture: tuple[int, int], error: float, pressure: float, tension: float,
+    band: Array | None = None,
+) -> dict[str, Panel]:  # fmt: skip
     """Return the cards of the `left` and `right` lower corner, where a picture [pixels] has room for them.
 
     Args:
         error: the largest tip error that is to be shown [m].
         pressure, tension: likewise [Pa], [N].
+        band: percentiles of the tip error of other arms [m], shape (3, T), or None.
     """
     width, height = picture
     letters = max(LETTERS * height, _SMALLEST)
     size = (round(min(_WIDEST * width, max(_WIDE * width, _NARROW * height))), round(_HIGH * height))
-    plots = {"left": error_plot(samples, error)}
+    plots = {"left": error_plot(samples, error, band)}
     if samples.muscle_tensions.shape[1]:
         plots["right"] = muscle_plot(samples, pressure, tension)
     return {corner: Panel(size, letters, plot) for corner, plot in plots.items() if fits(size, letters, plot)}
 
 
-def error_plot(samples: Trajectory, largest: float) -> Plot:
-    """Return the plot of the tip error, up to the largest [m], with the limit that constant curvature is held to."""
+def error_plot(samples: Trajectory, largest: float, band: Array | None = None) -> Plot:
+    """Return the plot of the tip error, up to the largest [m], with the limit that constant curvature is held to.
+
+    Args:
+        band: its percentiles for other arms [m], shape (3, T), or None.
+    """
     limit = 10 * MODEL_LIMIT * samples.arm.length
+    titles, shade = ["tip error [mm]"], None
+    if band is not None:
+        titles.insert(0, "tip error [mm], 5 to 95 %")
+        shade, largest = (1e3 * band[0], 1e3 * band[-1], SIMULATED), max(largest, float(band[-1].max()))
     return Plot(
-        ["tip error [mm]"], curves=[Curve(1e3 * samples.tip_error, ERROR)], top=1e3 * largest,
+        titles, curves=[Curve(1e3 * samples.tip_error, ERROR)], top=1e3 * largest, band=shade,
         limits=[(limit, f"{MODEL_LIMIT:g} % of length")], **_course(samples),
     )  # fmt: skip
 

@@ -25,6 +25,9 @@ _NOW, EDGE = 90, 150
 _SWATCH = 1.3
 """Length of a legend's line with its gap, in sizes of the letters."""
 
+_SHADE = 0.35
+"""Opacity of a band."""
+
 _INK, _SOFT = "#1C1E22", "#555C68"
 
 
@@ -49,6 +52,7 @@ class Plot:
         limits: values to draw a dashed line at, and their names; those far above all curves are left out.
         kind: what the curves are of; nothing is said of them unless given.
         names: colours by the names of what they are of.
+        band: what is between two curves, of values of shape (T,), and its colour; or None.
     """
 
     titles: Sequence[str]
@@ -59,6 +63,7 @@ class Plot:
     limits: Sequence[tuple[float, str]] = ()
     kind: str = ""
     names: dict[str, str] = field(default_factory=dict)
+    band: tuple[Array, Array, str] | None = None
 
 
 class Panel:
@@ -125,6 +130,9 @@ def card(size: tuple[int, int], letters: float, plot: Plot, curves: bool = True)
         fig = Figure(figsize=(width / 72, height / 72), dpi=72, facecolor="white")  # one point is one pixel
         inside = (width - left - right, height - foot - head)
         ax = fig.add_axes((left / width, foot / height, inside[0] / width, inside[1] / height))
+        if plot.band is not None and curves:
+            low, high, colour = plot.band
+            ax.fill_between(plot.course, low, high, color=colour, alpha=_SHADE, linewidth=0)
         for curve in plot.curves if curves else ():
             ax.plot(plot.course, curve.values, color=curve.colour, linewidth=0.11 * letters)
         ax.set_xlim(float(plot.course[0]), float(plot.course[-1]))

@@ -10,6 +10,7 @@ from contarm_sim.model.pneumatic_law import PneumaticLaw
 from contarm_sim.results.compare import Comparison
 from contarm_sim.results.summary import spread
 from contarm_sim.results.trajectory import Trajectory
+from contarm_sim.view.report import uncertainty_words as said
 from contarm_sim.view.report.filled import safe_json, write_filled
 from contarm_sim.view.report.headline import headline, lead, standings
 from contarm_sim.view.report.pictures import embedded, encoded, figure, unshown
@@ -32,6 +33,13 @@ _CAPTIONS_OF_SEVERAL = {
     "a column a section.",
 }
 
+UNCERTAIN = {
+    "uncertainty": "Tip error over time: the nominal arm, and the band that 5 to 95 % of the sampled arms are in; "
+    "below, its mean, its largest and its last value, arm by arm.",
+    "uncertain_path": "Tips of sampled arms, all commanded as the nominal one, and their backbones at the end.",
+    "causes": "Which uncertain parameter causes the spread: shares of the variance, with 95 % intervals.",
+}
+
 _DRAWN_BY = "`contarm render RUN`, where RUN is this folder, draws one."
 
 
@@ -39,6 +47,8 @@ def write_page(folder: Path, samples: Trajectory, comparison: Comparison, summar
     """Write report.html beside the figures and the film that a run's folder holds already."""
     arm, several, best = samples.arm, len(samples.arm.sections) > 1, telling(samples, comparison)
     gif, captions = folder / "video.gif", _CAPTIONS_OF_SEVERAL if several else CAPTIONS
+    if "uncertainty" in summary:
+        captions = captions | UNCERTAIN
     video, no_video = _film(folder / "video.mp4", samples, best, summary["video"])
     write_filled(
         folder,
@@ -63,15 +73,31 @@ def write_page(folder: Path, samples: Trajectory, comparison: Comparison, summar
         budget=budget(summary) + (_section_rows(comparison, arm.length) if several else []),
         muscles=muscle_words(summary["muscle"], any(isinstance(group.law, PneumaticLaw) for group in arm.groups)),
         captions=captions,
+        uncertain=_uncertain(summary),
         figures={stem: figure(folder, stem) for stem in captions},
         unshown=unshown(folder, captions),
     )
 
 
-def _film(film: Path, samples: Trajectory, best: int, said: str) -> tuple[dict[str, Any] | None, str]:
-    """Return the film to embed, or None and why there is none; `said` is what the summary says of it."""
+def _uncertain(summary: dict[str, Any]) -> dict[str, Any] | None:
+    """Return what the page says of sampled arms, or None."""
+    if "uncertainty" not in summary:
+        return None
+    found = summary["uncertainty"]
+    causes = said.causes_words(found, "mean", "the tip error’s mean over time")
+    return {
+        "cases": said.cases_words(found),
+        "errors": said.error_rows(found),
+        "parameters": said.parameter_rows(found, "mean"),
+        "causes": causes[0].upper() + causes[1:],
+        "apart": said.apart_words(found),
+    }
+
+
+def _film(film: Path, samples: Trajectory, best: int, state: str) -> tuple[dict[str, Any] | None, str]:
+    """Return the film to embed, or None and why there is none; `state` is what the summary says of it."""
     if not film.is_file():
-        return None, f"No film: {said.removeprefix('none: ')}. {_DRAWN_BY}"
+        return None, f"No film: {state.removeprefix('none: ')}. {_DRAWN_BY}"
     start, end = float(samples.time[0]), float(samples.time[-1])
     try:
         return embedded(film, end - start, float(samples.time[best]) - start), ""

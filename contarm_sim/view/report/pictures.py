@@ -67,9 +67,7 @@ def _pressed(content: bytes) -> bytes:
     from PIL import Image
 
     pressed = io.BytesIO()
-    Image.open(io.BytesIO(content)).convert("RGB").quantize(_TINTS, dither=Image.Dither.NONE).save(
-        pressed, "PNG", optimize=True
-    )
+    Image.open(io.BytesIO(content)).convert("RGB").quantize(_TINTS, dither=Image.Dither.NONE).save(pressed, "PNG")
     return min(content, pressed.getvalue(), key=len)
 
 

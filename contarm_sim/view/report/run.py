@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from contarm_sim.control.base import Controller
 from contarm_sim.errors import EncodingError
@@ -22,6 +22,10 @@ from contarm_sim.view.report.samples_csv import write_samples
 from contarm_sim.view.report.words import in_short
 from contarm_sim.view.style import Draw, save
 
+if TYPE_CHECKING:
+    from contarm_sim.sweeps.spread_of_motion import UncertainMotion
+    from contarm_sim.view.rendering.cloud import Cloud
+
 
 class RunReport:
     """A run beside the closed forms.
@@ -30,14 +34,19 @@ class RunReport:
         summary: every number shown, plain values, SI units but where the name says otherwise. `constant_curvature`
             says whether it holds; `verdict` whether the simulation is explained and converged and targets are met, with
             `checks`. `motion` is None where some commanded pose has no rest, `sag` without gravity, `unexplained` where
-            no ideal rod is found.
+            no ideal rod is found. With `spread`, the same motion of sampled arms, there is `uncertainty`.
     """
 
-    def __init__(self, run: Trajectory, poses: int = 100, controller: Controller | None = None) -> None:
-        self._samples, self._pressures = run, run.actuation == "pressures"
+    def __init__(
+        self, run: Trajectory, poses: int = 100, controller: Controller | None = None,
+        spread: UncertainMotion | None = None,
+    ) -> None:  # fmt: skip
+        self._samples, self._pressures, self._spread = run, run.actuation == "pressures", spread
         judged = judge_run(run, poses, controller)
         self._comparison, self._motion = judged.comparison, judged.swing
         self.summary: dict[str, Any] = document(judged) | {"versions": versions()}
+        if spread is not None:
+            self.summary["uncertainty"] = spread.document()
 
     def told(
         self, path: str, *, command: str, video: str = "not asked for", duration: float | None = None,
@@ -68,23 +77,41 @@ class RunReport:
         return self.summary | asked
 
     def write(self, folder: Path) -> None:
-        """Write trajectory.npz, samples.csv, arm.xml and arm.toml."""
+        """Write trajectory.npz, samples.csv, arm.xml and arm.toml; of sampled arms also a table and backbones."""
         samples, comparison = self._samples, self._comparison
         samples.save(folder / "trajectory.npz")
         asked = "pressure_asked_pa" if self._pressures else "setpoint_m"
         write_samples(folder / "samples.csv", {"run": (samples, comparison)}, asked)
         (folder / "arm.xml").write_text(exact_xml(arm_spec(samples.arm, "pressures" if self._pressures else "lengths")))
         (folder / "arm.toml").write_text(arm_to_toml(samples.arm))
+        if self._spread is not None:
+            from contarm_sim.sweeps.case_table import write_cases
+
+            write_cases(folder, self._spread)
+            if (cloud := self._cloud()) is not None:
+                cloud.save(folder)
+
+    def _cloud(self) -> Cloud | None:
+        """Return sampled arms as a film shows them, if there are any."""
+        from contarm_sim.view.rendering.cloud import Cloud
+
+        found = self._spread
+        return Cloud(found.bones, found.band) if found is not None and len(found.bones) else None
 
     @property
     def figures(self) -> dict[str, Draw]:
-        """What draws the figures, by their names: `path`, `budget`, `muscles`."""
-        given = self._samples, self._comparison
-        return {
+        """What draws the figures, by their names: `path`, `budget`, `muscles`, and those of sampled arms."""
+        given, spread = (self._samples, self._comparison), self._spread
+        figures: dict[str, Draw] = {
             "path": lambda sheet: draw_path(sheet, *given),
             "budget": lambda sheet: draw_budget(sheet, *given, self._motion),
             "muscles": lambda sheet: draw_muscles(sheet, self._samples),
         }
+        if spread is not None:
+            from contarm_sim.view.report.uncertainty import figures_of_motion
+
+            figures |= figures_of_motion(spread)
+        return figures
 
     def draw(self, folder: Path, prints: Prints = PLAIN) -> None:
         """Draw all figures, each file whole or not at all."""
@@ -108,7 +135,9 @@ class RunReport:
         from contarm_sim.view.rendering.look import Look
         from contarm_sim.view.rendering.video import Shot, write_gif, write_video
 
-        look = Look(note=in_short(self.summary))
+        look, cloud = Look(note=in_short(self.summary)), self._cloud()
+        if cloud is not None:
+            look = replace(look, overlays=replace(look.overlays, cloud=cloud))
         try:
             encoder()
         except EncodingError:

@@ -1,0 +1,184 @@
+"""The figures of an uncertain arm: tip error as a band and as a distribution, tips in space, causes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.sweeps.causes import Causes
+from contarm_sim.sweeps.spread_of_motion import UncertainMotion
+from contarm_sim.sweeps.spread_of_pose import UncertainPose
+from contarm_sim.view.colours import ERROR, FAINT, LIMIT, NOTE, SIMULATED, TARGET
+from contarm_sim.view.report.uncertainty_words import ERRORS
+from contarm_sim.view.space import add_space
+from contarm_sim.view.stance import stance
+from contarm_sim.view.style import Draw, Sheet
+from contarm_sim.view.trim import trim
+
+MM = 1e3
+
+_CAUSES = {
+    "mean": "tip error, mean over time",
+    "max": "tip error, largest",
+    "tip": "place of the tip",
+    "distance": "distance from the nominal tip",
+}
+"""What causes are drawn of."""
+
+_BAND: dict[str, Any] = {"color": SIMULATED, "alpha": 0.22, "linewidth": 0}
+_MEDIAN: dict[str, Any] = {"color": SIMULATED, "linewidth": 1.0}
+_NOMINAL: dict[str, Any] = {"color": ERROR, "linewidth": 1.2, "linestyle": (0, (4, 1.5))}
+
+_DOTS = 400
+"""Most cases that are drawn as dots of a row."""
+
+
+def draw_spread(sheet: Sheet, found: UncertainMotion) -> None:
+    """Draw the tip error over time, of the nominal arm and a band of the sampled ones, and its distributions."""
+    sheet.tall(112 if sheet.wide else 132)
+    over, rows = sheet.subplots(2, 1, height_ratios=[1.35, 1.0])
+    time, low, middle, high = found.nominal.time, *(MM * found.band)
+    over.fill_between(time, low, high, label="5 to 95 % of the sampled arms", **_BAND)
+    over.plot(time, middle, label="their median", **_MEDIAN)
+    over.plot(time, MM * found.nominal.tip_error, label="nominal arm", **_NOMINAL)
+    over.set(xlabel="time [s]", ylabel="tip error [mm]", xlim=(time[0], time[-1]))
+    over.set_ylim(bottom=0)
+    own = found.nominal.tip_error
+    nominal = {"mean": own.mean(), "max": own.max(), "end": own[-1]}
+    values = {name: MM * each[found.good] for name, each in found.quantities.items()}
+    _rows(rows, {ERRORS[name]: (each, MM * nominal[name]) for name, each in values.items()})
+    rows.set_xlabel("tip error [mm]")
+    rows.set_xlim(left=0)
+    handles, labels = over.get_legend_handles_labels()
+    handles.append(rows.plot([], [], "o", color=SIMULATED, markersize=2.2, alpha=0.5)[0])
+    sheet.legend(handles, [*labels, "one sampled arm"], loc="outside lower center", ncols=4 if sheet.wide else 1)
+    held = stance(found.nominal.arm)
+    sheet.heading(f"Tip error of {len(values['mean'])} sampled arms, all commanded as the nominal one ({held})")
+
+
+def _rows(ax: Any, rows: dict[str, tuple[Array, float]]) -> None:
+    """Draw a row for each quantity: its cases as dots, 5 to 95 % as a bar, the median, and the nominal value."""
+    chance = np.random.default_rng(0)
+    for place, (values, nominal) in enumerate(rows.values()):
+        low, middle, high = np.percentile(values, (5, 50, 95))
+        ax.barh(place, high - low, 0.5, left=low, **_BAND)
+        ax.vlines(middle, place - 0.25, place + 0.25, **_MEDIAN)
+        dots = values[:_DOTS]
+        ax.plot(dots, place + chance.uniform(-0.2, 0.2, len(dots)), "o", color=SIMULATED, markersize=1.8, alpha=0.45,
+                markeredgewidth=0)  # fmt: skip
+        ax.vlines(nominal, place - 0.38, place + 0.38, **_NOMINAL | {"linestyle": "-"})
+    ax.set_yticks(range(len(rows)), list(rows))
+    ax.set_ylim(len(rows) - 0.5, -0.5)
+    ax.grid(visible=False, axis="y")
+
+
+def draw_spread_in_space(sheet: Sheet, found: UncertainMotion) -> None:
+    """Draw the path of the tip of the nominal arm and of some sampled arms, and their backbones at the end."""
+    run = found.nominal
+    ax = add_space(sheet, run.arm)
+    ax.reachable()
+    tips = found.tips[found.good][: len(found.bones)]
+    for number, (path, bones) in enumerate(zip(tips, found.bones, strict=True)):
+        ax.trace(bones[-1], color=SIMULATED, linewidth=0.5, alpha=0.35)
+        label = f"{len(tips)} sampled arms"
+        ax.trace(path, color=SIMULATED, linewidth=0.5, alpha=0.35, label="" if number else label)
+    ax.trace(run.target, color=TARGET, linewidth=1.2, linestyle=(0, (4, 2)), label="target")
+    ax.trace(run.tip, color=ERROR, linewidth=1.2, label="nominal arm")
+    ax.trace(run.stations[-1], color=ERROR, linewidth=1.2)
+    ax.settle()
+    sheet.heading(f"Tips of arms all commanded as the nominal one, and backbones at the end ({stance(run.arm)})")
+    trim(sheet, 110)
+
+
+def draw_pose_spread(sheet: Sheet, found: UncertainPose) -> None:
+    """Draw the tips of the sampled arms around the tip of the nominal one, in three views, with the ellipsoid."""
+    tips = MM * (found.tips[found.good] - found.nominal.tip)
+    sheet.tall(70 if sheet.wide else 178)
+    panels = sheet.subplots(1, 3) if sheet.wide else sheet.subplots(3, 1)
+    turn = np.linspace(0, 2 * np.pi, 100)
+    circle = np.stack([np.cos(turn), np.sin(turn)])
+    for ax, (i, k) in zip(panels, ((0, 1), (0, 2), (1, 2)), strict=True):
+        ax.plot(*tips[:, [i, k]].T, "o", color=SIMULATED, markersize=2.2, alpha=0.5, markeredgewidth=0,
+                label="one sampled arm")  # fmt: skip
+        variances, axes = np.linalg.eigh(np.cov(tips[:, [i, k]].T))
+        reach = 2.447 * axes @ (np.sqrt(np.maximum(variances, 0.0))[:, None] * circle)
+        ax.plot(*(tips[:, [i, k]].mean(axis=0)[:, None] + reach), label="95 % of a normal distribution", **_MEDIAN)
+        ax.plot(0, 0, "+", color=ERROR, markersize=8, markeredgewidth=1.4, label="nominal arm")
+        ax.set(xlabel=f"{'xyz'[i]} [mm]", ylabel=f"{'xyz'[k]} [mm]")
+        ax.set_aspect("equal", adjustable="datalim")
+    sheet.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3 if sheet.wide else 1)
+    sheet.heading(f"Where the tips of {len(tips)} sampled arms are, from that of the nominal arm")
+
+
+def draw_causes(sheet: Sheet, found: UncertainMotion | UncertainPose) -> None:
+    """Draw what share of the variance each parameter causes, alone and together with others, with 95 % intervals."""
+    told = {name: each for name, each in found.causes.items() if name in _CAUSES}
+    names = _by_share(found.uncertain.names, list(told.values()))
+    across = len(told) if sheet.wide else 1
+    height = (13 + 6.5 * len(names)) * (len(told) // across) + 34
+    sheet.tall(max(height, 62))
+    panels = sheet.subplots(len(told) // across, across, sharex=True, sharey=True, squeeze=False).ravel()
+    for ax, (name, causes) in zip(panels, told.items(), strict=True):
+        ax.set_title(_CAUSES[name].replace(", ", ",\n" if sheet.wide else ", "))
+        _bars(ax, causes, [found.uncertain.names.index(each) for each in names])
+    panels[0].set_yticks(range(len(names)), [each.replace("_", " ") for each in names])
+    panels[0].set_ylim(len(names) + 0.25, -0.6)  # with a row for words
+    panels[0].set_xlim(0, 1.02)
+    panels[0].set_xticks([0, 0.5, 1], ["0", "50", "100"])
+    for ax in panels if sheet.wide else panels[-1:]:
+        ax.set_xlabel("share of variance [%]")
+    bars = [panels[0].barh(0, 0, 0.0, color=colour) for colour in (NOTE, FAINT)]
+    whisker = panels[0].plot([], [], color=ERROR, linewidth=0.8)[0]
+    words = ["alone (first order)", "together with others (total)", "95 % interval of the total"]
+    sheet.legend([*bars, whisker], words, loc="outside lower center", ncols=3 if sheet.wide else 1)
+    sheet.heading("Which uncertain parameter causes it: Sobol indices")
+
+
+def _by_share(names: tuple[str, ...], told: list[Causes]) -> list[str]:
+    """Return the parameters, those first that cause most of the first thing told."""
+    shares = next((each.total for each in told if not each.reason), np.zeros(len(names)))
+    return [names[i] for i in np.argsort(-shares, kind="stable")]
+
+
+def _bars(ax: Any, causes: Causes, order: list[int]) -> None:
+    ax.grid(visible=False, axis="y")
+    if causes.reason:
+        words = causes.reason.replace("a polynomial of the parameters", "a polynomial")
+        ax.text(0.5, 0.5, f"not told:\n{_broken(words)}", transform=ax.transAxes, ha="center", va="center", color=NOTE)
+        return
+    for place, i in enumerate(order):
+        ax.barh(place, causes.total[i], 0.62, color=FAINT)
+        ax.barh(place, causes.first[i], 0.62, color=NOTE)
+        ax.plot(causes.total_interval[i], (place, place), color=ERROR, linewidth=0.8, marker="|", markersize=4)
+    left = 1 - causes.explained
+    ax.annotate(f"{100 * left:.2g} % not foretold", (1, 0), xycoords="axes fraction", xytext=(-2, 3), ha="right",
+                va="bottom", textcoords="offset points", color=LIMIT)  # fmt: skip
+
+
+def _broken(words: str, width: int = 22) -> str:
+    import textwrap
+
+    return textwrap.fill(words, width)
+
+
+def figures_of_motion(found: UncertainMotion) -> dict[str, Draw]:
+    """Return what draws the figures by their names; none of fewer than two results."""
+    if found.good.sum() < 2:
+        return {}
+    return {
+        "uncertainty": lambda sheet: draw_spread(sheet, found),
+        "uncertain_path": lambda sheet: draw_spread_in_space(sheet, found),
+        "causes": lambda sheet: draw_causes(sheet, found),
+    }
+
+
+def figures_of_pose(found: UncertainPose) -> dict[str, Draw]:
+    """Return what draws the figures by their names; none of fewer than two results."""
+    if found.good.sum() < 2:
+        return {}
+    return {
+        "uncertain_tip": lambda sheet: draw_pose_spread(sheet, found),
+        "causes": lambda sheet: draw_causes(sheet, found),
+    }
