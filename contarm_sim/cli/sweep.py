@@ -10,6 +10,7 @@ from contarm_sim.cli.options import Command, json_option
 
 if TYPE_CHECKING:
     from contarm_sim.sweeps import Sweep
+    from contarm_sim.sweeps.run import Runner
 
 
 @click.command(cls=Command)
@@ -18,11 +19,20 @@ if TYPE_CHECKING:
 @click.option(
     "--processes", type=click.IntRange(1, 4096), metavar="N", help="Worker processes; default one for each core."
 )
+@click.option("--workers", type=click.IntRange(1, 4096), metavar="N", help="Dask workers here, with a dashboard.")
+@click.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler, tcp://HOST:PORT, or the .json file it wrote.")
 @click.option("--backend", metavar="NAME", help="What steps motions; default what SPEC says, or cpu.")
 @click.option("--names", is_flag=True, help="List what cases of SPEC may differ in, and what they tell; run nothing.")
 @json_option
 def sweep(
-    spec: str | None, out: str | None, processes: int | None, backend: str | None, names: bool, as_json: bool
+    spec: str | None,
+    out: str | None,
+    processes: int | None,
+    workers: int | None,
+    scheduler: str | None,
+    backend: str | None,
+    names: bool,
+    as_json: bool,
 ) -> int:
     """Run many cases of an arm, and keep parameters and results as a table (Parquet), one row a case.
 
@@ -50,6 +60,7 @@ def sweep(
     contarm sweep soft
     contarm sweep soft --names                       what could be varied and asked for
     contarm sweep my.toml --processes 1 --json
+    contarm sweep my.toml --scheduler tcp://node1:8786   on the workers of a Dask scheduler
     contarm sweep validity                           where constant curvature holds: the chart of the README
 
     \b
@@ -68,6 +79,7 @@ def sweep(
     if names:
         _show_names(asked)
         return 0
+    runner = _runner(processes, workers, scheduler)
     folder, done = out if out is not None else str(default_folder(asked)), -1
 
     def on_done(count: int, total: int) -> None:
@@ -84,7 +96,7 @@ def sweep(
 
     try:
         with pace(f"sweep {asked.name}") as show:
-            found = sweeps.sweep(asked, folder, processes, on_done)
+            found = sweeps.sweep(asked, folder, processes, on_done, runner)
     except KeyboardInterrupt:
         say(f"contarm: interrupted; {kept()}")
         return exit_code()
@@ -107,6 +119,22 @@ def sweep(
         _show(found, summary)
     say(f"written: {folder}")
     return 0 if found.counts.get("ok") else 1
+
+
+def _runner(processes: int | None, workers: int | None, scheduler: str | None) -> Runner | None:
+    """Return what runs chunks; None for processes without Dask."""
+    from contarm_sim.cli.terminal import say
+    from contarm_sim.errors import InputError
+
+    given = {"--processes": processes, "--workers": workers, "--scheduler": scheduler}
+    names = [name for name, value in given.items() if value is not None]
+    if len(names) > 1:
+        raise InputError(names[0], f"given beside {' and '.join(names[1:])}", "one of them")
+    if workers is None and scheduler is None:
+        return None
+    from contarm_sim.sweeps.cluster import on_scheduler, on_workers
+
+    return on_scheduler(scheduler, say) if scheduler is not None else on_workers(workers or 1, say)
 
 
 def _summary(found: Sweep) -> dict[str, Any]:

@@ -4,6 +4,8 @@ sweep(spec)      run what is not done yet of a sweep: a TOML file, a dict, or th
 load(folder)     the table of a sweep, done or not
 read(spec)       a sweep, checked
 
+on_workers(count), on_scheduler(address), on_dask(client)    sweep(spec, runner=...): on a Dask cluster
+
 uncertain_motion(run, file)       a motion of arms whose parameters are uncertain: tip error as a distribution
 uncertain_pose(arm, load, file)   a static pose of such arms
 read_uncertain(file, arm)         uncertain parameters, checked
@@ -14,6 +16,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from contarm_sim.sweeps.cluster import on_scheduler, on_workers
+    from contarm_sim.sweeps.dask_tasks import on_dask
     from contarm_sim.sweeps.reading import read
     from contarm_sim.sweeps.run import sweep
     from contarm_sim.sweeps.spec import Spec
@@ -33,13 +37,14 @@ else:
 
 _HOMES = {
     "Spec": "spec", "Sweep": "table", "Uncertain": "uncertain", "UncertainMotion": "spread_of_motion",
-    "UncertainPose": "spread_of_pose", "load": "table", "read": "reading", "read_uncertain": "uncertain",
+    "UncertainPose": "spread_of_pose", "load": "table", "on_dask": "dask_tasks",
+    "on_scheduler": "cluster", "on_workers": "cluster", "read": "reading", "read_uncertain": "uncertain",
     "sweep": "run", "uncertain_motion": "spread_of_motion", "uncertain_pose": "spread_of_pose",
 }  # fmt: skip
 
 __all__ = [
-    "Spec", "Sweep", "Uncertain", "UncertainMotion", "UncertainPose", "load", "read", "read_uncertain", "sweep",
-    "uncertain_motion", "uncertain_pose",
+    "Spec", "Sweep", "Uncertain", "UncertainMotion", "UncertainPose", "load", "on_dask", "on_scheduler",
+    "on_workers", "read", "read_uncertain", "sweep", "uncertain_motion", "uncertain_pose",
 ]  # fmt: skip
 
 

@@ -196,10 +196,11 @@ def kept(folder: Path) -> tuple[Spec, dict[str, str]]:
 def _said(spec: Spec) -> str:
     made = {"name": spec.name, "sweep": spec.key, "cases": spec.cases, "chunk": chunk_size(spec)}
     head = "# A sweep of contarm_sim: `contarm sweep` goes on with it, `contarm sweep-report` draws it.\n"
-    return head + as_toml(spec, made | _made_with())
+    return head + as_toml(spec, made | made_with())
 
 
-def _made_with() -> dict[str, str]:
+def made_with() -> dict[str, str]:
+    """Return what a table is made with: the last digits depend on it."""
     return {"format": str(FORMAT)} | {name: versions()[name] for name in _DEPENDS}
 
 
@@ -210,7 +211,7 @@ def _same(folder: Path, spec: Spec) -> None:
     if made.get("sweep") != spec.key:
         said = ", ".join(_differing(spec.to_dict(), other.to_dict())) or "how it is kept"
         raise InputError("out", repr(str(folder)), f"{allowed} the same sweep; what differs: {said}")
-    changed = [f"{name} {made.get(name, 'unknown')} there, {mine} here" for name, mine in _made_with().items()
+    changed = [f"{name} {made.get(name, 'unknown')} there, {mine} here" for name, mine in made_with().items()
                if made.get(name) != mine]  # fmt: skip
     if changed:
         raise InputError("out", repr(str(folder)), f"{allowed} the versions it was begun with: {', '.join(changed)}")
