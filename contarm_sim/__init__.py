@@ -12,6 +12,7 @@ The public names are few and load late, so that `import contarm_sim` costs nothi
     arm_spec, scene_spec  the arm alone, and in its scene, as a mujoco.MjSpec to compile
     Reference             a motion, or poses at rest: times, tip positions, bends
     simulate              follow a reference in MuJoCo: a Trajectory
+    simulate_many         the same of many arms, references or controllers at once
     poses_at_rest         rest poses of a reference in MuJoCo: a Trajectory
     equilibrium           the static pose under a Load (of Wrench, Muscles)
     equilibria            the same of many cases at once
@@ -19,7 +20,9 @@ The public names are few and load late, so that `import contarm_sim` costs nothi
     compare               a trajectory beside the closed forms
     Controller            what drives an arm; subclass it, with Plan and Feedback
     studies               what the commands compute, as functions
-    ContarmError          the root of all errors; InputError, EquilibriumError, DivergenceError; Interrupted (Ctrl-C)
+    sweeps                many cases of an arm, as a table
+    ContarmError          the root of all errors; InputError, EquilibriumError, DivergenceError;
+                          Interrupted, InterruptedMany (Ctrl-C)
 """
 
 TYPE_CHECKING = False  # true to type checkers, which know it by its name; `typing` would take as long as all the rest
@@ -31,6 +34,7 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
     from contarm_sim import mjcf as mjcf
     from contarm_sim import paths as paths
     from contarm_sim import studies as studies
+    from contarm_sim import sweeps as sweeps
     from contarm_sim.control.base import Controller as Controller
     from contarm_sim.control.feedback import Feedback as Feedback
     from contarm_sim.control.feedback import Seen as Seen
@@ -40,6 +44,7 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
     from contarm_sim.errors import EquilibriumError as EquilibriumError
     from contarm_sim.errors import InputError as InputError
     from contarm_sim.errors import Interrupted as Interrupted
+    from contarm_sim.errors import InterruptedMany as InterruptedMany
     from contarm_sim.mjcf import arm_spec as arm_spec
     from contarm_sim.mjcf import scene_spec as scene_spec
     from contarm_sim.mjcf import spec as spec
@@ -57,6 +62,7 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
     from contarm_sim.model.world import World as World
     from contarm_sim.motion.rest import poses_at_rest as poses_at_rest
     from contarm_sim.motion.simulate import simulate as simulate
+    from contarm_sim.motion.simulate_many import simulate_many as simulate_many
     from contarm_sim.paths.reference import Reference as Reference
     from contarm_sim.results.compare import compare as compare
     from contarm_sim.results.run_folder import load as load
@@ -68,9 +74,10 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
 
 __all__ = [
     "Arm", "ContarmError", "Controller", "DivergenceError", "EquilibriumError", "Feedback", "Ideal", "InputError",
-    "Interrupted", "Load", "McKibben", "Muscles", "Plan", "Reference", "Routing", "Section", "Seen", "Tendon",
-    "Trajectory", "World", "Wrench", "arm_spec", "compare", "envs", "equilibria", "equilibrium", "kinematics", "load",
-    "load_arm", "mechanics", "mjcf", "paths", "poses_at_rest", "presets", "scene_spec", "simulate", "spec", "studies",
+    "Interrupted", "InterruptedMany", "Load", "McKibben", "Muscles", "Plan", "Reference", "Routing", "Section", "Seen",
+    "Tendon", "Trajectory", "World", "Wrench", "arm_spec", "compare", "envs", "equilibria", "equilibrium", "kinematics",
+    "load", "load_arm", "mechanics", "mjcf", "paths", "poses_at_rest", "presets", "scene_spec", "simulate",
+    "simulate_many", "spec", "studies", "sweeps",
 ]  # fmt: skip
 
 _HOMES = {
@@ -87,10 +94,12 @@ _HOMES = {
     "EquilibriumError": "errors",
     "InputError": "errors",
     "Interrupted": "errors",
+    "InterruptedMany": "errors",
     "arm_spec": "mjcf",
     "scene_spec": "mjcf",
     "spec": "mjcf",
     "simulate": "motion.simulate",
+    "simulate_many": "motion.simulate_many",
     "poses_at_rest": "motion.rest",
     "equilibria": "statics.equilibria",
     "equilibrium": "statics.equilibrium",
@@ -106,7 +115,7 @@ _HOMES = {
     "Plan": "control.plan",
     "Seen": "control.feedback",
 }
-_MODULES = {name: name for name in ("envs", "kinematics", "mechanics", "mjcf", "paths", "studies")}
+_MODULES = {name: name for name in ("envs", "kinematics", "mechanics", "mjcf", "paths", "studies", "sweeps")}
 _MODULES["presets"] = "model.presets"
 
 if not TYPE_CHECKING:  # to a type checker, a name that is not imported above does not exist

@@ -233,6 +233,19 @@ class Interrupted(KeyboardInterrupt):
         super().__init__(f"the simulation was interrupted after {len(trajectory)} samples")
 
 
+class InterruptedMany(KeyboardInterrupt):
+    """Ctrl-C ended many simulations early.
+
+    Attributes:
+        results: what came of each until then, a trajectory or an error; None where it was not done.
+    """
+
+    def __init__(self, results: Any) -> None:
+        self.results = results
+        done = sum(result is not None for result in results)
+        super().__init__(f"the simulations were interrupted after {done} of {len(results)} motions")
+
+
 class RenderingError(ContarmError):
     """No picture can be made here; says what was tried and why each attempt failed."""
 

@@ -72,6 +72,7 @@ def redraw_figures() -> None:
                 (folder / out / f"{name}.png").replace(IMAGES / f"{file}.png")
         contarm("trust", "--out", "trust", folder=folder)
         (folder / "trust" / "trust.png").replace(IMAGES / "trust.png")
+        _sweeps(folder)
         contarm("run", "--no-video", "--out", "spiral", folder=folder)
         contarm("render", "spiral", "--out", "spiral.gif", "--size", "480p", "--speed", "2", folder=folder)
         telling = ("--size", "1280x640", "--time", "9.5", "--no-plots")
@@ -81,6 +82,14 @@ def redraw_figures() -> None:
         for name in ("spiral.gif", "social.png", "two-sections.gif"):
             (folder / name).replace(IMAGES / name)
     subprocess.run([sys.executable, ROOT / "scripts" / "drawings.py"], check=True)
+
+
+def _sweeps(folder: Path) -> None:
+    """Draw the validity chart, and the example of `contarm sweep --help`."""
+    for name, figure, file in (("validity", "validity", "validity"), ("soft", "heat_map", "sweep")):
+        contarm("sweep", name, folder=folder)
+        contarm("sweep-report", f"runs/sweep-{name}", "--out", f"report-{name}", folder=folder)
+        (folder / f"report-{name}" / f"{figure}.png").replace(IMAGES / f"{file}.png")
 
 
 def main() -> None:

@@ -20,7 +20,16 @@ EXAMPLES = [block for block in SHOWN if block.kind == "python"]
 OUTPUTS = [block for block in SHOWN if block.kind == "console"]
 TABLES = [block for block in SHOWN if block.kind == "table"]
 
-SLOW = ("validate", "trust", "compare-controllers", "envs", "possibility", "benchmarks/", "scripts/results.py")
+SLOW = (
+    "validate",
+    "trust",
+    "compare-controllers",
+    "envs",
+    "possibility",
+    "sweep soft",
+    "benchmarks/",
+    "scripts/results.py",
+)
 """Blocks and commands that take ten seconds and more."""
 
 CHEAPER = {
@@ -28,6 +37,7 @@ CHEAPER = {
     "compare-controllers": (["--duration", "1", "--links", "8"], "tension [N]"),
     "trust": (["--links", "8", "--planes", "2"], "largest bends at which constant curvature holds"),
     "envs": (["--seeds", "2"], "2 of 2"),
+    "sweep soft": (["--names"], "sag_max_percent"),
     "possibility": (["--links", "8"], "towards [deg]"),
     "figures fan sag": (["--figures", "svg", "--links", "8"], "fan.svg"),
     "run --path sphere-spiral --project nearest --duration 20 --no-video": (

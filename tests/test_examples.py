@@ -34,6 +34,13 @@ def test_own_arm_sags_more_the_more_it_bends():
     assert errors[0] > 1  # hanging, m g L^2/EI = 1.8
 
 
+def test_many_arms_differ_by_stiffness_and_mass():
+    printed = _run("many_arms.py")
+    assert "16 of 16 arms" in printed
+    least, most, median = _numbers(printed, r"([\d.]+) (?:to|% of length|%)")
+    assert 1 < least < median < most < 10
+
+
 def test_own_controller_is_worse_than_one_that_measures():
     own, servo = _numbers(_run("own_controller.py"), r"tip error +([\d.]+) mm")
     assert servo < own < 37  # it follows, within a tenth of length

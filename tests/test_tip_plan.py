@@ -8,14 +8,47 @@ import pytest
 from references import moving, resting
 
 from contarm_sim.control.tip import plan_motion, plan_rest
+from contarm_sim.control.tip_plan import TipPlan
+from contarm_sim.control.tip_plan_many import Asked, solve_many
 from contarm_sim.engine.plant import Plant
 from contarm_sim.kinematics import arc
+from contarm_sim.mechanics.muscles import count
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.presets import two
 from contarm_sim.motion.lag import moved_by_motion
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.motion.simulate import ACCURATE, simulate
 
 HANGING = Arm(gravity=(0.0, 0.0, 9.81), payload=0.05, links=12)
+
+
+TWO = Arm(sections=tuple(replace(section, links=6) for section in two().sections))
+
+
+@pytest.mark.parametrize("arm", [HANGING, TWO, Arm(links=6, path="spans")], ids=["one", "two", "spans"])
+def test_many_samples_have_the_bits_of_each_alone(arm):
+    """Those that cannot be held, or take damped steps, are left to one alone, which says why."""
+    rng, sections = np.random.default_rng(3), len(arm.sections)
+    bend = rng.uniform(-0.5, 0.5, (9, 2 * sections))
+    bend[4] *= 5
+    alone, plant = TipPlan(arm), Plant(arm)
+    qpos, target = [], []
+    for one in bend:
+        plant.reset(one)
+        qpos.append(plant.data.qpos.copy())
+        mujoco.mj_kinematics(plant.model, plant.data)
+        target.append(plant.tip + 0.01 * arm.length)
+    forces, least = rng.uniform(-1e-3, 1e-3, np.shape(qpos)), np.full((9, count(arm)), 12.0)
+    asked = Asked(np.array(qpos), bend, np.array(target), forces, least, checked=True)
+    found = solve_many(arm, asked)
+    assert len(found) > 5
+    for i, (setpoint, lengths, slope, q) in found.items():
+        alone.plant.data.qpos[:] = qpos[i]
+        expected = alone.solve(bend[i], target[i], forces[i], least[i])
+        for mine, theirs in zip((setpoint, slope), expected, strict=True):
+            np.testing.assert_array_equal(mine, theirs)
+        np.testing.assert_array_equal(lengths, alone.plant.muscle_lengths)
+        np.testing.assert_array_equal(q, alone.plant.data.qpos)
 
 
 def _swung(duration, rate=100.0):

@@ -12,7 +12,7 @@ from contarm_sim.cli.options import Command, json_option
 @click.command(cls=Command)
 @json_option
 def doctor(as_json: bool) -> int:
-    """Report versions, cores, GL backends tried (and why each failed) and the video encoder.
+    """Report versions, cores, GL backends tried (and why each failed), the video encoder, and what steps on a GPU.
 
     Exit code 1 if pictures or video cannot be made here; numbers can all the same.
     """
@@ -20,6 +20,7 @@ def doctor(as_json: bool) -> int:
     from contarm_sim.view.report.output import to_json
 
     found: dict[str, Any] = {"versions": versions(), "cores": _cores(), "gl": _gl(), "encoder": _encoder()}
+    found["warp"] = _warp()
     found["verdict"] = "pass" if found["gl"]["backend"] and found["encoder"]["works"] else "fail"
     if as_json:
         click.echo(to_json(found))
@@ -32,6 +33,7 @@ def doctor(as_json: bool) -> int:
         if found["gl"]["backend"] is None:
             click.echo(f"{'pictures':12} {found['gl']['error']}")
         click.echo(f"{'encoder':12} {found['encoder']['version'] or found['encoder']['error']}")
+        click.echo(f"{'gpu':12} {found['warp']['device'] or found['warp']['error']}")
     return 0 if found["verdict"] == "pass" else 1
 
 
@@ -68,3 +70,28 @@ def _encoder() -> dict[str, Any]:
     except (RenderingError, OSError, subprocess.SubprocessError) as error:
         return {"works": False, "version": None, "program": None, "error": str(error)}
     return {"works": True, "version": done.stdout.splitlines()[0], "program": program, "error": None}
+
+
+def _warp() -> dict[str, Any]:
+    """Ask in a process of its own: Warp writes to stderr that there is no driver, and its libraries are large."""
+    import subprocess
+    import sys
+
+    code = """
+from contarm_sim.engine.warp_library import described
+from contarm_sim.errors import ContarmError
+try:
+    print(described())
+except ContarmError as error:
+    raise SystemExit(str(error))
+"""
+    try:
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    except (OSError, subprocess.SubprocessError) as error:
+        return {"works": False, "device": None, "error": str(error)}
+    said = (done.stdout if done.returncode == 0 else done.stderr).strip().splitlines() or ["Warp cannot be started"]
+    return {
+        "works": done.returncode == 0,
+        "device": said[-1] if done.returncode == 0 else None,
+        "error": None if done.returncode == 0 else said[-1],
+    }

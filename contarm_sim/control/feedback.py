@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -63,6 +64,21 @@ class Feedback(ABC):
     def update(self, index: int, seen: Seen, gain: float) -> None:
         """Integrate one interval of sample `index`: change `value` in place."""
 
+    @classmethod
+    def together(cls, each: Sequence[Self], ticks: Sequence[slice]) -> Feedback | None:
+        """Return one that corrects the controls of B arms at once, from what these of single arms have summed up.
+
+        To the same bits; None, as here, where there is no such: arms are then corrected one by one. Of what it is given
+        and gives, `value` and all of `memory` have a leading axis of arms; `time`, gain and each number of a muscle
+        seen are arrays, shape (B,), lists of these arrays of shape (n, B); `tip` has the shape (B, 3). A subclass does
+        not inherit it.
+
+        Args:
+            each: the feedbacks, all of this very class.
+            ticks: samples of each that it is to correct; `index` counts from the first of them.
+        """
+        return None
+
     @property
     def memory(self) -> Memory:
         """What has been summed up; override both if that is more than `value`."""
@@ -71,3 +87,20 @@ class Feedback(ABC):
     @memory.setter
     def memory(self, memory: Memory) -> None:
         self.value[:] = memory[0]
+
+
+def by_tick(arrays: Sequence[Any], ticks: Sequence[slice]) -> Array:
+    """Return rows of arrays (T, ...) side by side, shape (most ticks, B, ...); the last goes on where there are fewer.
+
+    Args:
+        arrays: of each arm.
+        ticks: of each arm.
+    """
+    parts = [np.asarray(array)[own] for array, own in zip(arrays, ticks, strict=True)]
+    most = max(len(part) for part in parts)
+    return np.stack([np.concatenate([part, np.repeat(part[-1:], most - len(part), axis=0)]) for part in parts], axis=1)
+
+
+def applied(matrix: Array, vector: Array) -> Array:
+    """Return matrices, shape (..., a, b), times vectors, shape (..., b): the same bits for one and for many."""
+    return np.asarray((matrix @ vector[..., None])[..., 0])

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+import copy
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from contarm_sim.control.base import Controller
-from contarm_sim.control.feedback import Feedback, Memory, Seen
+from contarm_sim.control.feedback import Feedback, Memory, Seen, applied, by_tick
 from contarm_sim.control.plan import Plan
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import pneumatics, routing
@@ -112,7 +113,7 @@ class PressureFeedback(Feedback):
         self._least = np.maximum(_lowest(arm), min_tensions(arm) / held.per_pascal)
         self._highest = each(arm, lambda group: group.pneumatics.max_pressure)
         self._offset = np.zeros(J.shape[-1])
-        self._own = held.own[::-1]
+        self._own = held.own
 
     @property
     def memory(self) -> Memory:
@@ -125,13 +126,26 @@ class PressureFeedback(Feedback):
 
     def update(self, index: int, seen: Seen, gain: float) -> None:
         """Integrate one interval of sample `index`."""
-        self._offset += gain * (self._to_bend[index] @ (self._wanted[index] - seen.lengths))
+        off = self._wanted[index] - np.asarray(seen.lengths).T
+        self._offset += np.asarray(gain)[..., None] * applied(self._to_bend[index], off)
         base, by_level = self._base[index], self._by_level[index]
-        asked, least = base + self._by_bend[index] @ self._offset, self._least[index]
-        for own, direction in zip(self._own, by_level[::-1], strict=True):  # from the tip: see Balance
-            level = max(((least[own] - asked[own]) / direction[own]).tolist())
-            asked = asked + level * direction
+        asked, least = base + applied(self._by_bend[index], self._offset), self._least[index]
+        for number in range(len(self._own))[::-1]:  # from the tip: see Balance
+            own, direction = self._own[number], by_level[..., number, :]
+            level = ((least[..., own] - asked[..., own]) / direction[..., own]).max(axis=-1)
+            asked = asked + level[..., None] * direction
         self.value[:] = np.minimum(asked, self._highest) - base
+
+    @classmethod
+    def together(cls, each: Sequence[PressureFeedback], ticks: Sequence[slice]) -> PressureFeedback:
+        """Return one of many arms."""
+        many: Any = copy.copy(each[0])
+        many.time = np.array([one.time for one in each])
+        for name in ("_wanted", "_base", "_to_bend", "_by_bend", "_by_level", "_least"):
+            setattr(many, name, by_tick([getattr(one, name) for one in each], ticks))
+        for name in ("_highest", "_offset", "value"):
+            setattr(many, name, np.array([getattr(one, name) for one in each]))
+        return cast("PressureFeedback", many)
 
 
 def _lowest(arm: Arm) -> Array:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+import copy
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from contarm_sim.control.feedback import Feedback, Memory, Seen
+from contarm_sim.control.feedback import Feedback, Memory, Seen, by_tick
 from contarm_sim.control.feedforward import Feedforward
 from contarm_sim.control.plan import Plan
 from contarm_sim.kinematics.arrays import Array
@@ -94,6 +95,19 @@ class LengthFeedback(Feedback):
         shift: Any = memoryview(self.shift)  # type: ignore[arg-type]
         value: Any = memoryview(self.value)  # type: ignore[arg-type]
         self._shift, self._value = shift, value
+        self._numbers: type[_Floats] | type[_Arrays] = _Floats
+
+    @classmethod
+    def together(cls, each: Sequence[LengthFeedback], ticks: Sequence[slice]) -> LengthFeedback:
+        """Return one of many arms."""
+        many: Any = copy.copy(each[0])
+        many.time, many._numbers = np.array([one.time for one in each]), _Arrays
+        many._wanted = np.ascontiguousarray(by_tick([one._wanted for one in each], ticks).swapaxes(1, 2))
+        many._fights = np.moveaxis(np.array([one._fights for one in each]), 0, -1)
+        many._groups = [_group_of_many(same) for same in zip(*(one._groups for one in each), strict=True)]
+        many._shift, many._value = (np.array([getattr(one, x) for one in each]).T.copy() for x in ("shift", "value"))
+        many.shift, many.value = many._shift.T, many._value.T
+        return cast("LengthFeedback", many)
 
     @property
     def memory(self) -> Memory:
@@ -107,9 +121,10 @@ class LengthFeedback(Feedback):
     def update(self, index: int, seen: Seen, gain: float) -> None:
         """Integrate one interval of sample `index`."""
         # Plain floats and plain loops: this runs every tick, where an array operation on three numbers, or a list
-        # comprehension, costs as much as ten operations on floats.
+        # comprehension, costs as much as ten operations on floats. Of many arms, every number is an array of theirs.
         each, wanted, shift, lengths, value = self._each, self._wanted[index], self._shift, seen.lengths, self._value
-        error = []
+        numbers, error = self._numbers, []
+        least_of, most_of = numbers.least, numbers.most
         for i in each:
             error.append(wanted[i] + shift[i] - lengths[i])
         for fight in self._fights:
@@ -121,12 +136,54 @@ class LengthFeedback(Feedback):
         free, pulls, tensions, loosened = gain, seen.pulls, seen.tensions, [0.0] * len(error)
         for first, end, least, blocked, per_newton, direction in self._groups:
             pulled = pulls[first:end]
-            weakest = min(pulled)
-            if weakest <= 0 or max(pulled) >= blocked:
-                free = 0.0
-            slack = max(least - min(tensions[first:end]), SERVO_SHARE * least - weakest)
+            weakest = least_of(pulled)
+            free = numbers.unless_limited(free, weakest, most_of(pulled), blocked)
+            slack = numbers.larger(least - least_of(tensions[first:end]), SERVO_SHARE * least - weakest)
             common = gain * slack * per_newton
             for i, pull in direction:
                 loosened[i] += common * pull
         for i in each:
             value[i] += free * error[i] - loosened[i]
+
+
+class _Floats:
+    """What `LengthFeedback` needs of the numbers of one arm."""
+
+    least, most, larger = min, max, max
+
+    @staticmethod
+    def unless_limited(free: Any, weakest: Any, strongest: Any, blocked: Any) -> Any:
+        """Return a gain, or 0 where a servo is at a limit."""
+        return 0.0 if weakest <= 0 or strongest >= blocked else free
+
+
+class _Arrays:
+    """The same of many arms."""
+
+    larger = np.maximum
+
+    @staticmethod
+    def least(rows: Any) -> Any:
+        """Return the least of all rows, arm by arm."""
+        return rows.min(axis=0)
+
+    @staticmethod
+    def most(rows: Any) -> Any:
+        """Return the largest of all rows, arm by arm."""
+        return rows.max(axis=0)
+
+    @staticmethod
+    def unless_limited(free: Any, weakest: Any, strongest: Any, blocked: Any) -> Any:
+        """Return gains, or 0 where a servo is at a limit."""
+        return np.where((weakest <= 0) | (strongest >= blocked), 0.0, free)
+
+
+def _group_of_many(same: Sequence[Any]) -> tuple[Any, ...]:
+    """Return what `LengthFeedback` keeps of a group of muscles, numbers becoming arrays over arms."""
+    first, end, *_ = same[0]
+    least, blocked, per_newton = (np.array([group[number] for group in same]) for number in (2, 3, 4))
+    pulls: dict[int, Array] = {}
+    for arm, group in enumerate(same):
+        for i, pull in group[5]:
+            pulls.setdefault(i, np.zeros(len(same)))[arm] = pull
+    return first, end, least, blocked, per_newton, sorted(pulls.items())

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+import copy
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from contarm_sim.control.feedback import Feedback, Memory, Seen
+from contarm_sim.control.feedback import Feedback, Memory, Seen, applied, by_tick
 from contarm_sim.control.plan import Plan
 from contarm_sim.control.servo import LengthFeedback, Servo
 from contarm_sim.control.tip_motion import TipCommands, inverted, plan_motion, plan_rest, planner
@@ -111,6 +112,19 @@ class TipFeedback(Feedback):
     def update(self, index: int, seen: Seen, gain: float) -> None:
         """Integrate one interval of sample `index`."""
         self._lengths.update(index, seen, gain * self.time / self._lengths.time)
-        self._offset += gain * (self._to_bend[index] @ (self._target[index] - seen.tip))
-        self._lengths.shift[:] = self._spread[index] @ self._offset
+        off = applied(self._to_bend[index], self._target[index] - seen.tip)
+        self._offset += np.asarray(gain)[..., None] * off
+        self._lengths.shift[:] = applied(self._spread[index], self._offset)
         np.add(self._lengths.value, self._lengths.shift, out=self.value)
+
+    @classmethod
+    def together(cls, each: Sequence[TipFeedback], ticks: Sequence[slice]) -> TipFeedback:
+        """Return one of many arms."""
+        many: Any = copy.copy(each[0])
+        many.time = np.array([one.time for one in each])
+        many._lengths = LengthFeedback.together([one._lengths for one in each], ticks)
+        for name in ("_target", "_to_bend", "_spread"):
+            setattr(many, name, by_tick([getattr(one, name) for one in each], ticks))
+        for name in ("_offset", "value"):
+            setattr(many, name, np.array([getattr(one, name) for one in each]))
+        return cast("TipFeedback", many)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
 from contarm_sim.control.plan import Plan
 from contarm_sim.control.servo import Servo
 from contarm_sim.control.tip_plan import TipPlan
+from contarm_sim.control.tip_plan_many import Asked, solve_many
 from contarm_sim.engine.plant import Plant
 from contarm_sim.engine.room import engine_room
 from contarm_sim.errors import EquilibriumError
@@ -146,8 +147,7 @@ def planner(
     """
     guess, under, plan = guess or _guess(arm, bend), under or _Under(), TipPlan(arm)
     data = plan.plant.data
-    forces = np.broadcast_to(under.forces, guess.q.shape)
-    least = np.broadcast_to(min_tensions(arm) if under.least is None else under.least, guess.lengths.shape)
+    forces, least = _each(arm, guess, under)
 
     def solve(i: int) -> _Planned:
         data.qpos[:] = guess.q[i]
@@ -158,11 +158,22 @@ def planner(
 
 
 def _solved(arm: Arm, bend: Array, target: Array, guess: _Planned, under: _Under) -> _Planned:
-    solve, found = planner(arm, bend, target, guess, under), []
+    forces, least = _each(arm, guess, under)
     with engine_room():
+        found = solve_many(arm, Asked(guess.q, bend, target, forces, least, checked=not under.moving))
+        if len(found) < len(bend):
+            solve = planner(arm, bend, target, guess, under)
         for i in range(len(bend)):
-            try:
-                found.append(solve(i))
-            except EquilibriumError as error:
-                raise error.located(f"at {shape.described(bend[i], arm)}") from None
-    return _Planned(*(np.array([getattr(one, item.name) for one in found]) for item in fields(_Planned)))
+            if i not in found:
+                try:
+                    one = solve(i)
+                except EquilibriumError as error:
+                    raise error.located(f"at {shape.described(bend[i], arm)}") from None
+                found[i] = one.setpoint, one.lengths, one.slopes, one.q
+    return _Planned(*(np.array(part) for part in zip(*(found[i] for i in range(len(bend))), strict=True)))
+
+
+def _each(arm: Arm, guess: _Planned, under: _Under) -> tuple[Array, Array]:
+    """Return forces on the joints [N m], shape (T, dofs), and least tensions [N], shape (T, n), of all samples."""
+    least = min_tensions(arm) if under.least is None else under.least
+    return np.broadcast_to(under.forces, guess.q.shape), np.broadcast_to(least, guess.lengths.shape)

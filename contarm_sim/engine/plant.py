@@ -35,6 +35,8 @@ class Plant(DrivenMuscles):
     Attributes:
         model, data: the engine's.
         index: where the arm's parts are in them.
+        own: the model and the index, in one.
+        pull_only, integrator: as given.
         centres: what `stations` copies, as a view into the engine's memory that stays current.
         gravity: the engine's [m/s^2], likewise.
     """
@@ -47,8 +49,9 @@ class Plant(DrivenMuscles):
         integrator: mujoco.mjtIntegrator | None = None,
         actuation: Actuation = "lengths",
     ) -> None:
-        self._own = own = built(arm, actuation)
+        self.own = own = built(arm, actuation)
         self.model, self.index = own.model, own.index
+        self.pull_only, self.integrator = pull_only, integrator
         self.model.opt.timestep = timestep or TIMESTEP
         if not pull_only:
             self.model.actuator_forcelimited[:] = 0
@@ -84,7 +87,7 @@ class Plant(DrivenMuscles):
 
     def become(self, arm: Arm) -> None:
         """Take an arm's parameters, which must be of the same structure, see `models`; reset afterwards."""
-        self._own.write(arm, self.actuation)
+        self.own.write(arm, self.actuation)
         self._follow(arm)
 
     def reset(self, bend: Array | None = None) -> None:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar, Self
 
 import mujoco
 import numpy as np
@@ -12,26 +11,24 @@ from mujoco.batch import Batch
 from numpy.typing import ArrayLike, NDArray
 
 from contarm_sim.engine.divergence import FATAL, any_fatal, divergence, stepping_settings
-from contarm_sim.engine.driven import DrivenMuscles
-from contarm_sim.engine.index import rows
 from contarm_sim.engine.layout import layout
 from contarm_sim.engine.models import Built, built, structure
-from contarm_sim.engine.plant import bent
-from contarm_sim.engine.twist import TwistedMuscles
+from contarm_sim.engine.plant import Plant, bent
+from contarm_sim.engine.seen import SeenArms
+from contarm_sim.engine.threads import thread_count
 from contarm_sim.errors import DivergenceError, InputError
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics.pneumatics import passive_tension
 from contarm_sim.mjcf import TIMESTEP, Actuation
 from contarm_sim.model.arm import Arm
 
 Places = NDArray[np.integer] | Sequence[int] | None
 """Which of the arms, rising; None: all."""
 
-FIELDS = ("xpos", "xmat", "sensordata", "ten_length", "ten_velocity", "actuator_force")
-"""What the engine derives of a state that is kept here."""
+STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+"""What an arm goes on from."""
 
 
-class Plants:
+class Plants(SeenArms):
     """B simulated arms of one layout, see `layout`: M muscles, D joint angles, K stations each.
 
     They may differ in all that leaves the layout as it is: lengths, stiffness, mass, damping, friction, gravity,
@@ -42,7 +39,7 @@ class Plants:
         arms: their parameters.
         actuation, pull_only, integrator: as of `Plant`.
         timestep: engine step [s], one or one for each arm; default 5 ms.
-        threads: that step them; 0: one a processor.
+        threads: that step them, fewer where there are few arms; 0: one a processor.
         compiled: what makes an arm's model, of the caller's own; default `models.built`.
         persistent: keep all of the engine's data of every arm, so that `step(stage=...)` costs nothing extra.
 
@@ -54,10 +51,6 @@ class Plants:
         index: where the parts of the first arm are in them; those of all but for `zero` and `by_angle`.
         control: controls as a view, shape (B, M): length changes [m], pressures [Pa] or tensions [N]. Where muscles
             have several actuators they take the same control: shape (B, R, M).
-        pressure: pressures behind the valves [Pa], a view likewise; empty for servos.
-        qpos, qvel: joint angles [rad] and rates [rad/s], views, shape (B, D).
-        state: all that an arm goes on from, as of `mjSTATE_INTEGRATION`, a view, shape (B, size): copy rows to come
-            back to them.
         centres: centres of base plate, disks and tip plate [m], shape (B, K, 3), as last derived; not to be written.
         sensors: what the engine's sensors read, shape (B, sensors), likewise.
         zero: muscle length at which the engine's is zero [m], shape (B, M).
@@ -67,6 +60,9 @@ class Plants:
     Raises:
         InputError: no arms, arms of several layouts, or not as many time steps as arms.
     """
+
+    engine: ClassVar[Callable[..., Any]] = Batch
+    at_once: ClassVar[int] = 256  # motions under way together, whose records are in memory
 
     def __init__(
         self,
@@ -82,34 +78,57 @@ class Plants:
     ) -> None:
         if not len(arms):
             raise InputError("arms", "none", "one arm or more")
-        self.arms, self.actuation, self.failed = list(arms), actuation, dict[int, DivergenceError]()
         self._pull_only, self._integrator, self._compiled = pull_only, integrator, compiled
-        self._own = [compiled(arm, actuation) for arm in arms]
-        if len({layout(own) for own in self._own}) > 1:
-            raise InputError("arms", "of several layouts", "arms of one: see grouped")
-        self.models, self.index = [own.model for own in self._own], self._own[0].index
-        self._steps = np.full(len(arms), TIMESTEP)
-        self.batch = Batch(self.models[0], len(arms), threads, persistent)
-        self._views()
-        self.timestep = TIMESTEP if timestep is None else timestep
+        self._begin(arms, [compiled(arm, actuation) for arm in arms], actuation, timestep, threads, persistent)
         for place in range(len(arms)):
             self._adopt(place)
+
+    def _begin(
+        self, arms: Sequence[Arm], own: Sequence[Built], actuation: Actuation, timestep: float | ArrayLike | None,
+        threads: int, persistent: bool,
+    ) -> None:  # fmt: skip
+        self.arms, self.actuation, self.failed = list(arms), actuation, dict[int, DivergenceError]()
+        if len({layout(one) for one in own}) > 1:
+            raise InputError("arms", "of several layouts", "arms of one: see grouped")
+        self._own, self.models, self.index = list(own), [one.model for one in own], own[0].index
+        self._steps = self._each(TIMESTEP if timestep is None else timestep)
+        self.batch = self.engine(self.models[0], len(arms), thread_count(len(arms), threads), persistent)
+        self._views()
         self._stack()
 
-    def _views(self) -> None:
-        batch, index, model = self.batch, self.index, self.models[0]
-        self._fields = {name: batch.bind(name) for name in FIELDS}
-        shape = (len(self.arms), *index.actuators.shape)
-        every = rows(index.actuators.ravel()) if model.nu else slice(0, 0)
-        self._tendons = rows(index.tendons) if model.nu else slice(0, 0)
-        every_control, every_force = batch.bind("ctrl")[:, every], self._fields["actuator_force"][:, every]
-        self.control, self._force = every_control.reshape(shape), every_force.reshape(shape)
-        self.pressure = batch.bind("act").reshape(shape[0], -1 if model.na else 0, shape[2])
-        if shape[1] == 1:
-            self.control, self.pressure = self.control[:, 0], self.pressure.reshape(shape[0], -1)
-        self.qpos, self.qvel, self.state = batch.bind("qpos"), batch.bind("qvel"), batch.state
-        self.centres, self.sensors = self._fields["xpos"][:, index.stations], self._fields["sensordata"]
-        self._numbers, self._last = batch.warning[:, :, 1], batch.warning[:, :, 0]  # the engine's mjWarningStat
+    @classmethod
+    def of(cls, plants: Sequence[Plant], threads: int = 0) -> Self:
+        """Return arms that go on from where single ones are, on the models of these.
+
+        Raises:
+            InputError: plants of several layouts.
+        """
+        many, first = cls.__new__(cls), plants[0]
+        many._pull_only, many._integrator, many._compiled = first.pull_only, first.integrator, built
+        steps = [plant.model.opt.timestep for plant in plants]
+        many._begin(
+            [plant.arm for plant in plants], [plant.own for plant in plants], first.actuation, steps, threads, False
+        )
+        states = np.empty(many.state.shape)
+        for row, plant in zip(states, plants, strict=True):
+            mujoco.mj_getState(plant.model, plant.data, row, STATE)
+        many.go_back(states)
+        return many
+
+    @staticmethod
+    def check_installed() -> None:
+        """Refuse to begin where a library is missing, see `backends`."""
+
+    @staticmethod
+    def alike(plant: Plant) -> Any:
+        """Return what arms must have in common beside their layout, see `backends`."""
+        return None
+
+    def go_back(self, rows: Array) -> None:
+        """Go on from states, shape (B, size), as of `state`, and derive everything of them."""
+        self.state[:] = rows
+        self.forward()
+        self.state[:] = rows
 
     def _adopt(self, place: int) -> None:
         model = self.models[place]
@@ -119,34 +138,6 @@ class Plants:
         if self._integrator is not None:
             model.opt.integrator = self._integrator
         model.opt.timestep = self._steps[place]
-
-    def _stack(self) -> None:
-        """Bring what is kept of all arms up to date with them."""
-        self.batch.set_models(self.models)
-        self.zero = np.stack([own.index.zero for own in self._own])
-        self.damping = np.stack([model.tendon_damping for model in self.models]) if self.index.actuators.size else (
-            np.zeros(self.zero.shape)
-        )  # fmt: skip
-        self._laws: dict[Any, list[int]] = {}
-        for place, arm in enumerate(self.arms):
-            self._laws.setdefault(tuple((group.law, group.rest_length) for group in arm.groups), []).append(place)
-        self._helices, self.twisted = None, None
-        first = self.one(0)
-        if first.turning:
-            singles = [self.one(place) for place in range(len(self.arms))]
-            self._helices = TwistedMuscles.of_many([one.helices for one in singles if one.helices], self.qpos)
-            self._untwisting = np.stack([one.untwisting for one in singles])
-            self.twisted = None if self.actuation == "lengths" else self._helices
-
-    def one(self, place: int) -> DrivenMuscles:
-        """Return what `Plant` has of its muscles, of one of the arms; views that stay current until `become`."""
-        batch, fields = self.batch, self._fields
-        names = ("ten_length", "ten_velocity", "actuator_force")
-        data: Any = SimpleNamespace(
-            ctrl=batch.bind("ctrl")[place], act=batch.bind("act")[place], qpos=self.qpos[place],
-            **{name: fields[name][place] for name in names},
-        )  # fmt: skip
-        return DrivenMuscles(self.arms[place], self.models[place], data, self._own[place].index, self.actuation)
 
     def __len__(self) -> int:
         return len(self.arms)
@@ -158,81 +149,16 @@ class Plants:
 
     @timestep.setter
     def timestep(self, given: float | ArrayLike) -> None:
-        try:
-            self._steps = np.broadcast_to(np.asarray(given, dtype=float), len(self.arms)).copy()
-        except ValueError:
-            raise InputError("timestep", f"of shape {np.shape(given)}", f"one, or {len(self.arms)}") from None
+        self._steps = self._each(given)
         for model, step in zip(self.models, self._steps, strict=True):
             model.opt.timestep = step
         self.batch.set_models(self.models)
 
-    @property
-    def stations(self) -> Array:
-        """Centres of base plate, disks and tip plate [m], shape (B, K, 3)."""
-        return self.centres.copy()
-
-    @property
-    def tip(self) -> Array:
-        """Tip positions [m], shape (B, 3)."""
-        return self.centres[:, -1].copy()
-
-    @property
-    def rotations(self) -> Array:
-        """Orientations of base plate, links and tip, shape (B, K, 3, 3)."""
-        return self._fields["xmat"][:, self.index.stations].reshape(len(self.arms), -1, 3, 3).copy()
-
-    @property
-    def muscle_lengths(self) -> Array:
-        """Muscle lengths [m], shape (B, M), as of `Plant`."""
-        if not self.models[0].ntendon:
-            return np.stack([self.one(place).muscle_lengths for place in range(len(self.arms))])
-        lengths = self._fields["ten_length"][:, self._tendons] + self.zero
-        return lengths if self.twisted is None else lengths + self.twisted.stretch().sum(axis=-1)
-
-    @property
-    def muscle_tensions(self) -> Array:
-        """Muscle tensions [N], pulling > 0, shape (B, M), as of `Plant`."""
-        if not self.models[0].ntendon:
-            return np.zeros(self.zero.shape)
-        if self.twisted is not None:  # what tensions gain by length depends on actuators in many ways
-            return np.stack([self.one(place).muscle_tensions for place in range(len(self.arms))])
-        return self.actuator_tensions + self._silicone(self._fields["ten_length"][:, self._tendons] + self.zero)
-
-    @property
-    def actuator_tensions(self) -> Array:
-        """What actuators and damping along the muscles pull with [N], pulling > 0, shape (B, M)."""
-        return self.damping * self._fields["ten_velocity"][:, self._tendons] - self._force.sum(axis=1)
-
-    @property
-    def servo_pulls(self) -> Array:
-        """What the actuators alone pull with [N], pulling > 0, shape (B, M)."""
-        return np.asarray(-self._force.sum(axis=1))
-
-    def _silicone(self, lengths: Array) -> Array:
-        """Return what stretched silicone pulls with [N], shape (B, M)."""
-        if len(self._laws) == 1:
-            return passive_tension(lengths, self.arms[0])
-        pulled = np.empty(lengths.shape)
-        for places in self._laws.values():
-            pulled[places] = passive_tension(lengths[places], self.arms[places[0]])
-        return pulled
-
-    @property
-    def turning(self) -> bool:
-        """Whether `stiffen_twist` does anything."""
-        return self._helices is not None
-
-    def stiffen_twist(self) -> None:
-        """Let twisted parallel muscles stiffen the engine's joints by their present tensions: see `DrivenMuscles`."""
-        if self._helices is None:
-            return
-        stiffness, twisting = (
-            self._untwisting + self._helices.joint_stiffness(self.muscle_tensions),
-            self.index.twisting,
-        )
-        for model, own in zip(self.models, stiffness, strict=True):
-            model.jnt_stiffness[twisting] = own
-        self.batch.set_models(self.models)
+    def _each(self, timestep: float | ArrayLike) -> Array:
+        try:
+            return np.broadcast_to(np.asarray(timestep, dtype=float), len(self.arms)).copy()
+        except ValueError:
+            raise InputError("timestep", f"of shape {np.shape(timestep)}", f"one, or {len(self.arms)}") from None
 
     def become(self, arms: Mapping[int, Arm]) -> None:
         """Take the parameters of other arms, by place; these must be reset afterwards.

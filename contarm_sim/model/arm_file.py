@@ -134,11 +134,20 @@ def load_arm(path: str | Path) -> Arm:
     except (ValueError, RecursionError) as error:  # TOMLDecodeError is a ValueError, as is a number of 5000 digits
         given = f"not TOML ({one_line(str(error), 80)})"
         raise InputError("file", given, "lines such as: length = 0.37", str(path)) from error
+    return arm_from_table(values, str(path))
+
+
+def arm_from_table(values: dict[str, Any], where: str) -> Arm:
+    """Return the arm that a table of TOML holds: texts may have units.
+
+    Raises:
+        InputError: as `arm_from_dict`.
+    """
     try:
         in_si = _in_si(values, units())
     except InputError as error:
-        raise _within(error, str(path)) from None
-    return arm_from_dict(in_si, str(path))
+        raise _within(error, where) from None
+    return arm_from_dict(in_si, where)
 
 
 def _in_si(values: dict[str, Any], known: dict[str, str], prefix: str = "") -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import cast
 
 from contarm_sim.control.base import Controller
 from contarm_sim.control.registry import ControllerName
@@ -11,6 +12,7 @@ from contarm_sim.control.registry import controller as resolved
 from contarm_sim.engine.room import engine_room
 from contarm_sim.errors import InputError, Interrupted, expect
 from contarm_sim.model.arm import Arm
+from contarm_sim.motion.legs import Flight, alone
 from contarm_sim.motion.motion_extrapolation import coarser, extrapolated
 from contarm_sim.motion.step_search import STEP_LIMIT, Motion
 from contarm_sim.motion.time_step import ACCURATE, FAST, Stepping
@@ -54,14 +56,7 @@ def simulate(
         InputError: a reference of another arm's length or without times, a bend that pulling muscles cannot hold, a
             time step that does not divide the tick, or an arm that no step suits.
     """
-    expect("arm", arm, Arm)
-    expect("reference", reference, Reference)
-    reference.check_arm(arm)
-    if stepping is not None:
-        expect("stepping", stepping, Stepping)
-    if len(reference) > 1 and not reference.moving:
-        raise InputError("reference", "poses at rest, all at time 0", "one with times; poses_at_rest is for these")
-    chosen = resolved(controller)
+    chosen = checked(arm, reference, controller, stepping)
     if extrapolate:
         half = coarser(arm)
         given = {"stepping": stepping, "on_tick": on_tick, "check_step": check_step}
@@ -70,13 +65,38 @@ def simulate(
             return _both(fine, simulate(half, reference, chosen, **given))  # type: ignore[arg-type]
         except Interrupted as error:
             raise Interrupted(replace(_both(fine, error.trajectory), status="interrupted")) from None
-    substeps = None if stepping is None else stepping.substeps(reference.rate)
-    motion = Motion(arm, reference, chosen, stepping or ACCURATE, on_tick)
     with engine_room():
-        found = motion.found() if substeps is None else (motion.checked if check_step else motion.run)(substeps)
+        found = alone(flight(arm, reference, chosen, stepping, check_step), on_tick)
     if found.status == "interrupted":
         raise Interrupted(found)
-    return found
+    return cast("Trajectory", found)
+
+
+def checked(
+    arm: Arm, reference: Reference, controller: ControllerName | Controller, stepping: Stepping | None
+) -> Controller:
+    """Return the controller, if the arguments are what `simulate` takes.
+
+    Raises:
+        InputError: they are not, or do not belong together.
+    """
+    expect("arm", arm, Arm)
+    expect("reference", reference, Reference)
+    reference.check_arm(arm)
+    if stepping is not None:
+        expect("stepping", stepping, Stepping)
+    if len(reference) > 1 and not reference.moving:
+        raise InputError("reference", "poses at rest, all at time 0", "one with times; poses_at_rest is for these")
+    return resolved(controller)
+
+
+def flight(
+    arm: Arm, reference: Reference, controller: Controller, stepping: Stepping | None, check_step: bool | None
+) -> Flight:
+    """Prepare a motion, and return what asks for its legs and returns its trajectory."""
+    substeps = None if stepping is None else stepping.substeps(reference.rate)
+    motion = Motion(arm, reference, controller, stepping or ACCURATE)
+    return motion.found() if substeps is None else (motion.checked if check_step else motion.run)(substeps)
 
 
 def _both(fine: Trajectory, coarse: Trajectory) -> Trajectory:

@@ -8,8 +8,6 @@ time; where the step matters, or something rubs, the whole motion is simulated a
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -17,10 +15,9 @@ import numpy as np
 from contarm_sim.control.base import Controller
 from contarm_sim.control.feedback import Memory
 from contarm_sim.engine.plant import Plant
-from contarm_sim.engine.recorder import Recorder
 from contarm_sim.errors import DivergenceError
-from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
+from contarm_sim.motion.legs import Flight, Leg
 from contarm_sim.motion.stepping_loop import EVERY, Pass, Snapshot
 from contarm_sim.motion.time_step import Stepping, stable_substeps
 from contarm_sim.paths.reference import Reference
@@ -39,7 +36,7 @@ _MOST_STEPS = 400_000
 
 
 class Motion:
-    """One motion, simulated in steps of one length or another."""
+    """One motion, in steps of one length or another; `found`, `checked` and `run` ask for legs, see `legs`."""
 
     def __init__(
         self,
@@ -47,9 +44,8 @@ class Motion:
         reference: Reference,
         controller: Controller,
         stepping: Stepping,
-        on_tick: Callable[[int], object] | None,
     ) -> None:
-        self._reference, self._controller, self._on_tick = reference, controller, on_tick
+        self._reference, self._controller = reference, controller
         self.arm, self._bend, self._rate = arm, reference.bend, reference.rate
         self._plant = Plant(arm, controller.pulls_only, None, stepping.integrator, controller.actuation)
         self._plan = controller.checked_plan(arm, reference, self._plant.control.shape[1])
@@ -70,13 +66,11 @@ class Motion:
             feedback.memory = self._at_first
         return Pass(plant, plan, self._controller.checked_limits(self.arm), feedback, self._rate, substeps)
 
-    def run(self, substeps: int) -> Trajectory:
+    def run(self, substeps: int) -> Flight:
         """Simulate all of it in so many steps per control tick; less of it where Ctrl-C comes."""
-        reference, count = self._reference, len(self._bend)
-        one, recorder = self._pass(substeps), Recorder(self._plant, count)
-        start = time.perf_counter()
-        done = one.run(recorder, 0, count, self._on_tick)
-        elapsed = time.perf_counter() - start
+        reference, count, one = self._reference, len(self._bend), self._pass(substeps)
+        flown = yield Leg(one, 0, count)
+        done = flown.count
         self._snapshots = one.snapshots
         driven = self._controller
         return Trajectory(
@@ -84,11 +78,11 @@ class Motion:
             status="finished" if done == count else "interrupted", time=reference.time[:done],
             target=reference.target[:done], bend=reference.bend[:done], setpoint=one.setpoint,
             direction=None if reference.direction is None else reference.direction[:done],
-            **recorder.arrays(done), timestep=1 / (self._rate * substeps),
-            real_time_factor=max(done - 1, 0) / self._rate / elapsed, versions=versions(),
+            **flown.recorder.arrays(done), timestep=1 / (self._rate * substeps),
+            real_time_factor=max(done - 1, 0) / self._rate / flown.seconds, versions=versions(),
         )  # fmt: skip
 
-    def found(self) -> Trajectory:
+    def found(self) -> Flight:
         """Simulate in steps that are short enough.
 
         Raises:
@@ -99,24 +93,24 @@ class Motion:
         substeps = stable_substeps(self._plant, self._rate, farthest[None])
         while True:
             try:
-                return self.checked(substeps, refine=True)
+                return (yield from self.checked(substeps, refine=True))
             except DivergenceError:
                 substeps *= 4
                 if substeps * len(self._bend) > _MOST_STEPS:
                     raise
 
-    def checked(self, substeps: int, refine: bool = False) -> Trajectory:
+    def checked(self, substeps: int, refine: bool = False) -> Flight:
         """Simulate in so many steps per control tick, or in more if `refine`, and estimate the step's error.
 
         The engine's error is of first order in the step, so that of the finer of two runs is their difference over the
         ratio of their steps less one. With dry friction it is of no order: there it is taken to be twice the
         difference, and where that no longer falls, shorter steps are not tried.
         """
-        run = self.run(substeps)
+        run = yield from self.run(substeps)
         limit = self.arm.length * _WANTED * (2 if self._rubs else 1)
         if run.status == "interrupted":
             return run
-        error, whole = self._in_a_window(run, substeps)
+        error, whole = yield from self._in_a_window(run, substeps)
         if not whole:
             return replace(run, status="interrupted", step_error=error)
         quiet = np.nanmax(error, initial=0.0) <= self.arm.length * _QUIET
@@ -127,7 +121,7 @@ class Motion:
             ratio = int(np.clip(math.ceil(np.nanmax(error) / limit), 2, 8)) if refine else 2
             if substeps * ratio * len(self._bend) > _MOST_STEPS:
                 return replace(run, step_error=error)
-            finer = self.run(substeps * ratio)
+            finer = yield from self.run(substeps * ratio)
             if finer.status == "interrupted":
                 return replace(run, status="interrupted", step_error=error)
             off = np.linalg.norm(run.tip - finer.tip, axis=-1)
@@ -146,7 +140,7 @@ class Motion:
         rubbing = any(section.joint_friction is not None for section in self.arm.sections)
         return rubbing or any(group.law.dry_friction is not None for group in self.arm.groups)
 
-    def _in_a_window(self, run: Trajectory, substeps: int) -> tuple[Array, bool]:
+    def _in_a_window(self, run: Trajectory, substeps: int) -> Flight:
         """Estimate the step's error [m] where the tip accelerates most, by simulating that again in half the step.
 
         The second value tells whether that was done; Ctrl-C may end it.
@@ -163,10 +157,11 @@ class Motion:
         hardest = max(range(len(self._snapshots)), key=lambda i: jolt[i * EVERY : (i + 1) * EVERY].max())
         before = self._snapshots[max(hardest - 1, 0)]  # what the step did before has time to show
         window = slice(before.tick, min(int(jolt.argmax()) + EVERY, count))
-        again, recorder = self._pass(2 * substeps), Recorder(self._plant, window.stop - window.start)
+        again = self._pass(2 * substeps)
         again.go_back(before)
-        done = again.run(recorder, window.start, window.stop)
-        off = np.linalg.norm(recorder.stations[:done, -1] - tips[window][:done], axis=-1)
+        flown = yield Leg(again, window.start, window.stop)
+        done = flown.count
+        off = np.linalg.norm(flown.recorder.stations[:done, -1] - tips[window][:done], axis=-1)
         damping = min(section.damping_time for section in self.arm.sections)
         rate = 0.5 * damping * self.arm.bend_frequency**2  # at which the slowest mode dies out
         remembered = min(1 / max(rate, 1e-9), count / self._rate)

@@ -13,15 +13,15 @@ import numpy as np
 
 from contarm_sim.control.feedback import Feedback, Memory, Seen
 from contarm_sim.control.plan import Plan
-from contarm_sim.engine.plant import FATAL, Plant
+from contarm_sim.engine.divergence import FATAL, stepping_settings
+from contarm_sim.engine.plant import Plant
+from contarm_sim.engine.plants import STATE
 from contarm_sim.engine.recorder import Recorder
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 
 EVERY = 25
 """Control ticks between snapshots."""
-
-_STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
 @dataclass(frozen=True)
@@ -57,6 +57,11 @@ class Pass:
     snapshots: list[Snapshot] = field(default_factory=list)
     setpoint: Array = field(default_factory=lambda: np.empty((0, 0)))
 
+    @property
+    def gain(self) -> float:
+        """What the feedback is called with: tick over time constant."""
+        return 0.0 if self.feedback is None else 1 / (self.rate * self.feedback.time)
+
     def run(self, recorder: Recorder, start: int, stop: int, on_tick: Callable[[int], object] | None = None) -> int:
         """Step from tick `start` to before `stop`; return the number of ticks recorded, fewer if Ctrl-C ended it.
 
@@ -72,7 +77,7 @@ class Pass:
         step, warned, (position, velocity, acceleration) = mujoco.mj_step, plant.warned, FATAL
         sensors, centres = data.sensordata, plant.centres
         sensed, stations = recorder.sensed, recorder.stations
-        gain = 0.0 if feedback is None else 1 / (self.rate * feedback.time)
+        gain = self.gain
         send, (look, seen) = self._hand(), self._eyes(recorder)
         ramps, sent = self._ramps(start, stop), []
         rows: list[list[list[float]]] = []
@@ -97,7 +102,7 @@ class Pass:
                     send(row[k])
                     step(model, data)
                 if warned[position] or warned[velocity] or warned[acceleration]:
-                    plant.check(self._settings())
+                    plant.check(stepping_settings(model, plant.arm), i / self.rate)
                 count += 1
                 if on_tick is not None:
                     on_tick(count)
@@ -164,26 +169,18 @@ class Pass:
         if self.feedback is not None and self.feedback.value is not self._value:
             raise InputError("feedback.value", "another array than before", "the same one, changed in place")
         state = np.empty(self._size)
-        mujoco.mj_getState(self.plant.model, self.plant.data, state, _STATE)
+        mujoco.mj_getState(self.plant.model, self.plant.data, state, STATE)
         self.snapshots.append(Snapshot(tick, state, None if self.feedback is None else self.feedback.memory))
 
     @cached_property
     def _size(self) -> int:
-        return mujoco.mj_stateSize(self.plant.model, _STATE)
+        return mujoco.mj_stateSize(self.plant.model, STATE)
 
     def go_back(self, snapshot: Snapshot) -> None:
         """Go on from a snapshot of the same motion, taken with this or another number of substeps."""
         model, data = self.plant.model, self.plant.data
-        mujoco.mj_setState(model, data, snapshot.state, _STATE)
+        mujoco.mj_setState(model, data, snapshot.state, STATE)
         mujoco.mj_forward(model, data)  # tensions, which stiffen a twisting arm
-        mujoco.mj_setState(model, data, snapshot.state, _STATE)
+        mujoco.mj_setState(model, data, snapshot.state, STATE)
         if self.feedback is not None and snapshot.memory is not None:
             self.feedback.memory = snapshot.memory
-
-    def _settings(self) -> dict[str, Any]:
-        option = self.plant.model.opt
-        return {
-            "timestep": option.timestep,
-            "integrator": mujoco.mjtIntegrator(option.integrator).name,
-            "servo_stiffness": max((group.servo_stiffness for group in self.plant.arm.groups), default=0.0),
-        }

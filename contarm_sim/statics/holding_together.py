@@ -32,7 +32,7 @@ class Holding(Downhill):
 
     rows = (
         *Downhill.rows, "wanted", "least", "lengths", "_columns", "_least_pressures", "_error", "_by_length", "_free",
-        "_by_tension",
+        "_by_tension", "extra",
     )  # fmt: skip
 
     def __init__(
@@ -45,7 +45,7 @@ class Holding(Downhill):
         self._own = muscles.slices(arm)
         self._weight = max(group.servo_stiffness for group in arm.groups)
         self._per_metre = self._weight * max(group.routing.radius for group in arm.groups)
-        self.wanted, self.tensions = wanted, tensions.copy()
+        self.wanted, self.tensions, self.extra = wanted, tensions.copy(), np.zeros((len(poses), 1))
         self.least = np.tile(min_tensions(arm), (len(poses), 1))
         self._alike = differences(arm) if meant is None else None
         self._columns = np.zeros((len(poses), 0)) if meant is None else meant
@@ -66,7 +66,7 @@ class Holding(Downhill):
             self.least = self._least_pressures * force(1.0, self.lengths, arm)
         self._total = self.tensions + passive_tension(self.lengths, arm)
         poses.tighten(self._total)
-        self.forces = self.stiffness.forces(self._total)
+        self.forces = self.stiffness.forces(self._total) + self.extra
         self._swing = self.stiffness.swing()
         self._error = (self._meant @ (self.wanted - self.lengths)[..., None])[..., 0]
         pulled = self._per_metre * np.abs(self._error).max(axis=-1)

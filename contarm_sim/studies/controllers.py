@@ -10,15 +10,16 @@ from contarm_sim import paths
 from contarm_sim.control.registry import NAMES, ControllerName
 from contarm_sim.control.tip_motion import plan_rest
 from contarm_sim.display import Shown
-from contarm_sim.errors import DivergenceError, EquilibriumError, InputError, expect
+from contarm_sim.errors import ContarmError, EquilibriumError, InputError, expect
 from contarm_sim.kinematics import dome
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.parameters import as_number
-from contarm_sim.motion.simulate import simulate
+from contarm_sim.motion.simulate_many import simulate_many
 from contarm_sim.paths.reference import RATE, Reference
 from contarm_sim.results.summary import muscle_use
+from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.needs import by_pressure
 from contarm_sim.studies.progress import Track, quietly
 from contarm_sim.studies.scenarios import under_loads
@@ -112,13 +113,20 @@ def compare_controllers(arm: Arm, duration: float = 10.0, track: Track = quietly
     arms = under_loads(arm)
     names = [name for name in NAMES if name != "pressure" or by_pressure(arm)]
     jobs = [(load, controller) for load in arms for controller in names]
-    rows: list[Followed | NotFollowed] = []
-    reach: dict[str, Array] = {}
-    for i in track(range(len(jobs)), "controllers"):
-        load, controller = jobs[i]
-        if load not in reach:
-            reach[load] = _reachable(arms[load], duration)
-        rows.append(_row(load, arms[load], controller, duration, reach[load]))
+    spirals = {load: _spiral(each, duration) for load, each in arms.items()}
+    reach = {load: _reachable(each, spirals[load]) for load, each in arms.items()}
+    steps = iter(track(range(len(jobs)), "controllers"))
+    motions = simulate_many(
+        [arms[load] for load, _ in jobs],
+        [spirals[load] for load, _ in jobs],
+        [name for _, name in jobs],
+        on_done=lambda index: next(steps, None),
+    )
+    for _ in steps:
+        pass
+    rows = [
+        _row(load, name, spirals[load], motion, reach[load]) for (load, name), motion in zip(jobs, motions, strict=True)
+    ]
     return ControllerComparison(tuple(rows), duration, arm)
 
 
@@ -133,14 +141,13 @@ def _spiral(arm: Arm, duration: float) -> Reference:
     return Reference.from_bends(shares[:, None] * bend[:, None], arm, time)
 
 
-def _reachable(arm: Arm, duration: float) -> Array:
+def _reachable(arm: Arm, spiral: Reference) -> Array:
     """Return what projects an error on the surface that the tip can reach, shape (K, 3, 3), at every tenth sample.
 
     Where that has no rest pose, the dome's. The tip of several sections reaches a volume: nothing is taken off there.
     """
     from scipy.interpolate import CubicSpline
 
-    spiral = _spiral(arm, duration)
     targets, bend = spiral.target[::EVERY], spiral.bend[::EVERY]
     solved = np.unique(np.linspace(0, len(bend) - 1, POSES).round().astype(int))
     try:
@@ -152,14 +159,13 @@ def _reachable(arm: Arm, duration: float) -> Array:
     return np.linalg.pinv(inverse) @ inverse
 
 
-def _row(load: str, arm: Arm, controller: ControllerName, duration: float, reach: Array) -> Followed | NotFollowed:
-    spiral = _spiral(arm, duration)
-    time, targets = spiral.time, spiral.target
-    try:
-        samples = simulate(arm, spiral, controller)
-    except (EquilibriumError, DivergenceError, InputError) as error:
-        return NotFollowed(load, controller, str(error), getattr(error, "needed", None))
-    tips, after = samples.tip, time >= min(SETTLED, 0.5 * duration)
+def _row(
+    load: str, controller: ControllerName, spiral: Reference, samples: Trajectory | ContarmError, reach: Array
+) -> Followed | NotFollowed:
+    if isinstance(samples, ContarmError):
+        return NotFollowed(load, controller, str(samples), getattr(samples, "needed", None))
+    arm, time, targets = samples.arm, spiral.time, spiral.target
+    tips, after = samples.tip, time >= min(SETTLED, 0.5 * time[-1])
     offset = tips - targets
     along = np.einsum("tij,tj->ti", reach, offset[::EVERY])[after[::EVERY]]
     muscle = muscle_use(samples)

@@ -154,7 +154,7 @@ def _solved(case: LoadCase, method: Method, extrapolate: bool, xi: Sequence[floa
         smallest_eigenvalue=found.smallest_eigenvalue,
         growth=found.growth,
         held=found.held,
-        beyond=_beyond(arm, found.muscle_tensions, pressures),
+        beyond=beyond(arm, found.muscle_tensions, pressures),
         iterations=found.iterations,
         seconds=found.seconds,
         trust=trust,
@@ -162,7 +162,7 @@ def _solved(case: LoadCase, method: Method, extrapolate: bool, xi: Sequence[floa
     )
 
 
-def _beyond(arm: Arm, tensions: Array, pressures: Array) -> str:
+def beyond(arm: Arm, tensions: Array, pressures: Array) -> str:
     """Say what real muscles have not got, of forces [N] or pressures [Pa], shape (M,); empty if they have."""
     ends = np.cumsum([group.routing.count for group in arm.groups])[:-1]
     for group, own, needed in zip(arm.groups, np.split(tensions, ends), np.split(pressures, ends), strict=False):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -189,6 +190,34 @@ def trusted(under: LoadedArm, angles: Array, planes: Array, within: tuple[float,
     lost = np.where(enough.all(axis=0), len(angles), (~enough).argmax(axis=0)).min()  # the first that is not held
     held = 0.0 if lost == 0 else math.degrees(angles[lost - 1])
     return Trusted(under, errors, tuple(bends), round(held, 6))
+
+
+def bend_within(found: Trajectory, percent: float) -> float | None:
+    """Return the largest bend [rad] below which the tip error stays within a bound, from poses at rest over the dome.
+
+    As `trusted` has it, with fewer simulations: it is searched for in the one plane that is the first to be beyond.
+    0 where the straight arm is beyond already, the largest bend of the poses where none is. None for poses of several
+    sections, of another controller than servos, or that are not angles by planes (`studies.scenarios.dome_grid`).
+
+    Args:
+        percent: the bound [% of length].
+    """
+    arm = found.arm
+    if len(arm.sections) > 1 or found.controller != "servo":
+        return None
+    angle, plane = (np.round(each, 9) for each in arc.to_polar(found.bend))
+    angles, planes = np.unique(angle), np.unique(plane[angle > 0])
+    if angles[0] != 0 or len(angle) != 1 + (len(angles) - 1) * len(planes):
+        return None
+    errors = 100 * found.tip_error / arm.length
+    bent = np.lexsort((plane, angle))[1:]  # the straight pose is the first
+    known = np.vstack([np.full(len(planes), errors[angle == 0]), errors[bent].reshape(-1, len(planes))])
+    beyond = ~(known <= percent)
+    if not beyond.any():
+        return float(angles[-1])
+    ring = int(beyond.any(axis=1).argmax())
+    worst = int(known[ring].argmax())
+    return first_beyond(partial(tip_error, arm, plane=float(planes[worst])), angles, known[:, worst], percent)
 
 
 def rounded(degrees: Array) -> Array:

@@ -65,6 +65,9 @@ HELD, HELD_EDGE = "#DCE6F2", "#9FB4CC"
 GRID, PLATE, NOTE = "#E4E4E4", "#9AA0A8", "#555555"
 """Grids of figures, the base's plate in them, and words about a line."""
 
+TRUSTED = ("#FFF4D6", "#FDD48A", "#F59B55", "#C4472E")
+"""How far a model is off, in four steps from hardly to too far: light to dark, in grey too."""
+
 DARK_PAGE = "#15171b"
 """What a page is in the dark."""
 
@@ -90,6 +93,20 @@ def error_map() -> Any:
     from matplotlib.colors import ListedColormap
 
     return ListedColormap(colormaps[_ERROR_MAP](np.linspace(_ERROR_START, 1.0, 256)), name="tip error")
+
+
+def value_map() -> Any:
+    """Return matplotlib's colour map of quantities that are no errors."""
+    from matplotlib import colormaps
+
+    return colormaps["viridis"]
+
+
+def failure_map() -> Any:
+    """Return matplotlib's colour map of shares that failed: white for none."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    return LinearSegmentedColormap.from_list("failed", ["#FFFFFF", FAINT, TARGET])
 
 
 def error_colours(error: Array, largest: float) -> Array:

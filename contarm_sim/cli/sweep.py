@@ -1,0 +1,165 @@
+"""`contarm sweep`: many cases of an arm, as a table."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from contarm_sim.cli.options import Command, json_option
+
+if TYPE_CHECKING:
+    from contarm_sim.sweeps import Sweep
+
+
+@click.command(cls=Command)
+@click.argument("spec", metavar="SPEC", required=False)
+@click.option("--out", metavar="FOLDER", help="Where the table is kept. Default: runs/sweep-NAME of SPEC.")
+@click.option(
+    "--processes", type=click.IntRange(1, 4096), metavar="N", help="Worker processes; default one for each core."
+)
+@click.option("--backend", metavar="NAME", help="What steps motions; default what SPEC says, or cpu.")
+@click.option("--names", is_flag=True, help="List what cases of SPEC may differ in, and what they tell; run nothing.")
+@json_option
+def sweep(
+    spec: str | None, out: str | None, processes: int | None, backend: str | None, names: bool, as_json: bool
+) -> int:
+    """Run many cases of an arm, and keep parameters and results as a table (Parquet), one row a case.
+
+    SPEC is a TOML file, or the name of a sweep that comes with the package: soft, validity. Ctrl-C, a full disk or a
+    killed process lose a few seconds of work; the same command goes on from there. The same SPEC gives the same
+    table, bit for bit. Exit code 1 if no case went well.
+
+    This is soft.toml, which takes some 10 s: `contarm sweep soft` runs it; save it, change it, and run yours.
+
+    \b
+        run = "rest"            # poses at rest over the dome beside constant curvature; or equilibrium, motion
+        arm = "paper"           # or another preset, or "my_arm.toml" beside this file
+        design = "grid"         # or latin-hypercube, sobol with cases = 256; sobol-indices with points = 256; seed = 0
+        ask = ["tip_error_max_percent", "sag_max_percent", "tension_max", "weight_over_stiffness"]    # left out: all
+        [fixed]
+        gravity = [0, 0, 9.81]  # hanging
+        links = 12
+        [vary]
+        bending_stiffness = { from = 0.05, to = 2, count = 20, scale = "log" }
+        payload = [0, "50 g", "100 g"]
+        controller = ["servo", "paper"]
+        # mass = { distribution = "normal", mean = "300 g", std = "5 %" }     # uniform, lognormal too; not in a grid
+
+    \b
+    contarm sweep soft
+    contarm sweep soft --names                       what could be varied and asked for
+    contarm sweep my.toml --processes 1 --json
+    contarm sweep validity                           where constant curvature holds: the chart of the README
+
+    \b
+    In Python: contarm_sim.sweeps.load("runs/sweep-soft").column("tip_error_max_percent"), or .table
+    """
+    from contarm_sim import sweeps
+    from contarm_sim.cli.pace import pace
+    from contarm_sim.cli.terminal import say
+    from contarm_sim.errors import ContarmError, InputError
+    from contarm_sim.stopping import exit_code
+    from contarm_sim.sweeps.run import default_folder
+
+    if spec is None:
+        raise InputError("SPEC", "missing", "a TOML file, or soft, validity (see contarm sweep --help)")
+    asked = sweeps.read(spec, backend)
+    if names:
+        _show_names(asked)
+        return 0
+    folder, done = out if out is not None else str(default_folder(asked)), -1
+
+    def on_done(count: int, total: int) -> None:
+        nonlocal done
+        if done < 0 < count:
+            say(f"{count:,} of {total:,} cases are there already")
+        done = count
+        show(count, total)
+
+    def kept() -> str:
+        if done <= 0:
+            return "no case is done"
+        return f"{done:,} of {asked.cases:,} cases are done; the same command goes on from there: {folder}"
+
+    try:
+        with pace(f"sweep {asked.name}") as show:
+            found = sweeps.sweep(asked, folder, processes, on_done)
+    except KeyboardInterrupt:
+        say(f"contarm: interrupted; {kept()}")
+        return exit_code()
+    except OSError as error:
+        if isinstance(error, ContarmError):
+            raise
+        say(f"contarm: cannot write: {error.strerror or error}; {kept()}")
+        return 1
+    except ContarmError as error:
+        if isinstance(error, InputError) or done < 0:
+            raise
+        say(f"contarm: {error}; {kept()}")
+        return 1
+    summary = _summary(found)
+    if as_json:
+        from contarm_sim.view.report.output import to_json
+
+        click.echo(to_json(summary))
+    else:
+        _show(found, summary)
+    say(f"written: {folder}")
+    return 0 if found.counts.get("ok") else 1
+
+
+def _summary(found: Sweep) -> dict[str, Any]:
+    """Return the sweep in numbers: of each quantity the least, the median and the largest."""
+    import numpy as np
+
+    from contarm_sim.cli.terminal import command_line
+    from contarm_sim.sweeps.quantities import QUANTITIES
+    from contarm_sim.versions import versions
+
+    quantities: dict[str, Any] = {}
+    for name in found.spec.ask:
+        values = np.asarray(found.column(name), dtype=float)
+        values = values[np.isfinite(values)]
+        of = np.percentile(values, (0, 50, 100)).tolist() if len(values) else [None] * 3
+        quantities[name] = {"unit": QUANTITIES[found.spec.run][name].unit, "cases": len(values)} | dict(
+            zip(_COLUMNS, of, strict=True)
+        )
+    return {
+        "sweep": found.spec.name,
+        "folder": str(found.folder),
+        "cases": found.spec.cases,
+        "status": found.counts,
+        "quantities": quantities,
+        "key": found.spec.key,
+        "versions": versions(),
+        "command": command_line(),
+    }
+
+
+def _show(found: Sweep, summary: dict[str, Any]) -> None:
+    from contarm_sim.cli.terminal import table
+
+    spec = found.spec
+    rows = [[name, of["unit"], *(_number(of[key]) for key in _COLUMNS)] for name, of in summary["quantities"].items()]
+    click.echo(f"{spec.cases:,} cases of {spec.run!r}, {spec.design} over {', '.join(spec.vary)}")
+    table("", ["quantity", "unit", "least", "median", "largest"], rows)
+    click.echo(", ".join(f"{count:,} {status}" for status, count in found.counts.items()))
+
+
+_COLUMNS = ("min", "median", "max")
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.4g}"
+
+
+def _show_names(spec: Any) -> None:
+    from contarm_sim.sweeps.quantities import QUANTITIES
+
+    click.echo(f"Cases may differ in (run = {spec.run!r}):")
+    for one in spec.known.values():
+        click.echo(f"  {one.name:32} {one.unit:8} {one.meant}".rstrip())
+    click.echo("They tell:")
+    for quantity in QUANTITIES[spec.run].values():
+        click.echo(f"  {quantity.name:32} {quantity.unit:8} {quantity.meaning}")

@@ -1,0 +1,232 @@
+"""Sweeps read from TOML files, dicts, or by the name of one that comes with the package; all is checked here."""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from collections.abc import Mapping
+from importlib.resources import files
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from contarm_sim.engine.backends import BACKENDS
+from contarm_sim.errors import InputError, in_short, one_line
+from contarm_sim.inputs import as_path, read_text
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.arm_file import arm_from_table, load_arm
+from contarm_sim.model.named import find, with_parameters
+from contarm_sim.model.presets import PRESETS
+from contarm_sim.sweeps.designs import DESIGNS, MOST_CASES, MOST_HYPERCUBE
+from contarm_sim.sweeps.distributions import Range, Varied, varied_from
+from contarm_sim.sweeps.distributions import Values as Listed
+from contarm_sim.sweeps.names import RUNS, Parameter, known_names
+from contarm_sim.sweeps.quantities import QUANTITIES
+from contarm_sim.sweeps.spec import Spec
+
+MADE = "made"
+"""The table of a kept sweep that says what it was made with; no part of it."""
+
+_KEYS = ("run", "arm", "design", "cases", "points", "seed", "ask", "backend", "fixed", "vary", MADE)
+
+_LEAF = {"from", "to", "count", "scale", "values", "distribution", "mean", "std", "low", "high", "least", "most"}
+
+_DRAWN = 256
+
+
+def built_in() -> dict[str, Any]:
+    """Return the sweeps that come with the package, by name."""
+    folder = files("contarm_sim.sweeps") / "specs"
+    return {each.name.removesuffix(".toml"): each for each in folder.iterdir() if each.name.endswith(".toml")}
+
+
+def read(given: str | PathLike[str] | Mapping[str, Any] | Spec, backend: str | None = None) -> Spec:
+    """Return a sweep, checked.
+
+    Args:
+        given: a TOML file, the name of a sweep that comes with the package, or what such a file holds, as a dict.
+        backend: in place of the one that it says.
+
+    Raises:
+        InputError: it cannot be read, or says something that is unknown, empty, or too much.
+    """
+    if isinstance(given, Spec):
+        return given if backend is None else read(given.to_dict() | {"backend": backend})
+    extra = {} if backend is None else {"backend": backend}
+    if isinstance(given, Mapping):
+        return _spec({**given, **extra}, "sweep", Path())
+    name = str(given)
+    if name in built_in():
+        return _spec({**tomllib.loads(built_in()[name].read_text("utf-8")), **extra}, name, Path())
+    path = as_path("sweep", given, "a TOML file")
+    if not path.exists() and path.suffix != ".toml" and path.name == name:
+        raise InputError("sweep", repr(name), f"a TOML file, or one of {', '.join(sorted(built_in()))}")
+    text = read_text(path, "a TOML file that describes a sweep", 2**24)
+    try:
+        table = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        said = f"not TOML ({one_line(str(error), 80)})"
+        raise InputError("file", said, 'lines such as: run = "rest"', str(path)) from error
+    try:
+        return _spec({**table, **extra}, path.stem, path.parent)
+    except InputError as error:
+        raise error.located(": ".join(filter(None, (str(path), error.where)))) from None
+
+
+def _spec(table: dict[str, Any], name: str, beside: Path) -> Spec:
+    for key in table:
+        if key not in _KEYS:
+            near = difflib.get_close_matches(str(key)[:100], _KEYS, n=1, cutoff=0.0)[0]
+            raise InputError(f"key {key!r}", "unknown", f"did you mean {near!r}? All: {', '.join(_KEYS[:-1])}")
+    run = _one_of("run", table.get("run", "rest"), RUNS)
+    design = _one_of("design", table.get("design", "grid"), DESIGNS)
+    backend = _one_of("backend", table.get("backend", "cpu"), BACKENDS)
+    if backend != "cpu" and run != "motion":
+        raise InputError("backend", backend, "cpu, where nothing moves")
+    arm = _arm(table.get("arm", "paper"), beside)
+    known = known_names(arm, run)
+    fixed = _fixed(_flat(table.get("fixed", {}), "fixed", known), known)
+    vary = _varied(_flat(table.get("vary", {}), "vary", known), known)
+    for one in vary:
+        if one in fixed:
+            raise InputError(f"parameter {one!r}", "both in [fixed] and in [vary]", "in one of them")
+        if one.rpartition(".")[0] in vary:
+            raise InputError(f"parameter {one!r}", "varied beside the vector that it is of", "one of them")
+    name = str(table.get(MADE, {}).get("name", name))
+    seed = _whole("seed", table.get("seed", 0), 0, 2**63 - 1)
+    spec = Spec(
+        name, run, arm, design, _drawn(table, design), seed, _asked(table.get("ask"), run), fixed, vary, backend
+    )
+    if not 1 <= spec.cases <= MOST_CASES:
+        power = f"{spec.cases:,}"
+        raise InputError("cases", f"{power} of them", f'at most {MOST_CASES:,}: fewer values, or design = "sobol"')
+    _check_values(spec)
+    return spec
+
+
+def _one_of(name: str, given: Any, choices: tuple[Any, ...]) -> Any:
+    if given not in choices:
+        raise InputError(name, repr(given), ", ".join(choices))
+    return given
+
+
+def _whole(name: str, given: Any, least: int, most: int) -> int:
+    if isinstance(given, bool) or not isinstance(given, int) or not least <= given <= most:
+        raise InputError(name, given, f"a whole number from {least} to {most:,}")
+    return given
+
+
+def _drawn(table: Mapping[str, Any], design: str) -> int:
+    """Return how many cases, or points, are drawn."""
+    wanted, other = ("points", "cases") if design == "sobol-indices" else ("cases", "points")
+    if other in table:
+        allowed = "points, a power of two: there are parameters + 2 cases to each" if wanted == "points" else "cases"
+        raise InputError(other, table[other], f"with this design, {allowed}")
+    if design == "grid":
+        if "cases" in table:
+            raise InputError("cases", table["cases"], "left out: a grid has as many as its values make")
+        return 0
+    found = _whole(wanted, table.get(wanted, _DRAWN), 1, MOST_HYPERCUBE if design == "latin-hypercube" else MOST_CASES)
+    if wanted == "points" and found & (found - 1):
+        raise InputError(wanted, found, "a power of two, such as 256")
+    return found
+
+
+def _arm(given: Any, beside: Path) -> Arm:
+    """Return the arm of a preset, a TOML file beside the sweep's, or a table."""
+    if isinstance(given, Arm):
+        return given
+    if isinstance(given, Mapping):
+        return arm_from_table(dict(given), "[arm]")
+    if isinstance(given, str) and given in PRESETS:
+        return PRESETS[given]()
+    allowed = f"{', '.join(PRESETS)}, or a TOML file beside this one"
+    if not isinstance(given, str) or not given.endswith(".toml"):
+        raise InputError("arm", repr(given), allowed)
+    return load_arm(beside / as_path("arm", given, allowed))
+
+
+def _flat(table: Any, where: str, known: Mapping[str, Parameter], front: str = "") -> dict[str, Any]:
+    """Return a table by full names: TOML makes a table of `muscle.wall`."""
+    if not isinstance(table, Mapping):
+        raise InputError(where, table, f"a table: [{where}]")
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        name = f"{front}{key}"
+        if isinstance(value, Mapping) and value and _of_names(name, value, known):
+            found |= _flat(value, where, known, f"{name}.")
+        else:
+            found[name] = value
+    return found
+
+
+def _of_names(front: str, table: Mapping[str, Any], known: Mapping[str, Parameter]) -> bool:
+    """Tell a table of names, such as muscle = { wall = ..., count = ... }, from what one parameter may be."""
+    names = [f"{front}.{key}" for key in table]
+    known_ones = all(name in known or any(other.startswith(f"{name}.") for other in known) for name in names)
+    return known_ones or not _LEAF & set(table)
+
+
+def _fixed(table: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[str, Any]:
+    made = {}
+    for name, value in table.items():
+        one = find(name, known, "[fixed]")
+        listed = varied_from([value], name, one.unit)
+        assert isinstance(listed, Listed)
+        made[name] = one.checked(listed.values[0])
+    return made
+
+
+def _varied(table: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[str, Varied]:
+    if not table:
+        raise InputError("[vary]", "empty or missing", "a parameter or more, such as payload = [0, 0.1]")
+    made: dict[str, Varied] = {}
+    for name, said in table.items():
+        one = find(name, known, "[vary]")
+        if not isinstance(said, (list, tuple, Mapping)):
+            raise InputError(name, said, "a list of values, a range or a distribution; one value is in [fixed]")
+        varied = varied_from(dict(said) if isinstance(said, Mapping) else said, name, one.unit)
+        if isinstance(varied, Listed):
+            varied = Listed(tuple(map(one.checked, varied.values)))
+        elif one.kind in ("text", "vector"):
+            parts = f"its components, {name}.x say" if one.kind == "vector" else "a list of values"
+            raise InputError(name, "a range or a distribution", parts)
+        made[name] = varied
+    return made
+
+
+def _asked(given: Any, run: Any) -> tuple[str, ...]:
+    """Return the names of quantities; all that a run tells without more work, unless some are asked for."""
+    known = QUANTITIES[run]
+    if given is None:
+        return tuple(name for name, quantity in known.items() if not quantity.costly)
+    if not isinstance(given, (list, tuple)) or not given:
+        raise InputError("ask", given, "a list of quantities")
+    for name in given:
+        if name not in known:
+            near = difflib.get_close_matches(str(name)[:100], list(known), n=1, cutoff=0.0)[0]
+            asked = f"did you mean {near!r}? All: {', '.join(known)}"
+            raise InputError(f"quantity {in_short(name)!r}", f"unknown to run = {run!r}", asked, "ask")
+    return tuple(dict.fromkeys(given))
+
+
+def _check_values(spec: Spec) -> None:
+    """Refuse values that no arm can have, or nothing can be asked for, whatever the others are."""
+    from contarm_sim.sweeps.case import options_of, refuse_both
+
+    base = {name: value for name, value in spec.fixed.items() if spec.known[name].of_arm}
+    with_parameters(spec.arm, base)
+    options_of(spec, {name: value for name, value in spec.fixed.items() if name not in base})
+    refuse_both({**spec.fixed, **spec.vary})
+    for name, varied in spec.vary.items():
+        ends = varied.values if isinstance(varied, Listed) else ()
+        ends = (varied.low, varied.high) if isinstance(varied, Range) else ends
+        for value in map(spec.known[name].drawn, ends):
+            try:
+                if spec.known[name].of_arm:
+                    with_parameters(spec.arm, {**base, name: value})
+                else:
+                    options_of(spec, {name: value})
+            except InputError as error:
+                if error.name.rpartition(".")[2] == name.rpartition(".")[2]:  # and not of something else beside it
+                    raise error.located("[vary]") from None

@@ -1,0 +1,228 @@
+"""The folder of a sweep: what was asked, and a table in parts, one for each chunk of cases.
+
+    sweep.toml                 the sweep as it is run, in full, and what it is made with
+    parts/part-000012.parquet  the rows of one chunk: written whole, renamed into place, the same bytes whenever made
+
+`pyarrow.dataset.dataset(folder / "parts")` is the table. Nothing in it depends on who ran what, or when.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import io
+import os
+import tomllib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from contarm_sim.errors import InputError, MissingError
+from contarm_sim.files import appearing, remove_leftovers, write_whole
+from contarm_sim.inputs import read_text
+from contarm_sim.stopping import unbroken
+from contarm_sim.sweeps.chunks import Row, chunk_count, chunk_size
+from contarm_sim.sweeps.names import Parameter
+from contarm_sim.sweeps.quantities import QUANTITIES
+from contarm_sim.sweeps.reading import MADE, read
+from contarm_sim.sweeps.spec import FORMAT, Spec
+from contarm_sim.sweeps.written import as_toml
+from contarm_sim.versions import versions
+
+SAID = "sweep.toml"
+"""The file that says what a sweep is."""
+
+_LOCK = ".lock"
+
+_DEPENDS = ("contarm-sim", "mujoco", "numpy", "scipy")
+"""What a table was made with, all of it: the last digits depend on them."""
+
+Table = Any
+
+
+def require_pyarrow() -> None:
+    """Refuse to go on without pyarrow.
+
+    Raises:
+        MissingError: says how to get it.
+    """
+    try:
+        import pyarrow.parquet  # noqa: F401
+    except ImportError:
+        raise MissingError("pyarrow", "sweep") from None
+
+
+def schema(spec: Spec) -> Any:
+    """Return the schema of a sweep's table; units and meanings are metadata of its fields."""
+    import pyarrow as pa
+
+    kinds = {"number": pa.float64(), "whole": pa.int64(), "text": pa.string(), "truth": pa.bool_()}
+
+    def of_parameter(parameter: Parameter) -> Any:
+        vector = parameter.kind == "vector"
+        kind = pa.list_(pa.float64(), parameter.size) if vector else kinds[parameter.kind]
+        return pa.field(parameter.name, kind, metadata={"role": "parameter", "unit": parameter.unit})
+
+    fields = [pa.field("case", pa.int64(), nullable=False)]
+    if spec.design == "sobol-indices":
+        fields += [pa.field("point", pa.int64(), nullable=False), pa.field("matrix", pa.string(), nullable=False)]
+    fields += map(of_parameter, spec.parameters())
+    for name in spec.ask:
+        one = QUANTITIES[spec.run][name]
+        fields.append(
+            pa.field(name, kinds[one.kind], metadata={"role": "quantity", "unit": one.unit, "meaning": one.meaning})
+        )
+    fields += [pa.field("status", pa.string(), nullable=False), pa.field("error", pa.string())]
+    return pa.schema(fields, metadata={"sweep": spec.key})
+
+
+def encoded(spec: Spec, rows: list[Row]) -> bytes:
+    """Return the rows of a chunk as the content of a Parquet file."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    file = io.BytesIO()
+    pq.write_table(pa.Table.from_pylist(rows, schema(spec)), file, compression="zstd")
+    return file.getvalue()
+
+
+class Store:
+    """A sweep's folder that this process alone writes into. `opened` makes one.
+
+    Attributes:
+        folder: where it is.
+        spec: the sweep.
+    """
+
+    def __init__(self, folder: Path, spec: Spec) -> None:
+        self.folder, self.spec = folder, spec
+        self._size = chunk_size(spec)
+
+    def missing(self) -> list[int]:
+        """Return the numbers of chunks that are not there yet, or not in full."""
+        return [chunk for chunk in range(chunk_count(self.spec)) if not self._whole(chunk)]
+
+    def keep(self, chunk: int, content: bytes) -> None:
+        """Write the part of a chunk: it is there in full or not at all, whatever happens.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        with unbroken(), appearing(part_of(self.folder, chunk)) as scratch, open(scratch, "wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+
+    def rows_of(self, chunk: int) -> int:
+        """Return how many cases a chunk has."""
+        return min(self._size, self.spec.cases - chunk * self._size)
+
+    def _whole(self, chunk: int) -> bool:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        path = part_of(self.folder, chunk)
+        if not path.exists():
+            return False
+        try:
+            return bool(pq.read_metadata(path).num_rows == self.rows_of(chunk))
+        except (pa.ArrowException, OSError):  # a disk that lost what it was given
+            return False
+
+
+def part_of(folder: Path, chunk: int) -> Path:
+    """Return the file of a chunk."""
+    return folder / "parts" / f"part-{chunk:06d}.parquet"
+
+
+@contextmanager
+def opened(folder: Path, spec: Spec) -> Iterator[Store]:
+    """Yield the folder of a sweep, new or begun before by the same sweep; nobody else may write into it meanwhile.
+
+    Raises:
+        InputError: another sweep is there, or something else; or somebody is writing into it.
+        OSError: it cannot be written.
+    """
+    require_pyarrow()
+    said, parts = folder / SAID, folder / "parts"
+    if folder.exists() and not said.exists() and any(entry.name != _LOCK for entry in _entries(folder)):
+        raise InputError("out", repr(str(folder)), "a new folder, or that of this sweep; it holds something else")
+    folder.mkdir(parents=True, exist_ok=True)
+    with _locked(folder):
+        if said.exists():
+            _same(folder, spec)
+        else:
+            write_whole(said, _said(spec))
+        parts.mkdir(exist_ok=True)
+        remove_leftovers(folder)
+        remove_leftovers(parts)
+        yield Store(folder, spec)
+
+
+def _entries(folder: Path) -> list[os.DirEntry[str]]:
+    try:
+        return list(os.scandir(folder))
+    except OSError as error:
+        raise InputError("out", repr(str(folder)), f"a folder that can be read ({error.strerror})") from error
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    descriptor = os.open(folder / _LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise InputError("out", repr(str(folder)), "a folder that no other sweep is writing into") from None
+        except OSError:  # a file system without locks
+            pass
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def kept(folder: Path) -> tuple[Spec, dict[str, str]]:
+    """Return the sweep of a folder, and the versions that it is made with.
+
+    Raises:
+        InputError: there is none.
+    """
+    path = folder / SAID
+    table = tomllib.loads(read_text(path, "the sweep.toml of a sweep's folder", 2**24))
+    made = {key: str(value) for key, value in table.get(MADE, {}).items()}
+    return read(table), made
+
+
+def _said(spec: Spec) -> str:
+    made = {"name": spec.name, "sweep": spec.key, "cases": spec.cases, "chunk": chunk_size(spec)}
+    head = "# A sweep of contarm_sim: `contarm sweep` goes on with it, `contarm sweep-report` draws it.\n"
+    return head + as_toml(spec, made | _made_with())
+
+
+def _made_with() -> dict[str, str]:
+    return {"format": str(FORMAT)} | {name: versions()[name] for name in _DEPENDS}
+
+
+def _same(folder: Path, spec: Spec) -> None:
+    """Refuse a folder of another sweep, or of the same one made with other versions."""
+    other, made = kept(folder)
+    allowed = "another --out, or the folder without what is in it, or"
+    if made.get("sweep") != spec.key:
+        said = ", ".join(_differing(spec.to_dict(), other.to_dict())) or "how it is kept"
+        raise InputError("out", repr(str(folder)), f"{allowed} the same sweep; what differs: {said}")
+    changed = [f"{name} {made.get(name, 'unknown')} there, {mine} here" for name, mine in _made_with().items()
+               if made.get(name) != mine]  # fmt: skip
+    if changed:
+        raise InputError("out", repr(str(folder)), f"{allowed} the versions it was begun with: {', '.join(changed)}")
+
+
+def _differing(mine: Mapping[str, Any], theirs: Mapping[str, Any], front: str = "") -> Iterator[str]:
+    """Yield the names of what differs."""
+    for name in {**mine, **theirs}:
+        one, other = mine.get(name), theirs.get(name)
+        if isinstance(one, dict) and isinstance(other, dict) and front == "":
+            yield from _differing(one, other, f"{name}.")
+            if name == "vary" and list(one) != list(other) and one == other:
+                yield "the order of [vary]"
+        elif one != other:
+            yield f"{front}{name}"

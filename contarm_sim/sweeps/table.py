@@ -1,0 +1,103 @@
+"""A sweep that was run, or is being run: its table, column by column."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from contarm_sim.errors import InputError
+from contarm_sim.inputs import as_path
+from contarm_sim.model.named import find
+from contarm_sim.sweeps.chunks import OK, chunk_count
+from contarm_sim.sweeps.spec import Spec
+from contarm_sim.sweeps.store import kept, part_of, require_pyarrow, schema
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """A sweep's folder, read.
+
+    Attributes:
+        folder: where it is.
+        spec: what was asked.
+        made: versions that it is made with, by name.
+    """
+
+    folder: Path
+    spec: Spec
+    made: dict[str, str]
+
+    def __repr__(self) -> str:
+        counts = ", ".join(f"{count} {status}" for status, count in self.counts.items())
+        return f"Sweep({self.spec.name}: {self.spec.cases} cases, {counts or 'none done'})"
+
+    def __len__(self) -> int:
+        return sum(self.counts.values())
+
+    @cached_property
+    def dataset(self) -> Any:
+        """The table as a `pyarrow.dataset`, which reads from the disk what is asked of it."""
+        import pyarrow.dataset as ds
+
+        paths = [part_of(self.folder, chunk) for chunk in range(chunk_count(self.spec))]
+        return ds.dataset([str(path) for path in paths if path.exists()], schema=schema(self.spec), format="parquet")
+
+    @cached_property
+    def table(self) -> Any:
+        """The table in memory, a `pyarrow.Table`, one row a case that is done, in order."""
+        return self.dataset.to_table()
+
+    @cached_property
+    def counts(self) -> dict[str, int]:
+        """How many cases are of each status, `ok` first."""
+        found: Counter[str] = Counter()
+        for batch in self.dataset.to_batches(columns=["status"]):
+            for each in batch.column(0).value_counts().to_pylist():
+                found[each["values"]] += each["counts"]
+        return dict(sorted(found.items(), key=lambda item: (item[0] != OK, -item[1], item[0])))
+
+    def column(self, name: str) -> Any:
+        """Return a column as a NumPy array, shape (cases,), of a vector (cases, size); NaN where there is no value.
+
+        Raises:
+            InputError: there is none of this name; says the nearest.
+        """
+        find(name, {one: one for one in self.dataset.schema.names})
+        column = self.dataset.to_table(columns=[name]).column(0)
+        size = getattr(column.type, "list_size", None)
+        if size is not None:
+            return np.array(column.to_pylist(), dtype=float).reshape(-1, size)
+        if column.type in _numbers():
+            return column.to_numpy() if not column.null_count else column.cast("float64").to_numpy()
+        return np.array(column.to_pylist(), dtype=object)
+
+    def unit(self, name: str) -> str:
+        """Return the unit of a column, "-" where it has none."""
+        said = self.dataset.schema.field(name).metadata or {}
+        return str(said.get(b"unit", b"-").decode())
+
+
+def _numbers() -> tuple[Any, ...]:
+    import pyarrow as pa
+
+    return pa.float64(), pa.int64(), pa.bool_()
+
+
+def load(folder: str | PathLike[str]) -> Sweep:
+    """Return the sweep of a folder, done or not.
+
+    Raises:
+        InputError: there is none.
+        MissingError: pyarrow is not installed.
+    """
+    require_pyarrow()
+    path = as_path("sweep", folder, "a sweep's folder")
+    if not path.is_dir():
+        raise InputError("sweep", repr(str(path)), "a folder that contarm sweep left")
+    return Sweep(path, *kept(path))

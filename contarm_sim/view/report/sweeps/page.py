@@ -1,0 +1,80 @@
+"""The report of a sweep: its figures, and report.html."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from contarm_sim.view.prints import PLAIN, Prints
+from contarm_sim.view.report.filled import write_filled
+from contarm_sim.view.report.pictures import figure, unshown
+from contarm_sim.view.report.sweeps import words
+from contarm_sim.view.report.sweeps.failures import draw_failures
+from contarm_sim.view.report.sweeps.found import Found
+from contarm_sim.view.report.sweeps.heat_maps import draw_heat_map
+from contarm_sim.view.report.sweeps.indices import draw_indices
+from contarm_sim.view.report.sweeps.marginals import draw_marginals
+from contarm_sim.view.report.sweeps.validity import draw_validity
+from contarm_sim.view.style import Draw, save
+
+_CAPTIONS = {
+    "validity": "The validity chart: how far the tip at rest is from the arc's at most, by the arm's weight over its "
+    "stiffness, and by payload, bend and number of links. One arm is one vertical line.",
+    "heat_map": "Median of the cases in each cell, over the two parameters that have the largest effect; others stand "
+    "at the levels that are named, or are taken together.",
+    "marginals": "The same by each parameter alone, whatever the others are; that of the largest effect comes first.",
+    "indices": "Sobol's indices: the share of the variance that each parameter causes alone, and together with others. "
+    "A total well above the first order tells of parameters that work together.",
+    "failures": "Where cases failed, and why: over two parameters, and by each alone.",
+}
+
+
+def figures_of(found: Found) -> dict[str, Draw]:
+    """Return what draws each figure that this sweep has, by the stem of its files."""
+    drawn: dict[str, Draw] = {}
+    chart, indices, failed = found.chart, found.indices, found.failed
+    columns = [column for column in found.columns if len(set(column.values.tolist())) > 1] or found.columns
+    if chart is not None:
+        drawn["validity"] = lambda sheet: draw_validity(sheet, chart)
+    if len(found.known):
+        if len(columns) > 1:
+            drawn["heat_map"] = lambda sheet: draw_heat_map(sheet, columns, found.value, failed, found.grid)
+        drawn["marginals"] = lambda sheet: draw_marginals(sheet, columns, found.value)
+    if indices is not None:
+        drawn["indices"] = lambda sheet: draw_indices(sheet, indices, found.value)
+    if failed.any():
+        drawn["failures"] = lambda sheet: draw_failures(sheet, columns, found.status)
+    return drawn
+
+
+def write_sweep_report(folder: Path, found: Found, summary: dict[str, Any], prints: Prints = PLAIN,
+                       on_figure: Callable[[str], object] = lambda stem: None) -> None:  # fmt: skip
+    """Draw the figures of a sweep into a folder, and write report.html beside them."""
+    stems = figures_of(found)
+    for stem, draw in stems.items():
+        on_figure(stem)
+        save(folder, stem, draw, prints)
+    spec, (columns, rows) = found.sweep.spec, words.cases(found)
+    write_filled(
+        folder,
+        "sweep.html.j2",
+        found.arm,
+        summary,
+        title=f"contarm sweep-report: {spec.name}, {len(found.sweep):,} of {spec.cases:,} cases",
+        headline=words.headline(found),
+        lead=words.lead(found),
+        standings=words.standings(found),
+        remarks=words.remarks(found),
+        value=found.value.label,
+        parameters=words.parameters(found),
+        fixed=words.fixed(found),
+        columns=columns,
+        rows=rows,
+        why=found.why(),
+        stems=list(stems),
+        captions=_CAPTIONS,
+        figures={stem: figure(folder, stem) for stem in stems},
+        unshown=unshown(folder, stems),
+        table=str(found.sweep.folder),
+    )

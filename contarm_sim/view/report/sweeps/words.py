@@ -1,0 +1,148 @@
+"""What a sweep found, in sentences; what its parameters may be, in words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from contarm_sim.sweeps.distributions import Normal, Range, Varied
+from contarm_sim.sweeps.distributions import Values as Listed
+from contarm_sim.sweeps.quantities import QUANTITIES
+from contarm_sim.view.report.headline import Standing
+from contarm_sim.view.report.sweeps.columns import Column, in_digits
+from contarm_sim.view.report.sweeps.found import Found
+
+_LISTED = 8
+"""More values are told by their ends."""
+
+_DESIGNS = {
+    "grid": "a grid, all combinations",
+    "latin-hypercube": "a Latin hypercube",
+    "sobol": "Sobol's points",
+    "sobol-indices": "points for Sobol's indices",
+}
+
+
+def headline(found: Found) -> str:
+    """Say in one sentence what the sweep says."""
+    value, known = found.value, found.known
+    if len(known) == 0:
+        return f"No case that is done has a value of {value.words}."
+    if found.chart is not None:
+        bound = found.chart.bounds[len(found.chart.bounds) // 2]
+        weights = [
+            (stance.meaning, found.chart.weight_within(bound, k)) for k, stance in enumerate(found.chart.stances)
+        ]
+        limits = " and ".join(f"{weight:.2g} ({name})" for name, weight in weights if weight is not None)
+        if limits:
+            return (f"Constant curvature holds within {bound:g} % of length to {found.chart.max_bend_deg:g} deg "
+                    f"up to m g L^2/EI = {limits}.")  # fmt: skip
+    unit = "" if value.read_unit == "-" else f" {value.read_unit}"
+    ranked = found.ranked
+    said = f"{value.words} is {in_digits(known.min())} to {in_digits(known.max())}{unit}"
+    said = f"The {said}" if known.min() < known.max() else f"The {value.words} is {in_digits(known.max())}{unit}"
+    if QUANTITIES[found.sweep.spec.run][found.quantity].kind == "truth":
+        said = f"{value.words.capitalize()}: {int(known.sum()):,} of {_count(len(known))}"
+    matters = len(ranked) > 1 and known.min() < known.max()
+    return f"{said}; {_words(ranked[0])} matters most." if matters else f"{said}."
+
+
+def lead(found: Found) -> str:
+    """Say what was run."""
+    spec = found.sweep.spec
+    what = {"rest": "poses at rest", "equilibrium": "a pose at rest under a load", "motion": "a motion"}[spec.run]
+    names = [_words(name) for name in spec.vary]
+    listed = " and ".join(part for part in (", ".join(names[:-1]), names[-1]) if part)
+    return f"Each case is {what} of one arm. {_count(spec.cases)} differ in {listed}: {_DESIGNS[spec.design]}."
+
+
+def standings(found: Found) -> list[Standing]:
+    """Say how much there is of it, and how much went well."""
+    sweep = found.sweep
+    done, cases = len(sweep), sweep.spec.cases
+    failed = done - sweep.counts.get("ok", 0)
+    if done < cases:
+        share = f"{100 * done / cases:.0f} %"
+        text = f"{done:,} of {cases:,} cases are done ({share}). What is below is of these, and may change."
+        first = Standing("note", "The sweep is not finished.", f"{text} `contarm sweep` goes on with it.")
+    else:
+        first = Standing("good", "The sweep is complete.", f"{_count(cases)} are done.")
+    if not failed:
+        return [first, Standing("good", "No case failed.", "All that are done have what was asked for.")]
+    reasons = ", ".join(f"{count:,} {status}" for status, count in sweep.counts.items() if status != "ok")
+    state = "bad" if failed == done else "note"
+    return [
+        first,
+        Standing(state, f"{_count(failed)} failed.", f"{reasons}. They are in the table, without quantities."),
+    ]
+
+
+def remarks(found: Found) -> list[str]:
+    """Say what a figure leaves out."""
+    indices, spec = found.indices, found.sweep.spec
+    lines = []
+    if indices is not None and indices.left_out:
+        lines.append(
+            f"Sobol's indices are from {indices.points} points; {indices.left_out} are left out, for a case of theirs "
+            "failed or is not done, or to have a power of two"
+        )
+    if spec.design == "sobol-indices" and indices is None:
+        lines.append("there are no Sobol's indices: they take two parameters or more, and eight points without a gap")
+    return lines
+
+
+def parameters(found: Found) -> list[tuple[str, str]]:
+    """Return the parameters that vary, and what each may be."""
+    spec = found.sweep.spec
+    return [(name, _may_be(varied, spec.known[name].unit)) for name, varied in spec.vary.items()]
+
+
+def fixed(found: Found) -> list[tuple[str, str]]:
+    """Return what all cases share."""
+    spec = found.sweep.spec
+    return [(name, _said(value, spec.known[name].unit)) for name, value in spec.fixed.items()]
+
+
+def cases(found: Found) -> tuple[list[str], list[list[str]]]:
+    """Return the columns and rows of the table of extreme cases."""
+    columns = ["", "case", found.value.label, *(column.label for column in found.columns)]
+    rows = [
+        [which, f"{int(found.cases[row])}", _cell(found.value, row), *(_cell(column, row) for column in found.columns)]
+        for which, row in found.extremes()
+    ]
+    return columns, rows
+
+
+def _cell(column: Column, row: int) -> str:
+    return in_digits(float(column.shown[row])) if column.numeric else str(column.values[row])
+
+
+def _count(number: int) -> str:
+    return "one case" if number == 1 else f"{number:,} cases"
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _said(value: Any, unit: str) -> str:
+    import numpy as np
+
+    if isinstance(value, str):
+        return value
+    if isinstance(value, tuple):
+        return f"({', '.join(in_digits(each) for each in value)}){'' if unit == '-' else f' {unit}'}"
+    column = Column("", unit, np.array([float(value)]))
+    return in_digits(float(column.shown[0])) + ("" if column.read_unit == "-" else f" {column.read_unit}")
+
+
+def _may_be(varied: Varied, unit: str) -> str:
+    if isinstance(varied, Listed):
+        said = [_said(value, unit) for value in varied.values]
+        return ", ".join(said) if len(said) <= _LISTED else f"{len(said)} values from {said[0]} to {said[-1]}"
+    if isinstance(varied, Range):
+        count = "" if varied.count is None else f", {varied.count} values"
+        even = ", evenly in its logarithm" if varied.log else ""
+        return f"{_said(varied.low, unit)} to {_said(varied.high, unit)}{count}{even}"
+    assert isinstance(varied, Normal)
+    kind = "lognormal" if varied.log else "normal"
+    return f"{kind}, mean {_said(varied.mean, unit)}, standard deviation {_said(varied.std, unit)}"
