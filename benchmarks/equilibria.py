@@ -109,7 +109,7 @@ def main():
         )
     given = loads("bend", 20 * CHUNK, rng)
     one, two = best(lambda: equilibria(ARM, given), lambda: equilibria(ARM, given, threads=2), clock=time.perf_counter)
-    print(f"two threads: {one / two:.2f} times faster by the clock, on a quiet machine")
+    print(f"two threads: {one / two:.2f} times faster by the clock (of use on an idle machine only)")
     many = loads("bend", 10_000, rng)
     start = time.perf_counter(), time.process_time()
     equilibria(ARM, many, threads=2)
