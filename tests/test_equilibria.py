@@ -101,6 +101,7 @@ def test_arms_that_differ_are_solved_together_and_those_of_another_make_beside_t
             links=int(rng.choice([8, 12])), bending_stiffness=rng.uniform(0.02, 0.2),
             gravity=tuple(rng.normal(size=3) * 5), damping_time=rng.uniform(0.02, 0.1),
             torsional_stiffness=rng.uniform(0.03, 0.1) if twist else None,
+            mass=rng.uniform(0.2, 0.4), payload=rng.uniform(0.01, 0.1),
         )
         for twist in (False, True) for _ in range(12)
     ]  # fmt: skip

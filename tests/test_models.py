@@ -35,8 +35,9 @@ def test_a_written_model_is_the_compiled_one(actuation, spec):
         if (other.torsional_stiffness is None) != (arm.torsional_stiffness is None):
             continue
         compared += 1
-        changes = {name: getattr(other, name) for name in (*models._WRITTEN, "gravity", "base_orientation")}
-        arm_with = replace(arm, **changes)
+        written = (*models._WRITTEN, "mass", "gravity", "base_orientation")
+        changes = {name: getattr(other, name) for name in written}
+        arm_with = replace(arm, **changes, payload=other.payload if arm.payload and other.payload else arm.payload)
         models.built(arm, actuation, spec)  # compiled with the one's parameters
         written = models.built(arm_with, actuation, spec).model
         compiled = dict(_arrays(spec(arm_with, actuation, TIMESTEP).compile()))

@@ -10,14 +10,16 @@ import copy
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from threading import Lock
 from typing import Any
 
 import mujoco
+import numpy as np
 
 from contarm_sim.engine.index import ArmIndex
 from contarm_sim.mjcf import TIMESTEP, Actuation, arm_spec
-from contarm_sim.mjcf.backbone import twist_stiffness
+from contarm_sim.mjcf.backbone import inertia, links, payload_radius, twist_stiffness
 from contarm_sim.mjcf.muscles import ACTUATORS
 from contarm_sim.model.arm import Arm
 
@@ -25,7 +27,10 @@ KEPT = 16
 """Most models kept."""
 
 _WRITTEN = ("bending_stiffness", "torsional_stiffness", "damping_time")
-"""Parameters of sections that are written; of the world, gravity and base are."""
+"""Parameters of sections that are written; of the world, gravity, base and an unequal payload are.
+
+So is the mass of one section. That of several moves the middle of the links between them: there it is compiled.
+"""
 
 
 @dataclass(frozen=True)
@@ -47,10 +52,36 @@ class Built:
                 twisting = index.twisting[own[index.twisting]]
                 model.jnt_stiffness[twisting] = twist_stiffness(arm, number)
                 model.dof_damping[twisting] = section.damping_time * section.torsional_stiffness / section.link_pitch
+        self._weigh(arm)
         if actuation != "none":
             for group, muscles in zip(arm.groups, index.groups, strict=True):
                 actuators = index.actuators[:, muscles].ravel()
                 ACTUATORS[actuation].write(model, index.tendons[muscles], actuators, group)
+
+    @cached_property
+    def _data(self) -> mujoco.MjData:
+        """What the engine derives constants in."""
+        return mujoco.MjData(self.model)
+
+    def _weigh(self, arm: Arm) -> None:
+        """Write masses and inertias, and what the engine derives of them, where they are others."""
+        model, index = self.model, self.index
+        alone = arm.sections[0] if len(arm.sections) == 1 else None
+        same = alone is None or 0.5 * alone.mass / alone.links == model.body_mass[index.base]
+        if same and arm.payload == model.body_mass[index.payload]:
+            return
+        if not same:
+            mass, _, across, along = np.array([inertia(link) for link in links(arm)]).T
+            model.body_mass[index.stations] = mass
+            model.body_inertia[index.stations] = np.stack([across, across, along], axis=-1)
+        model.body_mass[index.payload] = arm.payload
+        mujoco.mj_setConst(model, self._data)
+        model.stat.meaninertia = sum(model.dof_M0.tolist()) / model.nv  # one after the other, as the engine adds
+        model.stat.meanmass = sum(model.body_mass[1:].tolist()) / (model.nbody - 1)
+        ball = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "payload")
+        if ball >= 0:
+            radius = payload_radius(arm)
+            model.geom_size[ball, 0] = model.geom_rbound[ball] = model.geom_aabb[ball, 3:] = radius
 
 
 Spec = Callable[[Arm, Actuation, float], mujoco.MjSpec]
@@ -80,11 +111,12 @@ def built(arm: Arm, actuation: Actuation, spec: Spec = arm_spec) -> Built:
 
 def structure(arm: Arm, actuation: Actuation) -> tuple[Any, ...]:
     """Return what a model is kept by."""
+    written = (*_WRITTEN, "mass") if len(arm.sections) == 1 else _WRITTEN
     shapes = (
-        tuple(None if name in _WRITTEN else value for name, value in vars(section).items()) for section in arm.sections
+        tuple(None if name in written else value for name, value in vars(section).items()) for section in arm.sections
     )
     twists = tuple(section.torsional_stiffness is None for section in arm.sections)
-    return actuation, twists, *shapes, arm.routings, arm.laws, arm.payload
+    return actuation, twists, *shapes, arm.routings, arm.laws, arm.payload > 0
 
 
 def _compiled(arm: Arm, actuation: Actuation, spec: Spec) -> Built:

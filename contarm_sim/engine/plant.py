@@ -61,6 +61,7 @@ class Plant(DrivenMuscles):
         self.data = mujoco.MjData(self.model)
         # Views into the engine's memory: they stay current, and cost nothing to look up in a loop.
         self.centres, self.gravity = self.data.xpos[self.index.stations], self.model.opt.gravity
+        self.mass = self.model.body_mass[self.index.bodies]
         self._warnings = self.data.warning.number
         self.warned = memoryview(self._warnings)
         super().__init__(arm, self.model, self.data, self.index, actuation)

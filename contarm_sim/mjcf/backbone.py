@@ -89,12 +89,8 @@ def add_backbone(spec: mujoco.MjSpec, arm: Arm) -> list[mujoco.MjsBody]:
     """Add base, links and tip to the world; return the bodies at the stations."""
     bodies: list[mujoco.MjsBody] = []
     joints = names.joints(arm)
-    starts = names.section_stations(arm)
-    for station, name in enumerate(names.stations(arm)):
-        below = sum(station > start for start in starts) - 1  # number of the section that ends here or goes on
-        above = sum(station >= start for start in starts) - 1
-        halves = [number for number in (below, above) if 0 <= number < len(arm.sections)]
-        h = arm.sections[halves[0]].link_pitch
+    for station, (name, link) in enumerate(zip(names.stations(arm), links(arm), strict=True)):
+        h = arm.sections[link.sections[0]].link_pitch
         place = {"pos": [0.0, 0.0, h]} if bodies else {}
         body = (bodies[-1] if bodies else spec.worldbody).add_body(name=name, **place)
         for joint in joints:
@@ -103,7 +99,6 @@ def add_backbone(spec: mujoco.MjSpec, arm: Arm) -> list[mujoco.MjsBody]:
                     spec.find_default(_joint_class(arm, joint.section, joint.axis)), name=joint.name,
                     axis=AXES[joint.axis], pos=[0.0, 0.0, -0.5 * h],
                 )  # fmt: skip
-        link = Link(arm, below if below >= 0 else None, above if above < len(arm.sections) else None)
         _set_inertia(body, link)
         _add_visuals(spec, body, link)
         bodies.append(body)
@@ -141,8 +136,22 @@ class Link:
         return max(self.arm.disk_radii[number] for number in self.sections)
 
 
-def _set_inertia(body: mujoco.MjsBody, link: Link) -> None:
-    """Give a link its share of its sections' masses as solid cylinders."""
+def links(arm: Arm) -> list[Link]:
+    """Return the links at the stations, from base to tip."""
+    starts, last = names.section_stations(arm), len(arm.sections)
+    found = []
+    for station in range(len(names.stations(arm))):
+        below = sum(station > start for start in starts) - 1  # number of the section that ends here or goes on
+        above = sum(station >= start for start in starts) - 1
+        found.append(Link(arm, below if below >= 0 else None, above if above < last else None))
+    return found
+
+
+def inertia(link: Link) -> tuple[float, float, float, float]:
+    """Return the mass of a link [kg], its middle above the station [m], and its inertia across and along [kg m^2].
+
+    It is its share of its sections' masses, as solid cylinders.
+    """
     parts = []
     for number in link.sections:
         section = link.arm.sections[number]
@@ -151,12 +160,16 @@ def _set_inertia(body: mujoco.MjsBody, link: Link) -> None:
         mass, height = share * section.mass / section.links, share * section.link_pitch
         radius = section.section_radius or link.arm.disk_radii[number]
         parts.append((mass, middle, mass * (radius**2 / 4 + height**2 / 12), mass * radius**2 / 2))
-    mass, middle, lateral, axial = parts[0]
-    if len(parts) == 2:
-        mass = sum(part[0] for part in parts)
-        middle = sum(part[0] * part[1] for part in parts) / mass
-        lateral = sum(part[2] + part[0] * (part[1] - middle) ** 2 for part in parts)
-        axial = sum(part[3] for part in parts)
+    if len(parts) == 1:
+        return parts[0]
+    mass = sum(part[0] for part in parts)
+    middle = sum(part[0] * part[1] for part in parts) / mass
+    lateral = sum(part[2] + part[0] * (part[1] - middle) ** 2 for part in parts)
+    return mass, middle, lateral, sum(part[3] for part in parts)
+
+
+def _set_inertia(body: mujoco.MjsBody, link: Link) -> None:
+    mass, middle, lateral, axial = inertia(link)
     body.explicitinertial = True
     body.mass = mass
     body.ipos = [0.0, 0.0, middle]

@@ -6,6 +6,8 @@ arrays, whose cost beside Python's own is what many cases share.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
@@ -22,7 +24,10 @@ from contarm_sim.mjcf.stability import tendon_jacobian
 
 Rows = NDArray[np.integer] | NDArray[np.bool_]
 
-_WRITTEN = ("springs", "untwisting", "gravity", "gain", "bias", "dof_damping", "damping")
+_WEIGHT = ("body_mass", "body_inertia", "body_subtreemass")
+"""What the engine knows of masses as far as the mass matrix depends on it."""
+
+_WRITTEN = ("springs", "untwisting", "gravity", "gain", "bias", "dof_damping", "damping", *_WEIGHT)
 """What arms of one structure differ in that a pose at rest depends on."""
 
 
@@ -49,7 +54,8 @@ def written(plant: Plant) -> dict[str, Array]:
     """Return copies of what the plant's arm has of its own within its structure."""
     model = plant.model
     found = {"springs": plant.springs, "gravity": plant.gravity, "gain": model.actuator_gainprm,
-             "bias": model.actuator_biasprm, "dof_damping": model.dof_damping, "damping": plant.damping}  # fmt: skip
+             "bias": model.actuator_biasprm, "dof_damping": model.dof_damping, "damping": plant.damping,
+             **{name: getattr(model, name) for name in _WEIGHT}}  # fmt: skip
     if plant.helices is not None:
         found["untwisting"] = plant.untwisting
     return {name: np.array(value) for name, value in found.items()}
@@ -74,6 +80,9 @@ class Poses:
     bias: Array
     dof_damping: Array
     damping: Array
+    body_mass: Array
+    body_inertia: Array
+    body_subtreemass: Array
 
     def __init__(self, plant: Plant, starts: Starts) -> None:
         self._plant, self.model, self.index = plant, plant.model, plant.index
@@ -131,6 +140,23 @@ class Poses:
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         return self._plant.tip_jacobian()
+
+    @contextmanager
+    def weighing(self, row: int) -> Iterator[None]:
+        """Let the engine's links weigh what they do in one of the cases."""
+        before = {name: getattr(self.model, name).copy() for name in _WEIGHT}
+        try:
+            for name in _WEIGHT:
+                getattr(self.model, name)[:] = getattr(self, name)[row]
+            yield
+        finally:
+            for name, value in before.items():
+                getattr(self.model, name)[:] = value
+
+    @property
+    def mass(self) -> Array:
+        """Masses of the links and the payload [kg], shape (C, K)."""
+        return self.body_mass[:, self.index.bodies]
 
     def __len__(self) -> int:
         return len(self.qpos)

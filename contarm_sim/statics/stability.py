@@ -33,7 +33,9 @@ def growth_at(poses: Poses, row: int, K: Array) -> float:
     """Return what `growth` does of one of many poses whose loads have no energy, K being its stiffness [N m/rad]."""
     J = poses.muscle_jacobian
     C = _damping(poses.dof_damping[row], poses.damping[row], J[row] if J.ndim > 2 else J)
-    return _rate(_inertia(*poses.engine_at(row)), C, K)
+    with poses.weighing(row):
+        M = _inertia(*poses.engine_at(row))
+    return _rate(M, C, K)
 
 
 def _rate(M: Array, C: Array, K: Array) -> float:

@@ -42,9 +42,9 @@ class TangentStiffness:
         self._data = plant.data
         model, data, index = plant.model, plant.data, plant.index
         self._axes, self._anchors, self._centres = data.xaxis, data.xanchor, data.xipos[..., index.bodies, :]
-        self._mass, self._gravity = model.body_mass[index.bodies, None], plant.gravity
+        self._mass, self._gravity = plant.mass[..., None], plant.gravity
         self._station_of_dof = index.station_of_dof
-        self._sum_of_dof = len(self._mass) - 1 - self._station_of_dof  # sums run from the payload inwards
+        self._sum_of_dof = self._mass.shape[-2] - 1 - self._station_of_dof  # sums run from the payload inwards
         self._sums = np.zeros((*self._centres.shape[:-1], 12))
         self._upper = _upper(model.nv)
         self._spanning = index.straight if model.ntendon else np.zeros(len(index.straight), dtype=bool)
