@@ -72,7 +72,7 @@ WRONG = {
     "validate --out taken": "does not exist yet",
     "validate --links 3 --muscle.path spans": "more links",
     "build --out taken": "does not exist yet",
-    "equilibrium --muscles on": "off, deltas, tensions, pressures, bend",
+    "equilibrium --muscles on": "off, deltas, setpoints, tensions, pressures, bend",
     "equilibrium --muscles tensions 1 2": "3 finite numbers",
     "equilibrium --muscles tensions -1 2 3": "pull",
     "equilibrium --muscles pressures 50000 0 0": "0, or 90000 to 700000 Pa",

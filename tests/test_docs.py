@@ -38,6 +38,7 @@ CHEAPER = {
     "trust": (["--links", "6", "--planes", "1"], "largest bends at which constant curvature holds"),
     "envs": (["--seeds", "2"], "2 of 2"),
     "sweep soft": (["--names"], "sag_max_percent"),
+    "sweep soft --workers 2": (["--names"], "sag_max_percent"),
     "possibility": (["--links", "8"], "towards [deg]"),
     "figures fan sag": (["--figures", "svg", "--links", "8"], "fan.svg"),
     "run --path sphere-spiral --project nearest --duration 20 --no-video": (

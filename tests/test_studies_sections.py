@@ -34,7 +34,7 @@ from contarm_sim.results.document import document
 from contarm_sim.results.summary import muscle_use, summarise
 from contarm_sim.studies import pressure_map
 from contarm_sim.studies.at_rest import examine
-from contarm_sim.studies.controllers import Followed, _reachable, _row
+from contarm_sim.studies.controllers import Followed, _reachable, _row, _spiral
 from contarm_sim.studies.largest_bends import every_bend, largest_bends, largest_bends_at_rest, posed
 from contarm_sim.studies.muscle_curves import group_of
 from contarm_sim.studies.scenarios import EXTREMES, scenarios, spread_bends
@@ -347,7 +347,8 @@ def test_a_motion_of_two_sections_is_explained_and_its_sections_are_told_apart()
 
 def test_the_spiral_of_two_sections_is_followed_as_one_arc():
     one = arm(gravity=(0.0, 0.0, 9.81))
-    row = _row("gravity", one, "servo", 2.0, _reachable(one, 2.0))
+    spiral = _spiral(one, 2.0)
+    row = _row("gravity", "servo", spiral, simulate(one, spiral), _reachable(one, spiral))
     assert isinstance(row, Followed)
     assert row.tip_rms_percent < 8
     assert row.along_rms_percent == pytest.approx(row.tip_rms_percent, rel=0.1)  # a tip that reaches a volume

@@ -129,29 +129,25 @@ class Poses:
                 setattr(self, name, getattr(self, name)[rows])
         self._follow()
 
-    def engine_at(self, row: int) -> tuple[mujoco.MjModel, mujoco.MjData]:
-        """Return the engine's model and data, at the joint angles of one of the cases; nothing is derived of them."""
-        self._plant.data.qpos[:] = self.qpos[row]
-        return self.model, self._plant.data
-
-    def tip_jacobian(self, row: int) -> Array:
-        """Return the tip's velocity and rotation [m/s, rad/s] by joint rates of one of the cases, shape (6, dofs)."""
-        model, data = self.engine_at(row)
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        return self._plant.tip_jacobian()
-
     @contextmanager
-    def weighing(self, row: int) -> Iterator[None]:
-        """Let the engine's links weigh what they do in one of the cases."""
+    def engine_at(self, row: int) -> Iterator[tuple[mujoco.MjModel, mujoco.MjData]]:
+        """Yield the engine's model and data, at joint angles and masses of one of the cases; nothing is derived."""
         before = {name: getattr(self.model, name).copy() for name in _WEIGHT}
+        self._plant.data.qpos[:] = self.qpos[row]
         try:
             for name in _WEIGHT:
                 getattr(self.model, name)[:] = getattr(self, name)[row]
-            yield
+            yield self.model, self._plant.data
         finally:
             for name, value in before.items():
                 getattr(self.model, name)[:] = value
+
+    def tip_jacobian(self, row: int) -> Array:
+        """Return the tip's velocity and rotation [m/s, rad/s] by joint rates of one of the cases, shape (6, dofs)."""
+        with self.engine_at(row) as (model, data):
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_comPos(model, data)
+            return self._plant.tip_jacobian()
 
     @property
     def mass(self) -> Array:

@@ -33,8 +33,8 @@ def growth_at(poses: Poses, row: int, K: Array) -> float:
     """Return what `growth` does of one of many poses whose loads have no energy, K being its stiffness [N m/rad]."""
     J = poses.muscle_jacobian
     C = _damping(poses.dof_damping[row], poses.damping[row], J[row] if J.ndim > 2 else J)
-    with poses.weighing(row):
-        M = _inertia(*poses.engine_at(row))
+    with poses.engine_at(row) as engine:
+        M = _inertia(*engine)
     return _rate(M, C, K)
 
 
