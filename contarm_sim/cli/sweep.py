@@ -72,6 +72,7 @@ def sweep(
     from contarm_sim.errors import ContarmError, InputError
     from contarm_sim.stopping import exit_code
     from contarm_sim.sweeps.run import default_folder
+    from contarm_sim.sweeps.statuses import OK
 
     if spec is None:
         raise InputError("SPEC", "missing", "a TOML file, or soft, validity (see contarm sweep --help)")
@@ -118,7 +119,7 @@ def sweep(
     else:
         _show(found, summary)
     say(f"written: {folder}")
-    return 0 if found.counts.get("ok") else 1
+    return 0 if found.counts.get(OK) else 1
 
 
 def _runner(processes: int | None, workers: int | None, scheduler: str | None) -> Runner | None:
@@ -143,12 +144,15 @@ def _summary(found: Sweep) -> dict[str, Any]:
 
     from contarm_sim.cli.terminal import command_line
     from contarm_sim.sweeps.quantities import QUANTITIES
+    from contarm_sim.sweeps.statuses import UNSTABLE
     from contarm_sim.versions import versions
 
     quantities: dict[str, Any] = {}
+    stays = found.column("status") != UNSTABLE
     for name in found.spec.ask:
         values = np.asarray(found.column(name), dtype=float)
-        values = values[np.isfinite(values)]
+        of_all = QUANTITIES[found.spec.run][name].kind == "truth" or QUANTITIES[found.spec.run][name].of_arm
+        values = values[np.isfinite(values) & (stays | of_all)]
         of = np.percentile(values, (0, 50, 100)).tolist() if len(values) else [None] * 3
         quantities[name] = {"unit": QUANTITIES[found.spec.run][name].unit, "cases": len(values)} | dict(
             zip(_COLUMNS, of, strict=True)

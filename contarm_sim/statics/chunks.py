@@ -20,6 +20,7 @@ from contarm_sim.statics.equilibrium import checked_guess, equilibrium, reused
 from contarm_sim.statics.failures import possible
 from contarm_sim.statics.poses import Poses, Starts, written
 from contarm_sim.statics.solver import tolerance
+from contarm_sim.statics.stiffness import solved
 from contarm_sim.statics.together import Together
 
 
@@ -166,4 +167,4 @@ def _detail(
     for i in np.flatnonzero(~symmetric).tolist():
         out["smallest_eigenvalue"][cases[i]] = np.linalg.eigvals(K[i]).real.min()
     J = np.array([poses.tip_jacobian(row) for row in rows.tolist()])
-    out["tip_compliance"][cases] = J @ np.linalg.solve(K, J.swapaxes(-1, -2))
+    out["tip_compliance"][cases] = J @ solved(K, J.swapaxes(-1, -2))

@@ -19,7 +19,7 @@ from contarm_sim.statics.loads import AppliedLoad
 from contarm_sim.statics.poses import Poses
 from contarm_sim.statics.servos import Servos
 from contarm_sim.statics.solver import TOTAL_STEP, tolerance
-from contarm_sim.statics.stiffness import TangentStiffness, definite, dot
+from contarm_sim.statics.stiffness import TangentStiffness, definite, dot, solved
 
 PLAIN = 100
 """Most plain steps."""
@@ -147,7 +147,7 @@ class Settling(Downhill):
 
     def step(self, K: Array) -> Array:
         """Return the plain steps, of these stiffness matrices."""
-        step = np.asarray(np.linalg.solve(K, self.forces[..., None])[..., 0], dtype=float)
+        step = solved(K, self.forces[..., None])[..., 0]
         return step * self.share(step)
 
     def state(self) -> tuple[Any, ...]:

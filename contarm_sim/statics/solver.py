@@ -121,7 +121,10 @@ class Solver:
         for _ in range(iterations):
             if residual <= self.tolerance:
                 break
-            step = self.limited(np.linalg.solve(self.tangent(), self.forces))
+            try:
+                step = self.limited(np.linalg.solve(self.tangent(), self.forces))
+            except np.linalg.LinAlgError:  # exactly singular
+                break
             start, before = data.qpos.copy(), residual
             for _ in range(10):
                 data.qpos[:] = start + step

@@ -17,7 +17,7 @@ from contarm_sim.statics.loads import AppliedLoad
 from contarm_sim.statics.poses import Poses
 from contarm_sim.statics.solver import TOTAL_STEP
 from contarm_sim.statics.stability import growth_at
-from contarm_sim.statics.stiffness import TangentStiffness, definite
+from contarm_sim.statics.stiffness import TangentStiffness, definite, solved
 
 ITERATIONS, HALVINGS = 40, 10
 """Most steps, and most tries for one, as in `Solver.newton`."""
@@ -87,7 +87,7 @@ class Together:
 
     def _move(self, K: Array, accepted: NDArray[np.bool_]) -> None:
         """Take the next step where the last is accepted, and else the half of it from where that began."""
-        step = np.linalg.solve(K, self.forces[..., None])[..., 0]
+        step = solved(K, self.forces[..., None])[..., 0]
         longest = np.maximum(np.abs(step).max(axis=-1), 1e-300)
         step *= np.minimum(1.0, self._largest / longest)[:, None]
         new = accepted[:, None]

@@ -90,8 +90,6 @@ class Range(Varied):
         """
         if self.count is None:
             raise InputError(name, "a range without count", "count, in a grid: { from = 0.1, to = 1, count = 10 }")
-        if self.count == 1:
-            return [self.low]
         inside = self.at(np.arange(self.count) / (self.count - 1))[1:-1]
         return [self.low, *inside, self.high]
 
@@ -167,8 +165,8 @@ def _range(table: dict[str, Any], name: str, unit: str) -> Range:
     scale, count = table.get("scale", "linear"), table.get("count")
     if scale not in ("linear", "log"):
         raise InputError(f"{name}.scale", scale, "linear, log")
-    if count is not None and (isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST_VALUES):
-        raise InputError(f"{name}.count", count, f"a whole number from 1 to {MOST_VALUES}")
+    if count is not None and (isinstance(count, bool) or not isinstance(count, int) or not 2 <= count <= MOST_VALUES):
+        raise InputError(f"{name}.count", count, f"a whole number from 2, both ends, to {MOST_VALUES}")
     if not low < high:
         raise InputError(name, f"an empty range, from {low:g} to {high:g}", "from below to")
     if scale == "log" and low <= 0:

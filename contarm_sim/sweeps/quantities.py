@@ -130,7 +130,7 @@ def _of_rest() -> Iterator[Quantity]:
     yield Quantity("tip_stiffness", "N/m", "least stiffness of the tip against a force", lambda t: 1 / t.compliance)
     yield Quantity("smallest_eigenvalue", "N m/rad", "stiffness of the softest mode",
                    lambda told: float(told.of("smallest_eigenvalue")))  # fmt: skip
-    yield Quantity("stable", "-", "whether disturbances die out", lambda told: bool(told.of("stable")), "truth")
+    yield Quantity("stable", "-", "whether disturbances die out", lambda told: told.stable, "truth")
     yield Quantity("held", "-", "whether no length servo is at its limit", lambda told: told.held, "truth")
     yield Quantity("residual", "N m", "largest generalised force left", lambda told: float(told.of("residual")))
     yield Quantity("iterations", "-", "of Newton's method", lambda told: int(told.of("iterations")), "whole")

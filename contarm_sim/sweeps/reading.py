@@ -20,16 +20,16 @@ from contarm_sim.model.presets import PRESETS
 from contarm_sim.sweeps.designs import DESIGNS, MOST_CASES, MOST_HYPERCUBE
 from contarm_sim.sweeps.distributions import Range, Varied, varied_from
 from contarm_sim.sweeps.distributions import Values as Listed
+from contarm_sim.sweeps.keys import by_full_names, refuse_unknown, whole_number
 from contarm_sim.sweeps.names import RUNS, Parameter, known_names
+from contarm_sim.sweeps.never import why_never
 from contarm_sim.sweeps.quantities import QUANTITIES
 from contarm_sim.sweeps.spec import Spec
 
 MADE = "made"
 """The table of a kept sweep that says what it was made with; no part of it."""
 
-_KEYS = ("run", "arm", "design", "cases", "points", "seed", "ask", "backend", "fixed", "vary", MADE)
-
-_LEAF = {"from", "to", "count", "scale", "values", "distribution", "mean", "std", "low", "high", "least", "most"}
+_KEYS = ("run", "arm", "design", "cases", "points", "seed", "ask", "backend", "fixed", "vary")
 
 _DRAWN = 256
 
@@ -74,10 +74,7 @@ def read(given: str | PathLike[str] | Mapping[str, Any] | Spec, backend: str | N
 
 
 def _spec(table: dict[str, Any], name: str, beside: Path) -> Spec:
-    for key in table:
-        if key not in _KEYS:
-            near = difflib.get_close_matches(str(key)[:100], _KEYS, n=1, cutoff=0.0)[0]
-            raise InputError(f"key {key!r}", "unknown", f"did you mean {near!r}? All: {', '.join(_KEYS[:-1])}")
+    refuse_unknown({key: value for key, value in table.items() if key != MADE}, _KEYS)
     run = _one_of("run", table.get("run", "rest"), RUNS)
     design = _one_of("design", table.get("design", "grid"), DESIGNS)
     backend = _one_of("backend", table.get("backend", "cpu"), BACKENDS)
@@ -85,19 +82,19 @@ def _spec(table: dict[str, Any], name: str, beside: Path) -> Spec:
         raise InputError("backend", backend, "cpu, where nothing moves")
     arm = _arm(table.get("arm", "paper"), beside)
     known = known_names(arm, run)
-    fixed = _fixed(_flat(table.get("fixed", {}), "fixed", known), known)
-    vary = _varied(_flat(table.get("vary", {}), "vary", known), known)
+    fixed = _fixed(by_full_names(table.get("fixed", {}), "fixed", known), known)
+    vary = _varied(by_full_names(table.get("vary", {}), "vary", known), known)
     for one in vary:
         if one in fixed:
             raise InputError(f"parameter {one!r}", "both in [fixed] and in [vary]", "in one of them")
         if one.rpartition(".")[0] in vary:
             raise InputError(f"parameter {one!r}", "varied beside the vector that it is of", "one of them")
+    never = {one: why_never(one, run, arm, fixed, vary) for one in QUANTITIES[run]}
+    asked = _asked(table.get("ask"), run, never)
     made = table.get(MADE)
     name = str(made.get("name", name)) if isinstance(made, Mapping) else name
-    seed = _whole("seed", table.get("seed", 0), 0, 2**63 - 1)
-    spec = Spec(
-        name, run, arm, design, _drawn(table, design), seed, _asked(table.get("ask"), run), fixed, vary, backend
-    )
+    seed = whole_number("seed", table.get("seed", 0), 0, 2**63 - 1)
+    spec = Spec(name, run, arm, design, _drawn(table, design), seed, asked, fixed, vary, backend)
     if not 1 <= spec.cases <= MOST_CASES:
         raise InputError(
             "cases", f"{spec.cases:,} of them", f'at most {MOST_CASES:,}: fewer values, or design = "sobol"'
@@ -112,12 +109,6 @@ def _one_of(name: str, given: Any, choices: tuple[Any, ...]) -> Any:
     return given
 
 
-def _whole(name: str, given: Any, least: int, most: int) -> int:
-    if isinstance(given, bool) or not isinstance(given, int) or not least <= given <= most:
-        raise InputError(name, given, f"a whole number from {least} to {most:,}")
-    return given
-
-
 def _drawn(table: Mapping[str, Any], design: str) -> int:
     """Return how many cases, or points, are drawn."""
     wanted, other = ("points", "cases") if design == "sobol-indices" else ("cases", "points")
@@ -128,7 +119,9 @@ def _drawn(table: Mapping[str, Any], design: str) -> int:
         if "cases" in table:
             raise InputError("cases", table["cases"], "left out: a grid has as many as its values make")
         return 0
-    found = _whole(wanted, table.get(wanted, _DRAWN), 1, MOST_HYPERCUBE if design == "latin-hypercube" else MOST_CASES)
+    found = whole_number(
+        wanted, table.get(wanted, _DRAWN), 1, MOST_HYPERCUBE if design == "latin-hypercube" else MOST_CASES
+    )
     if wanted == "points" and found & (found - 1):
         raise InputError(wanted, found, "a power of two, such as 256")
     return found
@@ -146,27 +139,6 @@ def _arm(given: Any, beside: Path) -> Arm:
     if not isinstance(given, str) or not given.endswith(".toml"):
         raise InputError("arm", repr(given), allowed)
     return load_arm(beside / as_path("arm", given, allowed))
-
-
-def _flat(table: Any, where: str, known: Mapping[str, Parameter], front: str = "") -> dict[str, Any]:
-    """Return a table by full names: TOML makes a table of `muscle.wall`."""
-    if not isinstance(table, Mapping):
-        raise InputError(where, table, f"a table: [{where}]")
-    found: dict[str, Any] = {}
-    for key, value in table.items():
-        name = f"{front}{key}"
-        if isinstance(value, Mapping) and value and _of_names(name, value, known):
-            found |= _flat(value, where, known, f"{name}.")
-        else:
-            found[name] = value
-    return found
-
-
-def _of_names(front: str, table: Mapping[str, Any], known: Mapping[str, Parameter]) -> bool:
-    """Tell a table of names, such as muscle = { wall = ..., count = ... }, from what one parameter may be."""
-    names = [f"{front}.{key}" for key in table]
-    known_ones = all(name in known or any(other.startswith(f"{name}.") for other in known) for name in names)
-    return known_ones or not _LEAF & set(table)
 
 
 def _fixed(table: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[str, Any]:
@@ -197,11 +169,11 @@ def _varied(table: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[st
     return made
 
 
-def _asked(given: Any, run: Any) -> tuple[str, ...]:
+def _asked(given: Any, run: Any, never: Mapping[str, str]) -> tuple[str, ...]:
     """Return the names of quantities; all that a run tells without more work, unless some are asked for."""
     known = QUANTITIES[run]
     if given is None:
-        return tuple(name for name, quantity in known.items() if not quantity.costly)
+        return tuple(name for name, quantity in known.items() if not quantity.costly and not never[name])
     if not isinstance(given, (list, tuple)) or not given:
         raise InputError("ask", given, "a list of quantities")
     for name in given:
@@ -209,6 +181,8 @@ def _asked(given: Any, run: Any) -> tuple[str, ...]:
             near = difflib.get_close_matches(str(name)[:100], list(known), n=1, cutoff=0.0)[0]
             asked = f"did you mean {near!r}? All: {', '.join(known)}"
             raise InputError(f"quantity {in_short(name)!r}", f"unknown to run = {run!r}", asked, "ask")
+        if never[name]:
+            raise InputError(f"quantity {name!r}", "one that no case has", never[name], "ask")
     return tuple(dict.fromkeys(given))
 
 

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.errors import ContarmError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles
@@ -20,7 +19,8 @@ from contarm_sim.statics.driving import checked_values, commands
 from contarm_sim.statics.equilibria import equilibria
 from contarm_sim.statics.equilibrium import Equilibrium, equilibrium
 from contarm_sim.sweeps.causes import Causes
-from contarm_sim.sweeps.outcomes import PERCENTS, Outcomes, causes_document, outcome, percentiles, uncertain_of
+from contarm_sim.sweeps.outcomes import PERCENTS, Outcomes, causes_document, percentiles, uncertain_of
+from contarm_sim.sweeps.statuses import status_of
 from contarm_sim.sweeps.uncertain import Uncertain
 
 _TOGETHER, _THREADS = 32, os.cpu_count() or 1
@@ -133,7 +133,7 @@ def uncertain_pose(
             tips[rows], tensions[rows] = (
                 np.where(found.stable[:, None], values, np.nan) for values in (found.tip, found.muscle_tensions)
             )
-            said += [_status(found.failed.get(case), stable) for case, stable in enumerate(found.stable.tolist())]
+            said += [status_of(found.failed.get(case), stable) for case, stable in enumerate(found.stable.tolist())]
             if on_done is not None:
                 on_done(len(said), uncertain.cases)
     except KeyboardInterrupt:
@@ -141,13 +141,6 @@ def uncertain_pose(
     status, error = (tuple(each[i] for each in said) for i in (0, 1))
     run = len(said)
     return UncertainPose(uncertain, status, error, interrupted, nominal, tips[:run], tensions[:run])
-
-
-def _status(problem: ContarmError | None, stable: bool) -> tuple[str, str]:
-    """Return status and error text of a case."""
-    if problem is not None:
-        return outcome(problem)
-    return ("ok", "") if stable else ("unstable", "the arm would not stay in this pose")
 
 
 def _told(load: Load, arm: Arm) -> Load:

@@ -14,9 +14,9 @@ import numpy as np
 from contarm_sim.errors import InputError
 from contarm_sim.inputs import as_path
 from contarm_sim.model.named import find
-from contarm_sim.sweeps.chunks import OK, chunk_count
 from contarm_sim.sweeps.spec import Spec
-from contarm_sim.sweeps.store import kept, part_of, require_pyarrow, schema
+from contarm_sim.sweeps.statuses import OK
+from contarm_sim.sweeps.store import kept, parts_of, require_pyarrow, schema
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +45,7 @@ class Sweep:
         """The table as a `pyarrow.dataset`, which reads from the disk what is asked of it."""
         import pyarrow.dataset as ds
 
-        paths = [part_of(self.folder, chunk) for chunk in range(chunk_count(self.spec))]
-        return ds.dataset([str(path) for path in paths if path.exists()], schema=schema(self.spec), format="parquet")
+        return ds.dataset([str(path) for path in parts_of(self.folder)], schema=schema(self.spec), format="parquet")
 
     @cached_property
     def table(self) -> Any:

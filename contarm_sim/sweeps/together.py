@@ -22,13 +22,21 @@ def told(spec: Spec, cases: Sequence[Case | Exception]) -> list[Told | Exception
     """Return what each case tells; where there is an error, that."""
     good = [place for place, case in enumerate(cases) if isinstance(case, Case)]
     found: list[Any] = list(cases)
-    for place, each in zip(good, _RUN[spec.run](spec, [found[place] for place in good]), strict=True):
+    for place, each in zip(good, _apart(spec, [found[place] for place in good]), strict=True):
         found[place] = each
     return found
 
 
+def _apart(spec: Spec, cases: list[Case]) -> list[Any]:
+    """Run cases together; where that fails as a whole, one by one, so that the error is said of its own case."""
+    found = tried(_RUN[spec.run], spec, cases)
+    if not isinstance(found, Exception):
+        return list(found)
+    return [found] if len(cases) == 1 else [each for case in cases for each in _apart(spec, [case])]
+
+
 def tried(function: Callable[..., Any], *given: Any) -> Any:
-    """Return what a function does, or the error that it raises: a case that fails leaves the others alone."""
+    """Return what a function does, or the error that it raises: of which case that is, is known to the caller."""
     try:
         return function(*given)
     except Exception as error:

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
@@ -29,6 +30,11 @@ class Told:
     """What is known of every case."""
 
     arm: Arm
+
+    @property
+    def stable(self) -> bool:
+        """Whether the arm stays where it is; of a pose at rest under a load it is found out."""
+        return True
 
     @property
     def weight_over_stiffness(self) -> float:
@@ -113,6 +119,11 @@ class Rested(Told):
         """Return the row of an array."""
         return getattr(self.every, name)[self.row]
 
+    @property
+    def stable(self) -> bool:
+        """Whether disturbances die out."""
+        return bool(self.of("stable"))
+
     @cached_property
     def tensions(self) -> Array:
         """Tensions of the arm's muscles [N], shape (n,)."""
@@ -167,5 +178,14 @@ class Rested(Told):
 
 def highest(pressures: Array, arm: Arm) -> Any:
     """Return the highest pressure [Pa] of muscles that have any; None where none has."""
-    pressed = np.isfinite(muscles.each(arm, lambda group: group.law.pressure_limits[1]))
+    pressed = _pressed(arm)
     return float(pressures[..., pressed].max()) if pressed.any() else None
+
+
+def has_pressure(arm: Arm) -> bool:
+    """Whether some of an arm's muscles have pressure."""
+    return bool(_pressed(arm).any())
+
+
+def _pressed(arm: Arm) -> NDArray[np.bool_]:
+    return np.isfinite(muscles.each(arm, lambda group: group.law.pressure_limits[1]))

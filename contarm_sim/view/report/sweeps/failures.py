@@ -7,13 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from contarm_sim.sweeps.statuses import OK
 from contarm_sim.view.colours import BLUE, HELD, ORANGE, PURPLE, RED, SKY
 from contarm_sim.view.report.sweeps.columns import Column, bins_for, by_effect, name_places, sorted_into
 from contarm_sim.view.report.sweeps.heat_maps import draw_share_map
 from contarm_sim.view.style import Sheet
-
-DONE = "ok"
-"""The status of a case that has what was asked for."""
 
 _COLOURS = (RED, ORANGE, PURPLE, BLUE, SKY)
 
@@ -28,7 +26,7 @@ def draw_failures(sheet: Sheet, columns: list[Column], status: NDArray[Any]) -> 
         columns: the parameters that vary.
         status: of each case, shape (K,).
     """
-    failed = status != DONE
+    failed = status != OK
     reasons = [str(reason) for reason in np.unique(status[failed])]
     ranked = by_effect(columns, failed.astype(float)) or columns
     drawn, mapped = ranked[: _AT_MOST if sheet.wide else _IN_COLUMN], len(ranked) > 1

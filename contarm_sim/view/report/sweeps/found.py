@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -13,9 +13,10 @@ from contarm_sim.errors import InputError
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.named import find, with_parameters
 from contarm_sim.results.document import document
-from contarm_sim.sweeps.chunks import OK
 from contarm_sim.sweeps.distributions import Normal, Range
+from contarm_sim.sweeps.quantities import QUANTITIES
 from contarm_sim.sweeps.sensitivity import Indices, sobol
+from contarm_sim.sweeps.statuses import OK, UNSTABLE
 from contarm_sim.sweeps.table import Sweep
 from contarm_sim.sweeps.validity import Validity, chart_of
 from contarm_sim.view.report.sweeps.columns import Column, by_effect, in_digits
@@ -44,8 +45,11 @@ class Found:
 
     @cached_property
     def value(self) -> Column:
-        """The quantity of all cases that are done, NaN where there is none."""
-        return self._column(self.quantity)
+        """The quantity of all cases that are done, NaN where there is none, or of a pose that would not stay."""
+        column = self._column(self.quantity)
+        if QUANTITIES[self.sweep.spec.run][self.quantity].kind == "truth":
+            return column
+        return replace(column, values=np.where(self.status == UNSTABLE, np.nan, column.values.astype(float)))
 
     @cached_property
     def columns(self) -> list[Column]:

@@ -7,6 +7,7 @@ from typing import Any
 from contarm_sim.sweeps.distributions import Normal, Range, Varied
 from contarm_sim.sweeps.distributions import Values as Listed
 from contarm_sim.sweeps.quantities import QUANTITIES
+from contarm_sim.sweeps.statuses import OK
 from contarm_sim.view.report.headline import Standing
 from contarm_sim.view.report.sweeps.columns import Column, in_digits
 from contarm_sim.view.report.sweeps.found import Found
@@ -59,7 +60,7 @@ def standings(found: Found) -> list[Standing]:
     """Say how much there is of it, and how much went well."""
     sweep = found.sweep
     done, cases = len(sweep), sweep.spec.cases
-    failed = done - sweep.counts.get("ok", 0)
+    failed = done - sweep.counts.get(OK, 0)
     if done < cases:
         share = f"{100 * done / cases:.0f} %"
         text = f"{done:,} of {cases:,} cases are done ({share}). What is below is of these, and may change."
@@ -68,11 +69,13 @@ def standings(found: Found) -> list[Standing]:
         first = Standing("good", "The sweep is complete.", f"{_count(cases)} are done.")
     if not failed:
         return [first, Standing("good", "No case failed.", "All that are done have what was asked for.")]
-    reasons = ", ".join(f"{count:,} {status}" for status, count in sweep.counts.items() if status != "ok")
+    reasons = ", ".join(f"{count:,} {status}" for status, count in sweep.counts.items() if status != OK)
     state = "bad" if failed == done else "note"
     return [
         first,
-        Standing(state, f"{_count(failed)} failed.", f"{reasons}. They are in the table, without quantities."),
+        Standing(
+            state, f"{_count(failed)} failed.", f"{reasons}. They are in the table; what is below is without them."
+        ),
     ]
 
 
