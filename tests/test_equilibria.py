@@ -8,7 +8,7 @@ import pytest
 
 from contarm_sim import Arm, InputError, Load, Muscles, Wrench, equilibria, equilibrium, presets
 from contarm_sim.errors import EquilibriumError
-from contarm_sim.statics import chunks
+from contarm_sim.statics import chunks, together
 from contarm_sim.statics.equilibrium import Equilibrium
 
 MIXED = replace(
@@ -193,3 +193,20 @@ def test_wrong_arguments_are_refused_in_one_line(given, words):
 def test_no_cases_are_no_equilibria():
     assert len(equilibria([], [])) == 0
     assert equilibria(Arm(), []).failed == {}
+
+
+def test_a_singular_matrix_is_its_own_case_alone(monkeypatch):
+    arms = [Arm(links=4, payload=payload, gravity=(0, 0, 9.81)) for payload in (0.0, 0.02, 0.05)]
+    load = Load(wrenches=(Wrench(xi=1, force=(0.1, 0, 0)),))
+    good, real = equilibria(arms, load), together.solved
+
+    def singular_in_the_second(K, right):
+        K = K.copy()
+        K[1:2] = 0
+        return real(K, right)
+
+    monkeypatch.setattr(together, "solved", singular_in_the_second)
+    found = equilibria(arms, load)
+    np.testing.assert_array_equal(found.qpos[[0, 2]], good.qpos[[0, 2]])
+    assert found.found.all()
+    assert np.isnan(real(np.zeros((2, 3, 3)) + np.diag([1.0, 1.0, 0.0]), np.ones((2, 3, 1)))).all()

@@ -12,8 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from contarm_sim import Arm, InputError, Load, Wrench, equilibrium, studies, sweeps
-from contarm_sim.sweeps import run
+from contarm_sim import Arm, InputError, Load, Reference, Wrench, compare, equilibrium, paths, simulate, studies, sweeps
+from contarm_sim.cli import pace
+from contarm_sim.errors import ContarmError
+from contarm_sim.motion.time_step import Stepping
+from contarm_sim.sweeps import chunks, run, store, together
 from contarm_sim.sweeps.store import opened
 from contarm_sim.sweeps.written import as_toml
 
@@ -196,6 +199,10 @@ REFUSED = [
     ({"run": "motion", "vary": {"path.duration": [-1]}}, "duration is -1"),
     ({"rn": "rest", **VARY}, "did you mean 'run'"),
     ({"backend": "gpu", **VARY}, "cpu"),
+    ({"vary": {"payload": {"from": 0, "to": 1, "count": 1}}}, "payload.count is 1"),
+    ({"arm": "two", "ask": ["bend_within_1_percent"], **VARY}, "known of arms of one section"),
+    ({"arm": "tendon", "ask": ["pressure_max"], **VARY}, "known of muscles that have pressure"),
+    ({"run": "equilibrium", "ask": ["tip_error"], **VARY}, "known where a bend is asked for"),
     ("nosuch", "a TOML file, or one of soft, validity"),
 ]
 
@@ -257,10 +264,110 @@ def test_poses_at_rest_agree_with_validate(tmp_path):
     assert found.column("tension_max") == [outcome.errors.muscle.max_force_n]
 
 
-def test_a_motion_tells_what_a_run_does(tmp_path):
-    fixed = {"links": 3, "path.name": "circle", "path.duration": 0.5, "path.max_bend": "20 deg", "timestep": 0.01}
-    found = sweeps.sweep({"run": "motion", "fixed": fixed, "vary": {"controller": ["servo", "chain"]}}, tmp_path / "m")
-    assert found.counts == {"ok": 2}
-    assert (found.column("timestep") == 0.01).all()
-    assert (found.column("tip_error_max") > 0).all()
-    assert list(found.column("controller")) == ["servo", "chain"]
+@pytest.fixture
+def in_one_chunk(monkeypatch):
+    monkeypatch.setattr(chunks, "AT_LEAST", 1)
+
+
+MOTION = {"links": 3, "path.name": "circle", "path.duration": 0.3, "path.max_bend": 0.4, "timestep": 0.01}
+
+
+def test_a_motion_tells_what_a_run_does_to_the_bit(tmp_path, in_one_chunk):
+    spec = sweeps.read({"run": "motion", "fixed": MOTION, "vary": {"payload": [0, 0.02, 0.05]}})
+    assert chunks.chunk_size(spec) == 3
+    found = sweeps.sweep(spec, tmp_path / "m")
+    assert found.counts == {"ok": 3}
+    for row, payload in enumerate((0, 0.02, 0.05)):
+        arm = Arm(links=3, payload=payload)
+        path = paths.named("circle", arm.length, duration=0.3, max_bend=0.4)
+        alone = simulate(arm, Reference.from_path(path, arm), "servo", stepping=Stepping(0.01))
+        assert found.column("tip_error_max")[row] == compare(alone).tip_error.max()
+        assert found.column("target_error_max")[row] == compare(alone).target_error.max()
+        assert found.column("tension_max")[row] == alone.muscle_tensions.max()
+    assert len(set(found.column("tip_error_max"))) == 3
+
+
+ENDS = {
+    "unstable": ("equilibrium", {"links": 4}, {"load.follower_moment.z": [2]}),
+    "not converged": ("equilibrium", {"links": 4, "gravity.z": 9.81}, {"load.follower_moment.z": [8]}),
+    "diverged": ("motion", MOTION, {"mass": [1e-9]}),
+    "too much pressure": ("rest", {"links": 3, "controller": "pressure"}, {"bend.angle": [2.9]}),
+}
+
+
+def test_each_way_to_end_has_its_word():
+    for status, (kind, fixed, vary) in ENDS.items():
+        (row,) = chunks.rows(sweeps.read({"run": kind, "fixed": fixed, "vary": vary}), 0)
+        assert row["status"] == status
+        assert row["error"]
+        if status == "unstable":  # it has its pose, and a report leaves it out
+            assert (row["tip_z"], row["stable"]) == (pytest.approx(0.37), False)
+        else:
+            assert row.get("tip_z") is None
+
+
+def test_what_fails_as_a_whole_is_said_of_its_own_case(in_one_chunk, monkeypatch, contarm, tmp_path):
+    spec = sweeps.read({"run": "motion", "fixed": MOTION, "vary": {"payload": [0, 0.02, 0.05]}})
+    good, real, fault = chunks.rows(spec, 0), together.simulate_many, np.linalg.LinAlgError("Singular matrix")
+
+    def fails_with_the_second(arms, *given, **options):
+        if any(arm.payload == 0.02 for arm in arms):
+            raise fault
+        return real(arms, *given, **options)
+
+    monkeypatch.setattr(together, "simulate_many", fails_with_the_second)
+    first, second, third = chunks.rows(spec, 0)
+    assert (first, third) == (good[0], good[2])
+    assert (second["status"], second["error"]) == ("failed", "LinAlgError: Singular matrix")
+    (tmp_path / "s.toml").write_text(as_toml(spec, {}))
+    for fault in (MemoryError("full"), OSError(errno.EIO, "lost"), TypeError("a mistake")):
+        code, _, err = contarm("sweep", "s.toml", "--processes", 1)
+        assert (code, err.count("\n")) == (1, 1)
+        assert err.startswith(f"contarm: case 1: {type(fault).__name__}: ")
+    assert not list(Path("runs/sweep-s/parts").iterdir())
+
+
+def test_a_part_of_another_chunk_or_sweep_is_made_again_and_other_chunks_and_code_are_refused(swept, tmp_path):
+    folder = sweeps.sweep(SPEC, tmp_path / "mixed").folder
+    parts = folder / "parts"
+    (parts / "part-000003.parquet").write_bytes((parts / "part-000004.parquet").read_bytes())
+    other = sweeps.sweep(SPEC | {"fixed": {"links": 4, "gravity.z": 9.81}}, tmp_path / "other").folder
+    (parts / "part-000005.parquet").write_bytes((other / "parts" / "part-000005.parquet").read_bytes())
+    assert len(sweeps.load(folder)) == 12
+    done = []
+    sweeps.sweep(SPEC, folder, on_done=lambda count, of: done.append(count))
+    assert done == [10, 11, 12]
+    assert table_of(folder) == table_of(swept.folder)
+    said = (folder / "sweep.toml").read_text()
+    for line, changed, why in (
+        ("chunk = 1\n", "chunk = 2\n", "chunk 2 there, 1 here"),
+        ('code = "', 'code = "x', "the code of contarm-sim has changed"),
+    ):
+        assert line in said
+        (folder / "sweep.toml").write_text(said.replace(line, changed))
+        with pytest.raises(InputError, match=f"the versions it was begun with: {why}$"):
+            sweeps.sweep(SPEC, folder)
+
+
+def test_parts_of_another_device_are_refused(tmp_path, monkeypatch):
+    spec, device = sweeps.read({"run": "motion", "backend": "warp", "fixed": MOTION, "vary": {"payload": [0]}}), "one"
+    row = {"case": 0, "payload": 0.0, "status": "ok"}
+    monkeypatch.setattr(store, "device_of", lambda spec: device)
+    with opened(tmp_path / "w", spec) as kept:
+        kept.keep(0, store.encoded(spec, [row]))
+    with opened(tmp_path / "w", spec) as kept:
+        assert kept.missing() == []
+        device = "another"
+        with pytest.raises(ContarmError, match="the table is made by one, and a part by another"):
+            kept.keep(0, store.encoded(spec, [row]))
+
+
+def test_the_time_left_is_told_when_models_are_made(monkeypatch):
+    now = 0.0
+    monkeypatch.setattr(pace.time, "monotonic", lambda: now)
+    said = pace._Said()
+    assert said(40, 100) == "40 of 100 cases"
+    now = 20.0  # the first chunk makes the models
+    assert said(50, 100) == "50 of 100 cases"
+    now = 25.0
+    assert said(60, 100) == "60 of 100 cases, 2 a second, 20 s left"

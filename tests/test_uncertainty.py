@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import qmc
 from text_boxes import faults
 
-from contarm_sim import Arm, Load, Muscles, Reference, World, Wrench, equilibrium, paths, simulate
+from contarm_sim import Arm, InputError, Load, Muscles, Reference, World, Wrench, equilibrium, paths, simulate
 from contarm_sim.control.believed import Believing
 from contarm_sim.control.registry import controller
 from contarm_sim.model.named import with_parameters
@@ -37,6 +37,13 @@ def motion():
     path = paths.named("spiral", arm.length, duration=0.4, max_bend=1.0)
     run = simulate(arm, Reference.from_path(path, arm), "feedforward")
     return uncertain_motion(run, {"cases": 32, "vary": VARY})
+
+
+def test_texts_and_vectors_cannot_be_uncertain():
+    spread = {"distribution": "uniform", "low": 0, "high": 1}
+    for name, kind in (("muscle.path", "a text"), ("gravity", "a vector")):
+        with pytest.raises(InputError, match=f"{name} is {kind}, which cannot be uncertain"):
+            read_uncertain({"vary": {name: spread}}, Arm())
 
 
 def test_what_is_sampled_has_its_distribution():
