@@ -43,10 +43,13 @@ def sweep(
     This is soft.toml, which takes some 10 s: `contarm sweep soft` runs it; save it, change it, and run yours.
 
     \b
-        run = "rest"            # poses at rest over the dome beside constant curvature; or equilibrium, motion
-        arm = "paper"           # or another preset, or "my_arm.toml" beside this file
-        design = "grid"         # or latin-hypercube, sobol with cases = 256; sobol-indices with points = 256; seed = 0
-        ask = ["tip_error_max_percent", "sag_max_percent", "tension_max", "weight_over_stiffness"]    # left out: all
+        run = "rest"      # poses at rest beside arcs; or equilibrium, motion
+        arm = "paper"     # or another preset, or "my_arm.toml" beside this file
+        design = "grid"   # or latin-hypercube, sobol, sobol-indices
+        ask = [           # left out: all
+          "tip_error_max_percent", "sag_max_percent", "tension_max",
+          "weight_over_stiffness",
+        ]
         [fixed]
         gravity = [0, 0, 9.81]  # hanging
         links = 12
@@ -54,17 +57,19 @@ def sweep(
         bending_stiffness = { from = 0.05, to = 2, count = 20, scale = "log" }
         payload = [0, "50 g", "100 g"]
         controller = ["servo", "paper"]
-        # mass = { distribution = "normal", mean = "300 g", std = "5 %" }     # uniform, lognormal too; not in a grid
+        # not in a grid:
+        # mass = { distribution = "normal", mean = "300 g", std = "5 %" }
 
     \b
     contarm sweep soft
-    contarm sweep soft --names                       what could be varied and asked for
+    contarm sweep soft --names             what could be varied and asked for
     contarm sweep my.toml --processes 1 --json
-    contarm sweep my.toml --scheduler tcp://node1:8786   on the workers of a Dask scheduler
-    contarm sweep validity                           where constant curvature holds: the chart of the README
+    contarm sweep my.toml --scheduler tcp://node1:8786        on a Dask cluster
+    contarm sweep validity                 the validity chart of the README
 
     \b
-    In Python: contarm_sim.sweeps.load("runs/sweep-soft").column("tip_error_max_percent"), or .table
+    In Python: contarm_sim.sweeps.load("runs/sweep-soft").table, or
+    .column("tip_error_max_percent")
     """
     from contarm_sim import sweeps
     from contarm_sim.cli.pace import pace
@@ -162,6 +167,7 @@ def _summary(found: Sweep) -> dict[str, Any]:
         "folder": str(found.folder),
         "cases": found.spec.cases,
         "status": found.counts,
+        "short": found.short,
         "quantities": quantities,
         "key": found.spec.key,
         "versions": versions(),
@@ -171,19 +177,35 @@ def _summary(found: Sweep) -> dict[str, Any]:
 
 def _show(found: Sweep, summary: dict[str, Any]) -> None:
     from contarm_sim.cli.terminal import table
+    from contarm_sim.sweeps.statuses import OK
 
     spec = found.spec
-    rows = [[name, of["unit"], *(_number(of[key]) for key in _COLUMNS)] for name, of in summary["quantities"].items()]
+    told = summary["quantities"]
+    rows = [_row(name, of) for name, of in told.items() if f"{name}_percent" not in told]
     click.echo(f"{spec.cases:,} cases of {spec.run!r}, {spec.design} over {', '.join(spec.vary)}")
     table("", ["quantity", "unit", "least", "median", "largest"], rows)
     click.echo(", ".join(f"{count:,} {status}" for status, count in found.counts.items()))
+    for words, count in found.short.items():
+        click.echo(f"{count:,} of the {found.counts[OK]:,} ok {words}")
 
 
 _COLUMNS = ("min", "median", "max")
 
 
-def _number(value: float | None) -> str:
-    return "" if value is None else f"{value:.4g}"
+_NOTHING = 1e-9
+"""Shares of length [%] and distances [mm] below are rounding, and printed as 0."""
+
+
+def _row(name: str, of: dict[str, Any]) -> list[str]:
+    """Return a row of the table, in units that people read."""
+    from contarm_sim.view.report.sweeps.columns import READ
+
+    factor, unit = READ.get(of["unit"], (1.0, of["unit"]))
+    if name.endswith("_percent"):
+        unit = "% of length"
+    least = _NOTHING if unit in ("mm", "% of length") else 0.0
+    numbers = [None if of[key] is None else factor * float(of[key]) for key in _COLUMNS]
+    return [name, unit, *("" if x is None else "0" if abs(x) < least else f"{x:.4g}" for x in numbers)]
 
 
 def _show_names(spec: Any) -> None:

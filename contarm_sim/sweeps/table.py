@@ -18,6 +18,12 @@ from contarm_sim.sweeps.spec import Spec
 from contarm_sim.sweeps.statuses import OK
 from contarm_sim.sweeps.store import kept, parts_of, require_pyarrow, schema
 
+_GRANTED = {
+    "feasible": "need more than the muscles have",
+    "explained": "are not explained: too fast, lengths not reached, or too far from the model",
+}
+"""Quantities that are true or false, and what is said where they are false."""
+
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
@@ -60,6 +66,14 @@ class Sweep:
             for each in batch.column(0).value_counts().to_pylist():
                 found[each["values"]] += each["counts"]
         return dict(sorted(found.items(), key=lambda item: (item[0] != OK, -item[1], item[0])))
+
+    @cached_property
+    def short(self) -> dict[str, int]:
+        """How many cases that went well lack what one would take for granted, in words; none that no case lacks."""
+        asked = [name for name in _GRANTED if name in self.spec.ask]
+        good = self.column("status") == OK
+        counts = {_GRANTED[name]: int((good & (self.column(name) == 0)).sum()) for name in asked}
+        return {words: count for words, count in counts.items() if count}
 
     def column(self, name: str) -> Any:
         """Return a column as a NumPy array, shape (cases,), of a vector (cases, size); NaN where there is no value.

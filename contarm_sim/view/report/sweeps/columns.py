@@ -15,7 +15,7 @@ from contarm_sim.kinematics.arrays import Array
 LEVELS = 24
 """A parameter with more different values is sorted into bins."""
 
-_READ = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg"), "Pa": (1e-3, "kPa"), "kg": (1e3, "g")}
+READ = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg"), "Pa": (1e-3, "kPa"), "kg": (1e3, "g")}
 """Units of the table, what numbers are multiplied by, and units that people read."""
 
 _OF_LENGTH = "_percent"
@@ -49,7 +49,7 @@ class Column:
     @property
     def shown(self) -> Array:
         """Numbers in the unit that people read."""
-        return np.asarray(self.values * _READ.get(self.unit, (1.0, ""))[0], dtype=float)
+        return np.asarray(self.values * READ.get(self.unit, (1.0, ""))[0], dtype=float)
 
     @property
     def label(self) -> str:
@@ -67,7 +67,7 @@ class Column:
         """The unit that people read; "-" for none."""
         if self.unit == "%" and self.name.endswith(_OF_LENGTH):
             return "% of length"
-        return _READ.get(self.unit, (1.0, self.unit.replace("^2", "²")))[1]
+        return READ.get(self.unit, (1.0, self.unit.replace("^2", "²")))[1]
 
     def wrapped(self, letters: int) -> str:
         """Return the label in lines of at most so many letters, where that can be."""

@@ -67,16 +67,15 @@ def standings(found: Found) -> list[Standing]:
         first = Standing("note", "The sweep is not finished.", f"{text} `contarm sweep` goes on with it.")
     else:
         first = Standing("good", "The sweep is complete.", f"{_count(cases)} are done.")
+    lacking = [Standing("note", f"{count:,} {words}.", "They count as ok: see `feasible`, `explained` in the table.")
+               for words, count in sweep.short.items()]  # fmt: skip
     if not failed:
-        return [first, Standing("good", "No case failed.", "All that are done have what was asked for.")]
+        text = "All that are done have what was asked for."
+        return [first, Standing("good", "No case failed.", text), *lacking]
     reasons = ", ".join(f"{count:,} {status}" for status, count in sweep.counts.items() if status != OK)
     state = "bad" if failed == done else "note"
-    return [
-        first,
-        Standing(
-            state, f"{_count(failed)} failed.", f"{reasons}. They are in the table; what is below is without them."
-        ),
-    ]
+    text = f"{reasons}. They are in the table; what is below is without them."
+    return [first, Standing(state, f"{_count(failed)} failed.", text), *lacking]
 
 
 def remarks(found: Found) -> list[str]:
