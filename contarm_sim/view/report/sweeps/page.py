@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from contarm_sim.view.prints import PLAIN, Prints
-from contarm_sim.view.report.filled import write_filled
+from contarm_sim.view.report.filled import arm_words, write_filled
 from contarm_sim.view.report.pictures import figure, unshown
 from contarm_sim.view.report.sweeps import words
 from contarm_sim.view.report.sweeps.failures import draw_failures
@@ -61,6 +61,9 @@ def write_sweep_report(folder: Path, found: Found, summary: dict[str, Any], prin
         "sweep.html.j2",
         found.arm,
         summary,
+        about=f"{arm_words(found.arm, spec.vary)}; cases differ in {', '.join(spec.vary)}",
+        command=f"{words.command(found)}\n{summary['command']}",
+        meanings=words.meanings(found),
         title=f"contarm sweep-report: {spec.name}, {len(found.sweep):,} of {spec.cases:,} cases",
         headline=words.headline(found),
         lead=words.lead(found),

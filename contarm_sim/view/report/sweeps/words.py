@@ -2,18 +2,35 @@
 
 from __future__ import annotations
 
+import shlex
 from typing import Any
+
+import numpy as np
 
 from contarm_sim.sweeps.distributions import Normal, Range, Varied
 from contarm_sim.sweeps.distributions import Values as Listed
 from contarm_sim.sweeps.quantities import QUANTITIES
 from contarm_sim.sweeps.statuses import OK
+from contarm_sim.sweeps.store import SAID
+from contarm_sim.view.report.filled import MEANINGS
 from contarm_sim.view.report.headline import Standing
 from contarm_sim.view.report.sweeps.columns import Column, in_digits
-from contarm_sim.view.report.sweeps.found import Found
+from contarm_sim.view.report.sweeps.found import EXTREMES, Found
 
 _LISTED = 8
 """More values are told by their ends."""
+
+_MEANINGS = {
+    "case": "one arm, in one world, at rest, under one load or along one path: a row of the table.",
+    "status": "what became of a case: ok if it has a result, or why it has none.",
+    "unstable": "there is a pose at rest, and the arm would not stay in it.",
+    "feasible": "the muscles have the tensions and pressures that the result takes.",
+    "Sobol’s index": "the share of a quantity’s variance that a parameter causes, alone (first order) or together with "
+    "others too (total).",
+    "controller": "paper and chain set muscle lengths by servos that push and pull at any force; servo pulls alone, no "
+    "harder than the muscles can; pressure does so by pressures; tip also brings the tip to its target.",
+}
+"""What words mean that pages of sweeps alone have."""
 
 _DESIGNS = {
     "grid": "a grid, all combinations",
@@ -87,9 +104,24 @@ def remarks(found: Found) -> list[str]:
             f"Sobol's indices are from {indices.points} points; {indices.left_out} are left out, for a case of theirs "
             "failed or is not done, or to have a power of two"
         )
+    shown = found.known
+    most = int(np.isclose(shown, shown.max(), rtol=1e-9, atol=0).sum()) if len(shown) else 0
+    if most > EXTREMES and shown.min() < shown.max():
+        lines.append(f"{_count(most - EXTREMES)} beside those of the table have the largest value too")
     if spec.design == "sobol-indices" and indices is None:
         lines.append("there are no Sobol's indices: they take two parameters or more, and eight points without a gap")
     return lines
+
+
+def command(found: Found) -> str:
+    """Return the command that makes the table anew."""
+    return shlex.join(["contarm", "sweep", str(found.sweep.folder / SAID), "--out", "FOLDER"])
+
+
+def meanings(found: Found) -> dict[str, str]:
+    """Return what words of the page mean."""
+    common = {word: said for word, said in MEANINGS.items() if word not in ("converged", "motion", "dome")}
+    return _MEANINGS | (MEANINGS if found.sweep.spec.run == "motion" else common)
 
 
 def parameters(found: Found) -> list[tuple[str, str]]:
@@ -127,8 +159,6 @@ def _words(name: str) -> str:
 
 
 def _said(value: Any, unit: str) -> str:
-    import numpy as np
-
     if isinstance(value, str):
         return value
     if isinstance(value, tuple):
