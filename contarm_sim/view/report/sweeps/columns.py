@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.sweeps.effects import effect
 
 LEVELS = 24
 """A parameter with more different values is sorted into bins."""
@@ -133,21 +134,10 @@ def bins_for(cases: int, axes: int) -> int:
     return int(np.clip((cases / 20) ** (1 / axes), 4, 12 if axes == 2 else 16))
 
 
-def effect(column: Column, values: Array) -> float:
-    """Return the share of the variance of some values, shape (K,), between the levels or bins of a column."""
-    known = np.isfinite(values)
-    if known.sum() < 2 or np.ptp(values[known]) == 0:
-        return 0.0
-    groups = sorted_into(column.chosen(known), 8)
-    means = np.array([values[known][groups.place == k].mean() if (groups.place == k).any() else 0.0
-                      for k in range(groups.count)])  # fmt: skip
-    return float(np.var(means[groups.place]) / np.var(values[known]))
-
-
 def by_effect(columns: list[Column], values: Array) -> list[Column]:
     """Return columns that have more than one value, that of the largest effect on some values first."""
     varied = [column for column in columns if len(np.unique(column.values)) > 1]
-    return sorted(varied, key=lambda column: -effect(column, values))
+    return sorted(varied, key=lambda column: -effect(column.values, values).share)
 
 
 def axes_of(columns: list[Column], values: Array) -> tuple[Column, Column, list[Column]]:

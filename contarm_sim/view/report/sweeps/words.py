@@ -37,13 +37,11 @@ def headline(found: Found) -> str:
             return (f"Constant curvature holds within {bound:g} % of length to {found.chart.max_bend_deg:g} deg "
                     f"up to m g L^2/EI = {limits}.")  # fmt: skip
     unit = "" if value.read_unit == "-" else f" {value.read_unit}"
-    ranked = found.ranked
     said = f"{value.words} is {in_digits(known.min())} to {in_digits(known.max())}{unit}"
     said = f"The {said}" if known.min() < known.max() else f"The {value.words} is {in_digits(known.max())}{unit}"
     if QUANTITIES[found.sweep.spec.run][found.quantity].kind == "truth":
         said = f"{value.words.capitalize()}: {int(known.sum()):,} of {_count(len(known))}"
-    matters = len(ranked) > 1 and known.min() < known.max()
-    return f"{said}; {_words(ranked[0])} matters most." if matters else f"{said}."
+    return f"{said}; {_words(found.matters)} matters most." if found.matters else f"{said}."
 
 
 def lead(found: Found) -> str:
@@ -72,7 +70,7 @@ def standings(found: Found) -> list[Standing]:
     state = "bad" if failed == done else "note"
     return [
         first,
-        Standing(state, f"{_count(failed)} failed.", f"{reasons}. They are in the table, without quantities."),
+        Standing(state, f"{_count(failed)} failed.", f"{reasons}. They are in the table, most quantities are not."),
     ]
 
 
@@ -80,13 +78,13 @@ def remarks(found: Found) -> list[str]:
     """Say what a figure leaves out."""
     indices, spec = found.indices, found.sweep.spec
     lines = []
-    if indices is not None and indices.left_out:
+    if indices is not None and indices.failed + indices.surplus:
         lines.append(
-            f"Sobol's indices are from {indices.points} points; {indices.left_out} are left out, for a case of theirs "
-            "failed or is not done, or to have a power of two"
+            f"Sobol's indices are from {indices.points} points; {indices.failed} are left out as a case of theirs "
+            f"failed, and {indices.surplus} to have a power of two"
         )
     if spec.design == "sobol-indices" and indices is None:
-        lines.append("there are no Sobol's indices: they take two parameters or more, and eight points without a gap")
+        lines.append(f"there are no Sobol's indices: {found.no_indices}")
     return lines
 
 
