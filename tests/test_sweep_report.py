@@ -179,6 +179,7 @@ def test_bends_of_an_arm_without_rest_in_some_poses_are_those_of_trust(tmp_path)
     np.testing.assert_allclose(bends, [bend.least_deg for bend in trust.bends], atol=0.06)
     assert bends[-1] > 4
     chart = chart_of(found)
+    assert chart is not None
     assert chart.no_rest == ("muscles are too weak",)
     assert chart.stances[0].bend_deg[0, 0, 0] == pytest.approx(bends)
     sheet = drawn(lambda sheet: draw_validity(sheet, chart), "page")

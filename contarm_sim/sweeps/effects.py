@@ -30,15 +30,15 @@ class Effect:
     chance: float
 
 
-def effect(parameter: NDArray[Any], values: Array) -> Effect:
+def effect(parameter: NDArray[Any], values: Array, drawn: bool = False) -> Effect:
     """Return the effect of a parameter, numbers or texts of shape (K,), on values, shape (K,), NaN where there is none.
 
-    Numbers with too few cases for each are taken together with their neighbours.
+    Numbers that are drawn from a range, or have too few cases each, are taken together with their neighbours.
     """
     from scipy.special import fdtrc
 
     known = np.isfinite(values)
-    place, y = _groups(parameter[known]), values[known]
+    place, y = _groups(parameter[known], drawn), values[known]
     size = np.bincount(place)
     between_free, within_free = len(size) - 1, len(y) - len(size)
     if between_free < 1 or within_free < 1 or np.ptp(y) == 0:
@@ -50,12 +50,12 @@ def effect(parameter: NDArray[Any], values: Array) -> Effect:
     return Effect(max(share, 0.0), float(fdtrc(between_free, within_free, between / between_free / within)))
 
 
-def _groups(parameter: NDArray[Any]) -> NDArray[np.intp]:
+def _groups(parameter: NDArray[Any], drawn: bool) -> NDArray[np.intp]:
     """Return the number of the level or bin of each case."""
     numeric = np.issubdtype(parameter.dtype, np.number)
     levels, place = np.unique(parameter if numeric else parameter.astype(str), return_inverse=True)
     count = len(levels)
-    if not numeric or count * _CASES <= len(parameter):
+    if not numeric or (count * _CASES <= len(parameter) and not drawn):
         return np.asarray(place)
     bins = min(_BINS, max(2, len(parameter) // _CASES), count)
     return np.asarray(place * bins // count)

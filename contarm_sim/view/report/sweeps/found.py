@@ -111,15 +111,16 @@ class Found:
 
     @property
     def matters(self) -> str | None:
-        """The parameter of the largest effect; None where there are not two, or chance may make as large a one."""
+        """The parameter of the largest effect; None where there are not two, or it may be chance or another's."""
         if len(self.ranked) < 2:
             return None
         first = self.ranked[0]
         if self.indices is not None:
-            sure = self.indices.total_interval[0, self.indices.names.index(first)] > 0
+            low, high = self.indices.total_interval[:, np.argsort(-self.indices.total)[:2]]
+            sure = low[0] > max(high[1], 0.0)
         else:
-            values = next(column.values for column in self.columns if column.name == first)
-            sure = effect(values, self._graded).chance * len(self.ranked) < SURE
+            column = next(column for column in self.columns if column.name == first)
+            sure = effect(column.values, self._graded, column.drawn).chance * len(self.ranked) < SURE
         return first if sure else None
 
     @property
@@ -195,14 +196,16 @@ class Found:
         elif values.dtype == bool:
             values = values.astype(float)
         varied = self.sweep.spec.vary.get(name)
-        return Column(name, self.sweep.unit(name), values, varied.log if isinstance(varied, Range | Normal) else None)
+        spread = varied if isinstance(varied, Range | Normal) else None
+        log = None if spread is None else spread.log
+        return Column(name, self.sweep.unit(name), values, log, drawn=spread is not None and not self.grid)
 
 
 def found_of(sweep: Sweep, quantity: str | None = None) -> Found:
     """Return what a report says of a sweep.
 
     Args:
-        quantity: the name of one that was asked for; default the largest tip error, or else the first.
+        quantity: the name of one that was asked for; default the largest tip error, or else the first that has values.
 
     Raises:
         InputError: no case is done yet, or no such quantity was asked for.
@@ -214,4 +217,5 @@ def found_of(sweep: Sweep, quantity: str | None = None) -> Found:
         find(quantity, {name: name for name in asked}, "--quantity")
         return Found(sweep, quantity)
     first = [name for name in FIRST if name in asked] or [name for name in asked if name not in _LABELS] or list(asked)
-    return Found(sweep, first[0])
+    first += [name for name in asked if name not in first]
+    return Found(sweep, next((name for name in first if sweep.middle(name)[0]), first[0]))

@@ -18,11 +18,14 @@ _FINE = 241
 
 _WEIGHTS = (0.001, 0.01, 0.1, 1.0, 10.0, 100.0)
 _PAYLOADS = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
-_BENDS = (1, 2, 5, 10, 20, 50)
+_BENDS = (1, 2, 5, 10, 20, 50, 100)
 """What is named on the axes: weights over stiffness, payloads over the arm's mass, bends [deg]."""
 
 _LEAST, _NO_LIMIT = 1e-3, 1e3
 """An error, or a bend, that is next to nothing; an error that is beyond all bounds [%]."""
+
+_LINED: dict[str, Any] = {"hatch": "////", "edgecolor": NOTE, "linewidth": 0.0}
+"""Where there is no rest there are lines across, so that it is no error in grey either."""
 
 _DOTS: Any = (0, (2, 1.5))
 _EXAMPLE: dict[str, Any] = {"color": ANALYTIC, "linestyle": (0, (4, 2)), "linewidth": 1.0}
@@ -46,7 +49,7 @@ _BY_PAYLOAD = _Scale(lambda y: np.log1p(np.maximum(y, 0.0) / _KNEE), lambda u: _
 _BY_LINKS = _Scale(lambda y: np.log(np.maximum(y, _LEAST)), np.exp)
 
 
-_NAMED, _NAMED_BENDS = (0.2, 0.45, 0.72), (0.15, 0.68, 0.88)
+_NAMED, _NAMED_BENDS = (0.1, 0.45, 0.72), (0.15, 0.68, 0.88)
 """Shares of a panel's height at which contours are named, those of small errors below."""
 
 
@@ -110,7 +113,8 @@ def _map(ax: Any, chart: Validity, y: Array, error: Array, scale: _Scale) -> Non
     inside = np.ones_like(shown)
     if not np.isfinite(error).all():
         inside = _interpolated(even, np.array([_inside(x, column, fine_x) for column in np.isfinite(error).T]), fine_y)
-        ax.contourf(across, upwards, inside, levels=[-_NO_LIMIT, 0.0], colors=[FAINT], zorder=3)
+        lost = ax.contourf(across, upwards, inside, levels=[-_NO_LIMIT, 0.0], colors=[FAINT], zorder=3)
+        lost.set(**_LINED)
     ax.set_yscale("function", functions=scale)
     ax.set_ylim(y[0], y[-1])
     ax.minorticks_off()
@@ -172,7 +176,7 @@ def _bends(ax: Any, chart: Validity, number: int, wide: bool) -> None:
     if not rests.all():  # how far rest goes beyond the largest error asked about is not known
         known = np.nan_to_num(free[-1], nan=_LEAST)
         lost = _inside(x, rests, fine) <= 0
-        ax.fill_between(np.exp(fine), known, most, where=lost, color=FAINT, linewidth=0, zorder=3)
+        ax.fill_between(np.exp(fine), known, most, where=lost, facecolor=FAINT, zorder=3, **_LINED)
     for i, (bound, width) in enumerate(zip(chart.bounds, _widths(chart), strict=True)):
         for line, dashes in ((free[i], "-"), (heavy[i], _DOTS)):
             seen = np.where(line < 0.999 * most, line, np.nan)
@@ -182,7 +186,9 @@ def _bends(ax: Any, chart: Validity, number: int, wide: bool) -> None:
     read = float(np.interp(np.log(chart.example), fine, free[len(chart.bounds) // 2]))
     if np.isfinite(read):
         _read(ax, chart, max(read, _BENDS[0]), f"{read:.2g}°" if read > _LEAST else "0°", wide)
-    ax.set_yticks([*_BENDS, most], [f"{bend:g}" for bend in (*_BENDS, most)])
+    ticks = [*(bend for bend in _BENDS if bend < most), most]
+    named = [f"{bend:g}" if bend in (_BENDS[0], most) or bend < 0.7 * most else "" for bend in ticks]
+    ax.set_yticks(ticks, named)
     ax.minorticks_off()
 
 
@@ -231,7 +237,7 @@ def _read(ax: Any, chart: Validity, y: float, words: str, wide: bool) -> None:
 def _name(ax: Any, bound: float, x: Array, y: float, beyond: Array) -> None:
     """Name a contour at a height, where what is beyond it, at the places x, first becomes positive."""
     crossed = 1 + np.flatnonzero((beyond[:-1] <= 0) & (beyond[1:] > 0))
-    if len(crossed) and 0.08 * _FINE < crossed[0] < 0.92 * _FINE:
+    if len(crossed) and 0.12 * _FINE < crossed[0] < 0.9 * _FINE:
         ax.text(x[crossed[0]], y, f"{bound:g} %", ha="center", va="center", zorder=6, fontweight="bold",
                 path_effects=_halo())  # fmt: skip
 
@@ -260,7 +266,7 @@ def _legend(sheet: Sheet, chart: Validity) -> None:
     handles.append(Line2D([], [], marker="o", markerfacecolor="white", markeredgecolor=ANALYTIC, **_EXAMPLE))
     names.append(f"an example: the paper's arm, {chart.example:.3g}")
     if any(not np.isfinite(stance.error_percent).all() for stance in chart.stances):
-        handles.append(Patch(facecolor=FAINT, edgecolor=ERROR, linewidth=0.5))
+        handles.append(Patch(facecolor=FAINT, **_LINED))
         names.append("some bend has no pose at rest:\n" + ",\nor ".join(chart.no_rest))
     meaning = ("" if sheet.wide else "\n").join(_MEANING)
     sheet.legend(handles, names, loc="outside lower center", ncols=3 if sheet.wide else 1, title=meaning,
