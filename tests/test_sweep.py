@@ -309,6 +309,17 @@ def test_each_way_to_end_has_its_word():
             assert row.get("tip_z") is None
 
 
+def test_poses_that_would_not_stay_are_in_the_table_and_in_no_statistics(tmp_path):
+    ask = ["tip_z", "stable", "payload_over_mass"]
+    spec = {"run": "equilibrium", "ask": ask, "fixed": {"links": 4}, "vary": {"load.follower_moment.z": [0, 2]}}
+    found = sweeps.sweep(spec, tmp_path / "u")
+    assert found.counts == {"ok": 1, "unstable": 1}
+    assert np.isfinite(found.column("tip_z")).all()
+    assert np.isfinite(found.values("tip_z")).tolist() == [True, False]
+    assert found.values("stable").tolist() == [1, 0]
+    assert found.middle("payload_over_mass")[0] == 2
+
+
 def test_what_fails_as_a_whole_is_said_of_its_own_case(in_one_chunk, monkeypatch, contarm, tmp_path):
     spec = sweeps.read({"run": "motion", "fixed": MOTION, "vary": {"payload": [0, 0.02, 0.05]}})
     good, real, fault = chunks.rows(spec, 0), together.simulate_many, np.linalg.LinAlgError("Singular matrix")

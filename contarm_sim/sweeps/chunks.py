@@ -9,13 +9,14 @@ from typing import Any
 
 from contarm_sim.engine.room import engine_room
 from contarm_sim.errors import ContarmError, MissingError, one_line
+from contarm_sim.studies.trusted_bends import WITHOUT_REST
 from contarm_sim.sweeps.case import Case, case_of
 from contarm_sim.sweeps.designs import roles
 from contarm_sim.sweeps.quantities import QUANTITIES, Quantity
 from contarm_sim.sweeps.spec import Spec
 from contarm_sim.sweeps.statuses import of_case, status_of
 from contarm_sim.sweeps.together import told, tried
-from contarm_sim.sweeps.told import Told
+from contarm_sim.sweeps.told import Lost, Told
 
 SECONDS = 2.0
 """Work of a chunk that is aimed at, on one core [s]: what a killed sweep loses at most for each process."""
@@ -74,7 +75,7 @@ def rows(spec: Spec, chunk: int) -> list[Row]:
     with engine_room():
         cases = [tried(case_of, spec, values) for values in every]
         made = [
-            {"case": number, **values, **_of_arm(case, asked), **_said(number, each, asked)}
+            {"case": number, **values, **_of_arm(case, asked), **_said(number, case, each, asked)}
             for number, values, case, each in zip(range(first, last), every, cases, told(spec, cases), strict=True)
         ]
     if spec.design == "sobol-indices":
@@ -90,7 +91,7 @@ def _of_arm(case: Case | Exception, asked: Sequence[Quantity]) -> Row:
     return {quantity.name: quantity.of(Told(case.arm)) for quantity in asked if quantity.of_arm}
 
 
-def _said(number: int, found: Told | Exception, asked: Sequence[Quantity]) -> Row:
+def _said(number: int, case: Case | Exception, found: Told | Exception, asked: Sequence[Quantity]) -> Row:
     """Return the quantities, the status and the error of a case."""
     made: Row = {}
     if not isinstance(found, Exception):
@@ -103,6 +104,17 @@ def _said(number: int, found: Told | Exception, asked: Sequence[Quantity]) -> Ro
             raise found
         if not of_case(found):
             raise ContarmError(f"case {number}: {type(found).__name__}: {one_line(str(found))}") from found
+        costly = [quantity for quantity in asked if quantity.costly]
+        made = _up_to_rest(case, costly) if costly and isinstance(found, WITHOUT_REST) else {}
         problem, stable = found, False
     status, error_text = status_of(problem, stable)
     return made | {"status": status, "error": error_text or None}
+
+
+def _up_to_rest(case: Case | Exception, asked: Sequence[Quantity]) -> Row:
+    """Return bends of an arm that has no rest in some pose: they are searched for up to where rest ends."""
+    if isinstance(case, Exception) or case.controller != "servo":
+        return {}
+    lost = Lost(case.arm, case.poses().bend)
+    found = {quantity.name: tried(quantity.of, lost) for quantity in asked}
+    return {name: value for name, value in found.items() if not isinstance(value, Exception)}

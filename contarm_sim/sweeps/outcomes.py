@@ -17,7 +17,7 @@ from contarm_sim.sweeps.statuses import OK
 from contarm_sim.sweeps.uncertain import Uncertain, read_uncertain
 
 PERCENTS = (5, 50, 95)
-"""Percentiles that are told of everything."""
+"""Percentiles that are given of everything."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

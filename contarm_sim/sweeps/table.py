@@ -13,9 +13,11 @@ import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.inputs import as_path
+from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.named import find
+from contarm_sim.sweeps.quantities import QUANTITIES
 from contarm_sim.sweeps.spec import Spec
-from contarm_sim.sweeps.statuses import OK
+from contarm_sim.sweeps.statuses import OK, UNSTABLE
 from contarm_sim.sweeps.store import kept, parts_of, require_pyarrow, schema
 
 _GRANTED = {
@@ -89,6 +91,20 @@ class Sweep:
         if column.type in _numbers():
             return column.to_numpy() if not column.null_count else column.cast("float64").to_numpy()
         return np.array(column.to_pylist(), dtype=object)
+
+    def values(self, name: str) -> Array:
+        """Return a quantity in numbers, shape (cases,); NaN where there is none, and of poses that would not stay.
+
+        What the arm alone tells, and what is true or false, is told of these too.
+        """
+        one, values = QUANTITIES[self.spec.run][name], np.asarray(self.column(name), dtype=float)
+        return np.where((self.column("status") != UNSTABLE) | one.of_arm | (one.kind == "truth"), values, np.nan)
+
+    def middle(self, name: str) -> list[Any]:
+        """Return how many cases have a value of a quantity and, where any does, the least, the median, the largest."""
+        values = self.values(name)
+        values = values[np.isfinite(values)]
+        return [len(values), *(np.percentile(values, (0, 50, 100)).tolist() if len(values) else [])]
 
     def unit(self, name: str) -> str:
         """Return the unit of a column, "-" where it has none."""
