@@ -161,7 +161,7 @@ def _summary(found: Sweep) -> dict[str, Any]:
         "folder": str(found.folder),
         "cases": found.spec.cases,
         "status": found.counts,
-        "short": found.short,
+        "ok_but_not": found.short,
         "quantities": quantities,
         "key": found.spec.key,
         "versions": versions(),
@@ -172,6 +172,7 @@ def _summary(found: Sweep) -> dict[str, Any]:
 def _show(found: Sweep, summary: dict[str, Any]) -> None:
     from contarm_sim.cli.terminal import table
     from contarm_sim.sweeps.statuses import OK
+    from contarm_sim.sweeps.table import LACKING
 
     spec = found.spec
     told = summary["quantities"]
@@ -179,8 +180,8 @@ def _show(found: Sweep, summary: dict[str, Any]) -> None:
     click.echo(f"{spec.cases:,} cases of {spec.run!r}, {spec.design} over {', '.join(spec.vary)}")
     table("", ["quantity", "unit", "least", "median", "largest"], rows)
     click.echo(", ".join(f"{count:,} {status}" for status, count in found.counts.items()))
-    for words, count in found.short.items():
-        click.echo(f"{count:,} of the {found.counts[OK]:,} ok {words}")
+    for name, count in found.short.items():
+        click.echo(f"{count:,} of the {found.counts[OK]:,} ok {LACKING[name]}")
 
 
 _COLUMNS = ("min", "median", "max")

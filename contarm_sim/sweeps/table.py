@@ -20,7 +20,7 @@ from contarm_sim.sweeps.spec import Spec
 from contarm_sim.sweeps.statuses import OK, UNSTABLE
 from contarm_sim.sweeps.store import kept, parts_of, require_pyarrow, schema
 
-_GRANTED = {
+LACKING = {
     "feasible": "need more than the muscles have",
     "explained": "are not explained: too fast, lengths not reached, or too far from the model",
 }
@@ -71,11 +71,10 @@ class Sweep:
 
     @cached_property
     def short(self) -> dict[str, int]:
-        """How many cases that went well lack what one would take for granted, in words; none that no case lacks."""
-        asked = [name for name in _GRANTED if name in self.spec.ask]
+        """How many cases that went well are not `feasible`, or not `explained`; without those that none is."""
         good = self.column("status") == OK
-        counts = {_GRANTED[name]: int((good & (self.column(name) == 0)).sum()) for name in asked}
-        return {words: count for words, count in counts.items() if count}
+        counts = {name: int((good & (self.column(name) == 0)).sum()) for name in LACKING if name in self.spec.ask}
+        return {name: count for name, count in counts.items() if count}
 
     def column(self, name: str) -> Any:
         """Return a column as a NumPy array, shape (cases,), of a vector (cases, size); NaN where there is no value.

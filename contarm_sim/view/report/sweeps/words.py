@@ -12,6 +12,7 @@ from contarm_sim.sweeps.distributions import Values as Listed
 from contarm_sim.sweeps.quantities import QUANTITIES
 from contarm_sim.sweeps.statuses import OK
 from contarm_sim.sweeps.store import SAID
+from contarm_sim.sweeps.table import LACKING
 from contarm_sim.view.report.filled import MEANINGS
 from contarm_sim.view.report.headline import Standing
 from contarm_sim.view.report.sweeps.columns import Column, in_digits
@@ -87,10 +88,14 @@ def standings(found: Found) -> list[Standing]:
         first = Standing("note", "The sweep is not finished.", f"{text} `contarm sweep` goes on with it.")
     else:
         first = Standing("good", "The sweep is complete.", f"{_count(cases)} are done.")
-    lacking = [Standing("note", f"{count:,} {words}.", "They count as ok: see `feasible`, `explained` in the table.")
-               for words, count in sweep.short.items()]  # fmt: skip
+    lacking = []
+    for name, count in sweep.short.items():
+        said, _, why = LACKING[name].partition(": ")
+        text = f"{why[:1].upper()}{why[1:]}. " if why else ""
+        title = f"{count:,} of {sweep.counts[OK]:,} {said}."
+        lacking.append(Standing("note", title, f"{text}They count as ok: `{name}` tells them apart."))
     if not failed:
-        text = "All that are done have what was asked for."
+        text = "All that are done have " + ("a result." if lacking else "what was asked for.")
         return [first, Standing("good", "No case failed.", text), *lacking]
     reasons = ", ".join(f"{count:,} {status}" for status, count in sweep.counts.items() if status != OK)
     state = "bad" if failed == done else "note"
