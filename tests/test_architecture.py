@@ -15,6 +15,7 @@ MAY = {
     "stopping": set(),
     "libmujoco": set(),
     "versions": set(),
+    "processors": set(),
     "files": {"stopping"},
     "inputs": {"errors"},
     "model": {"brevity", "display", "errors", "inputs"},
@@ -23,7 +24,7 @@ MAY = {
     "mjcf": {"errors", "libmujoco", "model"},
     "paths": {"display", "errors", "inputs", "model", "kinematics", "mechanics"},
     "results": {"display", "errors", "inputs", "model", "kinematics", "mechanics", "paths"},
-    "engine": {"errors", "libmujoco", "model", "kinematics", "mechanics", "mjcf"},
+    "engine": {"errors", "libmujoco", "processors", "model", "kinematics", "mechanics", "mjcf"},
     "statics": {"brevity", "display", "errors", "libmujoco", "model", "kinematics", "mechanics", "mjcf", "engine"},
     "control": {"errors", "model", "kinematics", "mechanics", "paths", "engine", "statics"},
     "motion": {"errors", "libmujoco", "versions", "model", "kinematics", "mechanics", "mjcf", "paths", "results",
@@ -37,8 +38,8 @@ MAY = {
              "studies", "sweeps"},
     "envs": {"errors", "libmujoco", "model", "kinematics", "mechanics", "mjcf", "paths", "engine", "statics", "control",
              "view"},
-    "cli": {"errors", "stopping", "files", "inputs", "versions", "model", "kinematics", "mechanics", "mjcf", "paths",
-            "results", "statics", "control", "motion", "studies", "sweeps", "view", "envs"},
+    "cli": {"errors", "stopping", "files", "inputs", "versions", "processors", "model", "kinematics", "mechanics",
+            "mjcf", "paths", "results", "statics", "control", "motion", "studies", "sweeps", "view", "envs"},
 }  # fmt: skip
 
 # The one door upwards: results show themselves in notebooks, see display.py; only where they are asked to.

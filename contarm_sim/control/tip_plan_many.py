@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,19 +9,16 @@ from numpy.typing import NDArray
 
 from contarm_sim.control.tip_plan import ITERATIONS, KEPT, LARGEST, LONGEST, STEP
 from contarm_sim.engine.plant import Plant
-from contarm_sim.engine.threads import processors
+from contarm_sim.engine.threads import shared_out
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import muscles
 from contarm_sim.mechanics.routing import length_jacobian, lengths_from_bend
 from contarm_sim.mechanics.servos import servo_control
 from contarm_sim.model.arm import Arm
+from contarm_sim.statics.cases import BUNCH
 from contarm_sim.statics.holding_together import Holding
 from contarm_sim.statics.poses import Poses, Starts
 from contarm_sim.statics.stiffness import dot
-
-CHUNK = 128
-"""Samples that are solved together: enough to share Python's own time, few enough for a processor's cache."""
-
 
 Solved = tuple[Array, Array, Array, Array]
 """Of a sample: set-points [m], muscle lengths [m], the tip's derivatives by the bend [m/rad], joint angles [rad]."""
@@ -77,14 +73,13 @@ def solve_many(arm: Arm, asked: Asked) -> dict[int, Solved]:
 
     Others need `TipPlan`, for their steps or for the error that says why there is no solution.
     """
-    starts = range(0, len(asked.bend), CHUNK)
-    chunks = [asked.rows(slice(first, first + CHUNK)) for first in starts]
-    with ThreadPoolExecutor(max(1, min(processors(), len(chunks)))) as pool:
-        solved = list(pool.map(lambda chunk: _Chunk(arm, chunk)(), chunks))
+    starts = range(0, len(asked.bend), BUNCH)
+    bunches = [asked.rows(slice(first, first + BUNCH)) for first in starts]
+    solved = shared_out(lambda bunch: _Bunch(arm, bunch)(), bunches)
     return {first + row: one for first, found in zip(starts, solved, strict=True) for row, one in found.items()}
 
 
-class _Chunk:
+class _Bunch:
     """Samples of one arm, solved together."""
 
     def __init__(self, arm: Arm, asked: Asked) -> None:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from contarm_sim.engine.divergence import FATAL, any_fatal, divergence, stepping_settings
 from contarm_sim.engine.layout import layout
-from contarm_sim.engine.models import Built, built, structure
+from contarm_sim.engine.models import Built, built
 from contarm_sim.engine.plant import Plant, bent
 from contarm_sim.engine.seen import SeenArms
 from contarm_sim.engine.threads import thread_count
@@ -89,7 +89,7 @@ class Plants(SeenArms):
     ) -> None:  # fmt: skip
         self.arms, self.actuation, self.failed = list(arms), actuation, dict[int, DivergenceError]()
         if len({layout(one) for one in own}) > 1:
-            raise InputError("arms", "of several layouts", "arms of one: see grouped")
+            raise InputError("arms", "of several layouts", "arms of one")
         self._own, self.models, self.index = list(own), [one.model for one in own], own[0].index
         self._steps = self._each(TIMESTEP if timestep is None else timestep)
         self.batch = self.engine(self.models[0], len(arms), thread_count(len(arms), threads), persistent)
@@ -169,7 +169,7 @@ class Plants(SeenArms):
         changed = {place: arm for place, arm in arms.items() if arm != self.arms[place]}
         own = {place: self._compiled(arm, self.actuation) for place, arm in changed.items()}
         if any(layout(one) != layout(self._own[0]) for one in own.values()):
-            raise InputError("arms", "of another layout", "arms of the same: see grouped")
+            raise InputError("arms", "of another layout", "arms of the same")
         for place, arm in changed.items():
             self.arms[place], self._own[place] = arm, own[place]
             self.models[place] = own[place].model
@@ -266,15 +266,3 @@ class Plants(SeenArms):
             return None if places is None else np.asarray(places, dtype=int)
         at = self._every(places)
         return at[~np.isin(at, list(self.failed))]
-
-
-def grouped(arms: Sequence[Arm], actuation: Actuation = "lengths") -> list[list[int]]:
-    """Return the places of arms that may go into one `Plants`, layout by layout, in the order in which they appear."""
-    known: dict[Any, Any] = {}
-    groups: dict[Any, list[int]] = {}
-    for place, arm in enumerate(arms):
-        kept_by = structure(arm, actuation)
-        if kept_by not in known:
-            known[kept_by] = layout(built(arm, actuation))
-        groups.setdefault(known[kept_by], []).append(place)
-    return list(groups.values())
