@@ -13,8 +13,9 @@ from contarm_sim.control.base import Controller
 from contarm_sim.control.feedback import Feedback
 from contarm_sim.control.servo import LengthFeedback, Servo
 from contarm_sim.engine import threads
+from contarm_sim.engine.moved import STATE
 from contarm_sim.engine.plant import Plant
-from contarm_sim.engine.plants import STATE, Plants
+from contarm_sim.engine.plants import Plants
 from contarm_sim.engine.room import engine_room
 from contarm_sim.kinematics import arc
 from contarm_sim.mjcf.muscles import straight_controls

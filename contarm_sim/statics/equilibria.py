@@ -127,7 +127,7 @@ def equilibria(
     *,
     method: Method = "auto",
     guess: Any = None,
-    threads: int = 0,
+    threads: int = 1,
     details: bool = False,
 ) -> Equilibria:
     """Return the static poses of many cases: `equilibrium` of each, to the bit, at a fraction of its time.

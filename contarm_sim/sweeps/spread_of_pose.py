@@ -22,8 +22,8 @@ from contarm_sim.sweeps.causes import Causes
 from contarm_sim.sweeps.outcomes import PERCENTS, Outcomes, causes_document, outcome, percentiles, uncertain_of
 from contarm_sim.sweeps.uncertain import Uncertain
 
-_TOGETHER = 128
-"""Cases that are solved at a time, on all processors."""
+_TOGETHER = 32
+"""Cases that are solved at a time."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
