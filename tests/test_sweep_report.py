@@ -15,6 +15,7 @@ from contarm_sim.paths.reference import Reference
 from contarm_sim.studies.attempts import attempt
 from contarm_sim.studies.scenarios import HANGING, UPRIGHT, dome_grid, scenarios, weight_over_stiffness
 from contarm_sim.studies.trusted_bends import LoadedArm, trusted
+from contarm_sim.sweeps.effects import SURE, effect
 from contarm_sim.sweeps.sensitivity import sobol
 from contarm_sim.sweeps.validity import chart_of
 from contarm_sim.view.colours import TRUSTED
@@ -126,9 +127,80 @@ def test_indices_are_those_of_a_closed_form_and_their_intervals_hold_it(monkeypa
     assert (found.total_interval == again.total_interval).all()
     values[:10] = np.nan
     fewer = sobol(names, values, f(b), np.array(mixed))
-    assert (fewer.points, fewer.left_out) == (256, 256)
+    assert (fewer.points, fewer.failed, fewer.surplus) == (256, 10, 246)
+    values[:60] = np.nan
+    with pytest.raises(ValueError, match="60 of 512 with a failed case; allowed: at most 10 %"):
+        sobol(names, values, f(b), np.array(mixed))
+    values[:10] = 0.0
     with pytest.raises(ValueError, match="at least 8"):
-        sobol(names, values[:12], f(b)[:12], np.array(mixed)[:, :12])
+        sobol(names, values[:7], f(b)[:7], np.array(mixed)[:, :7])
+
+
+def test_indices_of_a_sum_are_shares_of_its_variance(monkeypatch):
+    """On Saltelli's design of Sobol points, as sweeps have it, within 1 %."""
+    from scipy.stats import qmc
+
+    monkeypatch.setattr("contarm_sim.sweeps.sensitivity.RESAMPLED", 20)
+    points = qmc.Sobol(6, rng=0).random(1024)
+    a, b, weights = points[:, :3], points[:, 3:], np.array([3.0, 2.0, 0.5])
+    mixed = a @ weights + weights[:, None] * (b - a).T
+    found = sobol(("one", "two", "three"), a @ weights, b @ weights, mixed)
+    exact = weights**2 / (weights**2).sum()
+    np.testing.assert_allclose(found.first, exact, atol=0.01)
+    np.testing.assert_allclose(found.total, exact, atol=0.01)
+
+
+def test_effects_are_shares_without_what_chance_adds():
+    """A parameter with many levels explains no more of pure noise than one with two, and a real one what it causes."""
+    rng = np.random.default_rng(0)
+    noise = rng.standard_normal((200, 120))
+    for levels in (2, 24, 120):
+        found = [effect(np.arange(120) % levels, values) for values in noise]
+        assert np.mean([each.share for each in found]) < 0.04
+        assert np.mean([each.chance < 0.05 for each in found]) == pytest.approx(0.05, abs=0.04)
+    real = [effect(np.array(["low", "high"])[np.arange(120) % 2], values + np.arange(120) % 2 * 2) for values in noise]
+    assert np.mean([each.share for each in real]) == pytest.approx(0.5, abs=0.02)
+    assert max(each.chance for each in real) < SURE
+
+
+def test_bends_of_an_arm_without_rest_in_some_poses_are_those_of_trust(tmp_path):
+    """Stiff, with muscles too weak for 120 deg: how far it may bend is known, and the chart says why no farther."""
+    asked = ["tip_error_max_percent", "bend_within_0.1_percent", "bend_within_1_percent", "bend_within_5_percent"]
+    vary = {"payload": [0, 0.3], "links": [6, 8], "bending_stiffness": [10.0, 0.1], "gravity.z": [9.81]}
+    fixed = {"grid": 2, "max_bend": "120 deg"}
+    found = sweeps.sweep(SMALL | {"ask": asked, "fixed": fixed, "vary": vary}, tmp_path / "weak")
+    assert set(found.counts) == {"ok", "no equilibrium"}
+    first = {name: found.column(name)[0] for name in ("status", *asked)}
+    assert first["status"] == "no equilibrium"
+    assert np.isnan(first["tip_error_max_percent"])
+    arm = Arm(links=6, gravity=HANGING, bending_stiffness=10.0)
+    trust = trusted(LoadedArm("", "", arm, 0.0), np.radians([0, 5, 60, 120]), 2 * np.pi * np.arange(6) / 6)
+    bends = np.degrees([first[name] for name in asked[1:]])
+    np.testing.assert_allclose(bends, [bend.least_deg for bend in trust.bends], atol=0.06)
+    assert bends[-1] > 4
+    chart = chart_of(found)
+    assert chart is not None
+    assert chart.no_rest == ("muscles are too weak",)
+    assert chart.stances[0].bend_deg[0, 0, 0] == pytest.approx(bends)
+    sheet = drawn(lambda sheet: draw_validity(sheet, chart), "page")
+    assert faults(sheet) == []
+    assert "muscles are too weak" in sheet.legends[0].get_texts()[-1].get_text()
+    unknown = replace(chart.stances[0], bend_deg=np.full_like(chart.stances[0].bend_deg, np.nan))
+    sheet = drawn(lambda sheet: draw_validity(sheet, replace(chart, stances=(unknown,))), "page")
+    assert not any(np.isfinite(line.get_ydata()).any() for line in sheet.axes[1].lines if len(line.get_xdata()) > 2)
+
+
+@pytest.mark.slow
+def test_the_chart_of_the_readme_is_of_today(tmp_path):
+    """What docs/images/validity.png says of the example, and docs/howto/validity.md of 1 %."""
+    spec = sweeps.read("validity")
+    vary = {"gravity.z": [9.81, -9.81], "links": [24, 48], "payload": [0, 0.3], "bending_stiffness": [0.1, 1.0]}
+    chart = chart_of(sweeps.sweep(spec.to_dict() | {"vary": vary}, tmp_path / "some"))
+    for stance, percent, degrees in zip(chart.stances, (9.1, 12), (10, 6.8), strict=True):
+        example = int(np.abs(chart.weight - chart.example).argmin())
+        assert f"{stance.error_percent[example, 0, 0]:.2g}" == f"{percent:g}"
+        assert f"{stance.bend_deg[example, 0, 0, 1]:.2g}" == f"{degrees:g}"
+    assert chart.stances[0].error_percent[0, 0, 0] == pytest.approx(1.0, rel=0.1)
 
 
 def _columns(count, rng):
@@ -183,7 +255,7 @@ def test_the_chart_names_its_bounds_and_marks_the_example(chart):
         assert any(np.allclose(line.get_xdata(), chart.example) for line in axes.lines)
         assert to_hex(axes.get_facecolor()) == TRUSTED[-1].lower()
     sizes = [text.get_text() for text in sheet.legends[0].get_texts()]
-    assert "no rest: it buckles" in sizes
+    assert "some bend has no pose at rest:\nthe arm buckles" in sizes
     assert "tip within 1 % of length" in sizes
 
 

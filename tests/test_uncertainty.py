@@ -12,7 +12,6 @@ from text_boxes import faults
 from contarm_sim import Arm, Load, Muscles, Reference, World, Wrench, equilibrium, paths, simulate
 from contarm_sim.control.believed import Believing
 from contarm_sim.control.registry import controller
-from contarm_sim.model.named import with_parameters
 from contarm_sim.sweeps.case_table import write_cases
 from contarm_sim.sweeps.causes import causes
 from contarm_sim.sweeps.spread_of_motion import uncertain_motion
@@ -68,7 +67,7 @@ def test_causes_are_those_of_ishigami_s_function():
     inside = (found.total_interval[:, 0] <= found.total) & (found.total <= found.total_interval[:, 1])
     assert inside.all()
     few = causes(np.stack([x, y, z], axis=1)[:64] / pi, [False] * 3, values[:64])
-    assert "foretells no more than" in few.reason
+    assert "explains no more than" in few.reason
     assert np.isnan(few.first).all()
 
 
@@ -126,12 +125,10 @@ def test_a_pose_keeps_the_set_points_of_the_nominal_arm(tmp_path):
     found = uncertain_pose(arm, load, {"cases": 64, "vary": VARY | {"payload": VARY["length"] | {"mean": 0.05}}})
     assert np.array_equal(found.nominal.tip, equilibrium(arm, load).tip)
     # Other payloads alone would move the tip by what the compliance says.
-    heavier = with_parameters(arm, {"payload": 0.0501})
     told = uncertain_pose(arm, load, {"cases": 8, "vary": {"payload": VARY["length"] | {"mean": 0.05}}})
     moved = told.tips - told.nominal.tip
     pull = np.array([[0, 0, 9.81 * (value - 0.05)] for value in told.uncertain.values["payload"]])
     assert moved == pytest.approx(pull @ told.nominal.tip_compliance[:3, :3].T, abs=2e-6)
-    assert heavier.payload > arm.payload
     deviations, axes = found.ellipsoid
     assert np.sum(deviations**2) == pytest.approx(np.trace(np.cov(found.tips.T)))
     assert axes @ axes.T == pytest.approx(np.eye(3), abs=1e-9)

@@ -70,7 +70,7 @@ def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: A
     A case in a file: {"gravity": [0, 0, 9.81], "payload": 0.1, "wrenches": [{"xi": 1, "force": [0.2, 0, 0]}],
     "follower_moment": [0, 0, 0], "actuation_moment": [0, 0.05], "muscles": {"kind": "off"}}.
 
-    --uncertain takes the same file as `contarm run`: where the tips of sampled arms are, and why. Servos are told what
+    --uncertain takes the same file as `contarm run`: where the tips of sampled arms are, and why. Servos get what
     would hold the bend of the nominal arm, the one you believe in.
     """
     from contarm_sim.model.load import Load, Wrench

@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 @click.option("--workers", type=click.IntRange(1, 4096), metavar="N", help="Dask workers here, with a dashboard.")
 @click.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler, tcp://HOST:PORT, or the .json file it wrote.")
 @click.option("--backend", metavar="NAME", help="What steps motions; default what SPEC says, or cpu.")
-@click.option("--names", is_flag=True, help="List what cases of SPEC may differ in, and what they tell; run nothing.")
+@click.option(
+    "--names", is_flag=True, help="List what cases of SPEC may differ in, and which quantities there are; run nothing."
+)
 @json_option
 def sweep(
     spec: str | None,
@@ -139,20 +141,15 @@ def _runner(processes: int | None, workers: int | None, scheduler: str | None) -
 
 def _summary(found: Sweep) -> dict[str, Any]:
     """Return the sweep in numbers: of each quantity the least, the median and the largest."""
-    import numpy as np
-
     from contarm_sim.cli.terminal import command_line
     from contarm_sim.sweeps.quantities import QUANTITIES
     from contarm_sim.versions import versions
 
     quantities: dict[str, Any] = {}
     for name in found.spec.ask:
-        values = np.asarray(found.column(name), dtype=float)
-        values = values[np.isfinite(values)]
-        of = np.percentile(values, (0, 50, 100)).tolist() if len(values) else [None] * 3
-        quantities[name] = {"unit": QUANTITIES[found.spec.run][name].unit, "cases": len(values)} | dict(
-            zip(_COLUMNS, of, strict=True)
-        )
+        count, *middle = found.middle(name)
+        of = dict(zip(_COLUMNS, middle or [None] * 3, strict=True))
+        quantities[name] = {"unit": QUANTITIES[found.spec.run][name].unit, "cases": count} | of
     return {
         "sweep": found.spec.name,
         "folder": str(found.folder),
@@ -188,6 +185,6 @@ def _show_names(spec: Any) -> None:
     click.echo(f"Cases may differ in (run = {spec.run!r}):")
     for one in spec.known.values():
         click.echo(f"  {one.name:32} {one.unit:8} {one.meant}".rstrip())
-    click.echo("They tell:")
+    click.echo("Quantities:")
     for quantity in QUANTITIES[spec.run].values():
         click.echo(f"  {quantity.name:32} {quantity.unit:8} {quantity.meaning}")

@@ -41,7 +41,7 @@ def sweep_report(sweep: str, quantity: str | None, out: str | None, prints: Prin
 
     target = output_for(out, "sweep-report")
     found = found_of(sweeps.load(sweep), quantity)
-    summary = signed(found.document()) | {"in_words": headline(found)}
+    summary = signed(found.document()) | {"in_words": headline(found).replace("`", "")}
 
     def draw(folder: Path) -> None:
         write_sweep_report(folder, found, summary, prints)
@@ -57,7 +57,7 @@ def _show(found: Found) -> None:
     if rows:
         table(f"{found.value.words}: extreme cases", columns, rows)
     line = min(width(), 120)
-    click.echo(click.wrap_text(words.headline(found), line))
+    click.echo(click.wrap_text(words.headline(found).replace("`", ""), line))
     for each in words.standings(found):
         click.echo(click.wrap_text(f"{each.title} {each.text}".replace("`", ""), line))
     for remark in words.remarks(found):

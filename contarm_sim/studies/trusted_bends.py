@@ -36,6 +36,9 @@ CLOSE = math.radians(0.02)
 NO_REST = math.inf
 """Stands for the tip error of a pose that has no rest."""
 
+WITHOUT_REST = (EquilibriumError, DivergenceError, PressureError)
+"""Errors of poses that have no rest."""
+
 
 @dataclass(frozen=True)
 class LoadedArm:
@@ -124,18 +127,22 @@ def posed(arm: Arm, angle: Array, plane: Array) -> Array:
 
 
 def rests(arm: Arm, angles: Array, plane: float) -> tuple[Array, NDArray[np.bool_]]:
-    """Return tip errors at rest against the arcs [% of length], and whether the muscles have what it takes, shape (A,).
+    """Return what `rests_at` does of bend angles, shape (A,), in a plane [rad]."""
+    return rests_at(arm, posed(arm, angles, np.full(len(angles), plane)))
 
-    Of bend angles in a plane [rad]. `NO_REST` where the arm has no rest.
+
+def rests_at(arm: Arm, bends: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Return tip errors at rest against the arcs [% of length], and whether the muscles have what it takes, shape (T,).
+
+    Of bends [rad], shape (T, 2 S). `NO_REST` where the arm has no rest.
     """
-    bends = posed(arm, angles, np.full(len(angles), plane))
     try:
         found = poses_at_rest(arm, Reference.from_bends(bends, arm))
-    except (EquilibriumError, DivergenceError, PressureError):
-        if len(angles) == 1:
+    except WITHOUT_REST:
+        if len(bends) == 1:
             return np.array([NO_REST]), np.array([False])
-        half = len(angles) // 2
-        parts = [rests(arm, part, plane) for part in (angles[:half], angles[half:])]
+        half = len(bends) // 2
+        parts = [rests_at(arm, part) for part in (bends[:half], bends[half:])]
         return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
     return 100 * found.tip_error / arm.length, have_enough(found)
 
@@ -164,7 +171,7 @@ def why_no_rest(arm: Arm, angle: float, plane: float) -> str | None:
     """Say why an arm has no pose at rest of a bend angle in a plane [rad]; None if it has one."""
     try:
         poses_at_rest(arm, Reference.from_bends(posed(arm, np.array([angle]), np.array([plane])), arm))
-    except (EquilibriumError, DivergenceError, PressureError) as error:
+    except WITHOUT_REST as error:
         return str(error)
     return None
 
@@ -202,22 +209,61 @@ def bend_within(found: Trajectory, percent: float) -> float | None:
     Args:
         percent: the bound [% of length].
     """
-    arm = found.arm
-    if len(arm.sections) > 1 or found.controller != "servo":
+    dome = _dome(found.arm, found.bend) if found.controller == "servo" else None
+    if dome is None:
         return None
-    angle, plane = (np.round(each, 9) for each in arc.to_polar(found.bend))
+    angles, planes, order = dome
+    return _first_over(found.arm, angles, planes, (100 * found.tip_error / found.arm.length)[order], percent)
+
+
+def bends_within_of_lost(arm: Arm, bends: Array, percents: tuple[float, ...]) -> list[float | None]:
+    """Return what `bend_within` does of an arm with servos that has no rest in some of the poses, for some bounds.
+
+    Args:
+        bends: of the poses [rad], shape (T, 2 S).
+        percents: the bounds [% of length].
+    """
+    dome = _dome(arm, bends)
+    if dome is None:
+        return [None] * len(percents)
+    angles, planes, order = dome
+    errors = np.full(order.shape, NO_REST)
+    for ring, row in enumerate(order):
+        errors[ring] = rests_at(arm, bends[row])[0] if ring else tip_error(arm, 0.0, 0.0)
+        if np.isinf(errors[ring]).any():  # what is farther out does not count
+            break
+    return [_first_over(arm, angles, planes, errors, percent) for percent in percents]
+
+
+def _dome(arm: Arm, bends: Array) -> tuple[Array, Array, NDArray[np.intp]] | None:
+    """Return bend angles (A,), planes (P,) [rad], and which of the bends has which, shape (A, P); None of no dome."""
+    if len(arm.sections) > 1:
+        return None
+    angle, plane = (np.round(each, 9) for each in arc.to_polar(bends))
     angles, planes = np.unique(angle), np.unique(plane[angle > 0])
     if angles[0] != 0 or len(angle) != 1 + (len(angles) - 1) * len(planes):
         return None
-    errors = 100 * found.tip_error / arm.length
-    bent = np.lexsort((plane, angle))[1:]  # the straight pose is the first
-    known = np.vstack([np.full(len(planes), errors[angle == 0]), errors[bent].reshape(-1, len(planes))])
+    straight, bent = np.flatnonzero(angle == 0), np.lexsort((plane, angle))[1:]  # the straight pose is the first
+    return angles, planes, np.vstack([np.full(len(planes), straight[0]), bent.reshape(-1, len(planes))])
+
+
+def _first_over(arm: Arm, angles: Array, planes: Array, known: Array, percent: float) -> float:
+    """Return the largest bend [rad] within a bound, of tip errors [% of length], shape (A, P).
+
+    In the plane that is the first to be beyond; where several have no rest, in that of them in which it ends first.
+    """
     beyond = ~(known <= percent)
     if not beyond.any():
         return float(angles[-1])
     ring = int(beyond.any(axis=1).argmax())
-    worst = int(known[ring].argmax())
-    return first_beyond(partial(tip_error, arm, plane=float(planes[worst])), angles, known[:, worst], percent)
+    if ring == 0:
+        return 0.0
+    least = math.inf
+    for column in np.flatnonzero(known[ring] == known[ring].max()):
+        error = partial(tip_error, arm, plane=float(planes[column]))
+        if least == math.inf or not error(least) <= percent:
+            least = min(least, first_beyond(error, angles, known[:, column], percent))
+    return least
 
 
 def rounded(degrees: Array) -> Array:

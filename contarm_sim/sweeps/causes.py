@@ -3,8 +3,8 @@
 The exact way (Saltelli 2010) takes cases (d + 2) times for d parameters. Here a polynomial in the parameters,
 orthonormal under their distributions (polynomial chaos), is fitted to the cases by least squares, and the indices are
 sums of its squared coefficients (Sudret 2008, Reliability Engineering and System Safety 93). Of polynomials up to some
-degree, with parameters alone or in pairs, the one is taken that best foretells each case from the others (leave one
-out). What it does not foretell is said, and where that is too much, no causes are told.
+degree, with parameters alone or in pairs, the one is taken that best predicts each case from the others (leave one
+out). What it does not explain is said, and where that is too much, no causes are given.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ import numpy as np
 from contarm_sim.kinematics.arrays import Array
 
 LEAST_EXPLAINED = 0.8
-"""Share of the variance that a polynomial must foretell for causes to be told."""
+"""Share of the variance that a polynomial must explain for causes to be given."""
 
 MOST_FAILED = 0.1
-"""Share of cases without a result beyond which no causes are told."""
+"""Share of cases without a result beyond which no causes are given."""
 
 _HIGHEST, _CASES_A_TERM, _RESAMPLES = 8, 3, 300
 """Highest degree, cases that there must be for each term, samples of the bootstrap."""
@@ -39,9 +39,9 @@ class Causes:
         first: first-order Sobol indices, shape (d,): what each causes alone.
         total: total ones, shape (d,): what each has a part in, together with others too.
         first_interval, total_interval: 95 % intervals (bootstrap over cases), shape (d, 2).
-        explained: share of the variance that the polynomial foretells of cases that it was not fitted to.
+        explained: share of the variance that the polynomial explains of cases that it was not fitted to.
         degree, terms: of the polynomial.
-        reason: why no causes are told, or "". Then all indices are NaN.
+        reason: why no causes are given, or "". Then all indices are NaN.
     """
 
     first: Array
@@ -55,7 +55,7 @@ class Causes:
 
     @classmethod
     def untold(cls, count: int, reason: str, explained: float = math.nan) -> Causes:
-        """Return what stands for causes that are not told."""
+        """Return what stands for unknown causes."""
         none, pairs = np.full(count, np.nan), np.full((count, 2), np.nan)
         return cls(none, none, pairs, pairs, explained, 0, 0, reason)
 
@@ -86,9 +86,7 @@ def causes(coordinates: Array, normal: list[bool], values: Array, seed: int = 0)
         return Causes.untold(count, f"{len(places)} cases are too few for {count} parameters")
     explained, powers, terms = max(fits, key=lambda fit: fit[0])
     if explained < LEAST_EXPLAINED:
-        reason = (
-            f"a polynomial of the parameters foretells no more than {100 * max(explained, 0):.0f} % of the variance"
-        )
+        reason = f"a polynomial of the parameters explains no more than {100 * max(explained, 0):.0f} % of the variance"
         return Causes.untold(count, reason, explained)
     Q, R = np.linalg.qr(terms)
     first, total = _indices(powers, np.linalg.solve(R, Q.T @ spread))
@@ -102,7 +100,7 @@ def causes(coordinates: Array, normal: list[bool], values: Array, seed: int = 0)
 
 
 def _bases(count: int, cases: int) -> Iterator[Array]:
-    """Yield sets of terms, each as powers of the parameters, shape (terms, d), that so many cases can tell."""
+    """Yield sets of terms, each as powers of the parameters, shape (terms, d), that so many cases can determine."""
     for together in (1, 2)[:count]:
         for degree in range(together, _HIGHEST + 1):
             size = sum(math.comb(count, k) * math.comb(degree, k) for k in range(together + 1))
@@ -123,7 +121,7 @@ def _powers(count: int, degree: int, together: int) -> Array:
 
 
 def _fitted(powers: Array, places: Array, normal: list[bool], spread: Array) -> tuple[float, Array, Array]:
-    """Return the share of the variance that a fit foretells of each case left out, its powers, and its terms."""
+    """Return the share of the variance that a fit explains of each case left out, its powers, and its terms."""
     terms = np.ones((len(places), len(powers)))
     for i, gauss in enumerate(normal):
         terms *= _orthonormal(places[:, i], int(powers[:, i].max()), gauss)[:, powers[:, i]]

@@ -19,12 +19,13 @@ from contarm_sim.errors import (
     UnstableError,
     one_line,
 )
+from contarm_sim.studies.trusted_bends import WITHOUT_REST
 from contarm_sim.sweeps.case import Case, case_of
 from contarm_sim.sweeps.designs import roles
 from contarm_sim.sweeps.quantities import QUANTITIES, Quantity
 from contarm_sim.sweeps.spec import Spec
 from contarm_sim.sweeps.together import told, tried
-from contarm_sim.sweeps.told import Told
+from contarm_sim.sweeps.told import Lost, Told
 
 OK = "ok"
 """Status of a case that went well."""
@@ -96,7 +97,7 @@ def rows(spec: Spec, chunk: int) -> list[Row]:
     with engine_room():
         cases = [tried(case_of, spec, values) for values in every]
         made = [
-            {"case": number, **values, **_of_arm(case, asked), **_said(each, asked)}
+            {"case": number, **values, **_of_arm(case, asked), **_said(case, each, asked)}
             for number, values, case, each in zip(range(first, last), every, cases, told(spec, cases), strict=True)
         ]
     if spec.design == "sobol-indices":
@@ -112,14 +113,24 @@ def _of_arm(case: Case | Exception, asked: Sequence[Quantity]) -> Row:
     return {quantity.name: quantity.of(Told(case.arm)) for quantity in asked if quantity.of_arm}
 
 
-def _said(found: Told | Exception, asked: Sequence[Quantity]) -> Row:
+def _said(case: Case | Exception, found: Told | Exception, asked: Sequence[Quantity]) -> Row:
     """Return the quantities, the status and the error of a case."""
     if isinstance(found, Exception):
-        return _failed(found)
+        costly = [quantity for quantity in asked if quantity.costly]
+        return (_up_to_rest(case, costly) if costly and isinstance(found, WITHOUT_REST) else {}) | _failed(found)
     try:
         return {quantity.name: quantity.of(found) for quantity in asked} | {"status": OK}
     except Exception as error:
         return _failed(error)
+
+
+def _up_to_rest(case: Case | Exception, asked: Sequence[Quantity]) -> Row:
+    """Return bends of an arm that has no rest in some pose: they are searched for up to where rest ends."""
+    if isinstance(case, Exception) or case.controller != "servo":
+        return {}
+    lost = Lost(case.arm, case.poses().bend)
+    found = {quantity.name: tried(quantity.of, lost) for quantity in asked}
+    return {name: value for name, value in found.items() if not isinstance(value, Exception)}
 
 
 def _failed(error: Exception) -> Row:

@@ -16,7 +16,7 @@ from contarm_sim.sweeps.causes import Causes, causes
 from contarm_sim.sweeps.uncertain import Uncertain, read_uncertain
 
 PERCENTS = (5, 50, 95)
-"""Percentiles that are told of everything."""
+"""Percentiles that are given of everything."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

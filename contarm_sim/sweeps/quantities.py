@@ -24,7 +24,8 @@ class Quantity:
         name, unit, meaning: what it is.
         of: its value, of what a case tells (`sweeps.told`); None where there is none.
         kind: what its values are.
-        costly: whether it takes simulations of its own, and is found where it is asked for by name alone.
+        costly: whether it takes simulations of its own, and is found where it is asked for by name alone; then it is
+            also found where some pose at rest is missing.
         of_arm: whether the arm alone tells it, also where the case fails.
     """
 

@@ -74,8 +74,12 @@ class UncertainMotion(Outcomes):
     @cached_property
     def quantities(self) -> dict[str, Array]:
         """Tip error of each case, mean, max and at the end [m], each of shape (n,)."""
-        errors = self.errors
-        return {"mean": errors.mean(axis=1), "max": errors.max(axis=1), "end": errors[:, -1]}
+        return _over_time(self.errors)
+
+    @property
+    def nominal_error(self) -> dict[str, float]:
+        """The same of the nominal arm [m]."""
+        return {name: float(value) for name, value in _over_time(self.nominal.tip_error).items()}
 
     @cached_property
     def causes(self) -> dict[str, Causes]:
@@ -86,11 +90,10 @@ class UncertainMotion(Outcomes):
 
     def document(self) -> dict[str, Any]:
         """Return what `--json` prints of it."""
-        error, good, own = {}, self.good, self.nominal.tip_error
-        nominal = {"mean": own.mean(), "max": own.max(), "end": own[-1]}
+        error, good = {}, self.good
         for name, values in self.quantities.items():
             found = np.percentile(values[good], PERCENTS).tolist() if good.any() else [None] * len(PERCENTS)
-            error[name] = {"nominal_m": float(nominal[name])} | {
+            error[name] = {"nominal_m": self.nominal_error[name]} | {
                 f"{key}_m": value for key, value in percentiles(found).items()
             }
         told = {name: causes_document(each, self.uncertain.names) for name, each in self.causes.items()}
@@ -99,6 +102,10 @@ class UncertainMotion(Outcomes):
     def columns(self) -> dict[str, tuple[str, Any]]:
         """Return units and values of what a table of the cases has beside their parameters."""
         return {f"tip_error_{name}": ("m", values) for name, values in self.quantities.items()}
+
+
+def _over_time(errors: Array) -> dict[str, Array]:
+    return {"mean": errors.mean(axis=-1), "max": errors.max(axis=-1), "end": errors[..., -1]}
 
 
 def uncertain_motion(

@@ -62,6 +62,14 @@ class UncertainPose(Outcomes):
         variances, axes = np.linalg.eigh(self.covariance)
         return np.sqrt(np.maximum(variances[::-1], 0.0)), axes.T[::-1]
 
+    def ellipse(self, across: int, upwards: int) -> Array:
+        """Return places [m], shape (100, 2), around 95 % of the normal distribution of two coordinates of the tip."""
+        chosen, turn = [across, upwards], np.linspace(0, 2 * np.pi, 100)
+        variances, axes = np.linalg.eigh(self.covariance[np.ix_(chosen, chosen)])
+        reach = np.sqrt(-2 * np.log(1 - 0.95) * np.maximum(variances, 0.0))  # of chi squared with two freedoms
+        circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        return np.asarray(self.tips[self.good].mean(axis=0)[chosen] + (reach * circle) @ axes.T)
+
     @cached_property
     def causes(self) -> dict[str, Causes]:
         """Causes of the spread of the tip (all three coordinates), and of its distance from the nominal tip."""

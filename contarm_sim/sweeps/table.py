@@ -77,6 +77,12 @@ class Sweep:
             return column.to_numpy() if not column.null_count else column.cast("float64").to_numpy()
         return np.array(column.to_pylist(), dtype=object)
 
+    def middle(self, name: str) -> list[Any]:
+        """Return how many cases have a value of a quantity and, where any does, the least, the median, the largest."""
+        values = np.asarray(self.column(name), dtype=float)
+        values = values[np.isfinite(values)]
+        return [len(values), *(np.percentile(values, (0, 50, 100)).tolist() if len(values) else [])]
+
     def unit(self, name: str) -> str:
         """Return the unit of a column, "-" where it has none."""
         said = self.dataset.schema.field(name).metadata or {}

@@ -21,7 +21,7 @@ from contarm_sim.studies.explained import RodParts, explain
 from contarm_sim.studies.load_cases import beyond
 from contarm_sim.studies.scenarios import weight_over_stiffness
 from contarm_sim.studies.timestep import TimeStep, step_summary
-from contarm_sim.studies.trusted_bends import bend_within, have_enough
+from contarm_sim.studies.trusted_bends import WITHIN, bend_within, bends_within_of_lost, have_enough
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +94,25 @@ class Followed(Told):
     def feasible(self) -> bool:
         """Whether muscles have the tensions and pressures."""
         return bool(have_enough(self.samples).all())
+
+
+@dataclass(frozen=True, eq=False)
+class Lost(Told):
+    """Poses at rest that an arm with servos does not have, or not all of them.
+
+    Attributes:
+        bends: of the poses [rad], shape (T, 2 S).
+    """
+
+    bends: Array
+
+    @cached_property
+    def _within(self) -> dict[float, float | None]:
+        return dict(zip(WITHIN, bends_within_of_lost(self.arm, self.bends, WITHIN), strict=True))
+
+    def bend_within(self, percent: float) -> float | None:
+        """Return the largest bend within a tip error [% of length], [rad], at most that where rest ends."""
+        return self._within[percent]
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.studies.scenarios import HANGING, weight_over_stiffness
 from contarm_sim.studies.trusted_bends import WITHIN
+from contarm_sim.sweeps.chunks import OK
 from contarm_sim.sweeps.names import MAX_BEND
 from contarm_sim.sweeps.table import Sweep
 
@@ -31,7 +32,8 @@ class Stance:
         meaning: in words.
         error_percent: the largest tip error at rest of all bends [% of length], shape (X, P, N), by weight, payload and
             links; inf where some pose has no rest.
-        bend_deg: the largest bends within the bounds [deg], shape (X, P, N, B).
+        bend_deg: the largest bends within the bounds [deg], shape (X, P, N, B), up to where rest ends; NaN where they
+            are not known.
     """
 
     meaning: str
@@ -52,6 +54,7 @@ class Validity:
         max_bend_deg: the largest bend that errors count to [deg].
         stances: ways to stand.
         example: m g L^2/EI of an arm to find in it.
+        no_rest: why poses have no rest, the most frequent reason first; empty where all have.
     """
 
     weight: Array
@@ -62,6 +65,7 @@ class Validity:
     max_bend_deg: float
     stances: tuple[Stance, ...]
     example: float
+    no_rest: tuple[str, ...] = ()
 
     @property
     def usual_links(self) -> int:
@@ -88,6 +92,14 @@ class Validity:
 
 MOST_CASES = 50_000
 """Of a sweep with more cases no chart is made."""
+
+_WHY = {
+    "unstable": "the arm buckles",
+    "no equilibrium": "muscles are too weak",
+    "too much pressure": "muscles are too weak",
+    "not converged": "none was found",
+}
+"""Statuses of cases without rest, in words."""
 
 _DIGITS = 9
 """Weights and payloads that agree to so many digits are the same."""
@@ -127,18 +139,19 @@ def chart_of(sweep: Sweep) -> Validity | None:
     if np.prod(shape) != spec.cases or min(shape[:3]) < 2 or weight[0][0] == 0 or payload[0][0] > 0:
         return None
     at: Any = tuple(place for _, place in places)
-    error, bends = np.full(shape, np.inf), np.zeros((*shape, len(BENDS)))
+    error, bends = np.full(shape, np.inf), np.full((*shape, len(BENDS)), np.nan)
     found = sweep.column(ERROR)
     error[at] = np.where(np.isfinite(found), found, np.inf)
     for i, name in enumerate(BENDS):
-        bends[..., i][at] = np.degrees(np.nan_to_num(sweep.column(name)))
+        bends[..., i][at] = np.degrees(sweep.column(name))
     usual = int(np.abs(links[0] - Arm().links).argmin())
     stances = tuple(
         Stance(_MEANING[bool(upright)], error[:, :, :, k], bends[:, :, :, k]) for k, upright in enumerate(stance[0])
     )
     example = weight_over_stiffness(replace(Arm(), gravity=HANGING))
     degrees = round(math.degrees(largest.pop()), 6)
-    return Validity(weight[0], payload[0], links[0], usual, WITHIN, degrees, stances, example)
+    why = tuple(dict.fromkeys(_WHY.get(status, status) for status in sweep.counts if status != OK))
+    return Validity(weight[0], payload[0], links[0], usual, WITHIN, degrees, stances, example, why)
 
 
 def _one_bend(options: dict[str, Any]) -> bool:

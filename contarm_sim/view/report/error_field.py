@@ -20,36 +20,12 @@ def error_field(outcome: Outcome, angle: Array, plane: Array) -> Array:
 
     Through the poses that were examined run cubic radial functions of the bend, one for each axis of the error.
     """
+    from scipy.interpolate import RBFInterpolator
+
     bend, compared = outcome.samples.bend, outcome.comparison
     vectors = 100 * (compared.simulated_tip - compared.analytic_tip) / outcome.scenario.arm.length
     asked = arc.from_polar(np.asarray(angle), np.asarray(plane))
-    between = _near if len(bend) > MANY else _through
-    return np.asarray(np.linalg.norm(between(bend, vectors, asked.reshape(-1, 2)), axis=-1).reshape(asked.shape[:-1]))
-
-
-def _near(at: Array, values: Array, asked: Array) -> Array:
-    from scipy.interpolate import RBFInterpolator
-
-    return np.asarray(RBFInterpolator(at, values, kernel="cubic", neighbors=NEAR)(asked))
-
-
-def _through(at: Array, values: Array, asked: Array) -> Array:
-    """Return what cubic radial functions and a plane through values, shape (N, 3), at (N, 2) are at places, (M, 2).
-
-    What SciPy's `RBFInterpolator` returns, whose import alone takes longer.
-    """
-    count = len(at)
-    plane = np.column_stack([np.ones(count), at])
-    system = np.block([[_cubes(at, at), plane], [plane.T, np.zeros((3, 3))]])
-    parts = np.array_split(asked, max(1, len(asked) * count // 200_000))  # for the processor's cache
     with engine_room():  # one BLAS thread
-        weights = np.linalg.solve(system, np.concatenate([values, np.zeros((3, values.shape[1]))]))
-        radial = np.concatenate([_cubes(part, at) @ weights[:count] for part in parts])
-    return np.asarray(radial + np.column_stack([np.ones(len(asked)), asked]) @ weights[count:])
-
-
-def _cubes(a: Array, b: Array) -> Array:
-    """Return the cubes of distances between places, shape (A, 2) and (B, 2), as (A, B)."""
-    square = np.maximum((a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2 * a @ b.T, 0.0)
-    distance = np.sqrt(square)
-    return np.asarray(np.multiply(square, distance, out=square))
+        between = RBFInterpolator(bend, vectors, kernel="cubic", neighbors=NEAR if len(bend) > MANY else None)
+        found = between(asked.reshape(-1, 2))
+    return np.asarray(np.linalg.norm(found, axis=-1).reshape(asked.shape[:-1]))

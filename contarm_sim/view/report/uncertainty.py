@@ -10,7 +10,8 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.sweeps.causes import Causes
 from contarm_sim.sweeps.spread_of_motion import UncertainMotion
 from contarm_sim.sweeps.spread_of_pose import UncertainPose
-from contarm_sim.view.colours import ERROR, FAINT, LIMIT, NOTE, SIMULATED, TARGET
+from contarm_sim.view.colours import ERROR, LIMIT, NOTE, SIMULATED, TARGET
+from contarm_sim.view.report.shares import draw_shares, name_shares
 from contarm_sim.view.report.uncertainty_words import ERRORS
 from contarm_sim.view.space import add_space
 from contarm_sim.view.stance import stance
@@ -45,10 +46,8 @@ def draw_spread(sheet: Sheet, found: UncertainMotion) -> None:
     over.plot(time, MM * found.nominal.tip_error, label="nominal arm", **_NOMINAL)
     over.set(xlabel="time [s]", ylabel="tip error [mm]", xlim=(time[0], time[-1]))
     over.set_ylim(bottom=0)
-    own = found.nominal.tip_error
-    nominal = {"mean": own.mean(), "max": own.max(), "end": own[-1]}
     values = {name: MM * each[found.good] for name, each in found.quantities.items()}
-    _rows(rows, {ERRORS[name]: (each, MM * nominal[name]) for name, each in values.items()})
+    _rows(rows, {ERRORS[name]: (each, MM * found.nominal_error[name]) for name, each in values.items()})
     rows.set_xlabel("tip error [mm]")
     rows.set_xlim(left=0)
     handles, labels = over.get_legend_handles_labels()
@@ -97,14 +96,11 @@ def draw_pose_spread(sheet: Sheet, found: UncertainPose) -> None:
     tips = MM * (found.tips[found.good] - found.nominal.tip)
     sheet.tall(70 if sheet.wide else 178)
     panels = sheet.subplots(1, 3) if sheet.wide else sheet.subplots(3, 1)
-    turn = np.linspace(0, 2 * np.pi, 100)
-    circle = np.stack([np.cos(turn), np.sin(turn)])
     for ax, (i, k) in zip(panels, ((0, 1), (0, 2), (1, 2)), strict=True):
         ax.plot(*tips[:, [i, k]].T, "o", color=SIMULATED, markersize=2.2, alpha=0.5, markeredgewidth=0,
                 label="one sampled arm")  # fmt: skip
-        variances, axes = np.linalg.eigh(np.cov(tips[:, [i, k]].T))
-        reach = 2.447 * axes @ (np.sqrt(np.maximum(variances, 0.0))[:, None] * circle)
-        ax.plot(*(tips[:, [i, k]].mean(axis=0)[:, None] + reach), label="95 % of a normal distribution", **_MEDIAN)
+        around = MM * (found.ellipse(i, k) - found.nominal.tip[[i, k]])
+        ax.plot(*around.T, label="95 % of a normal distribution", **_MEDIAN)
         ax.plot(0, 0, "+", color=ERROR, markersize=8, markeredgewidth=1.4, label="nominal arm")
         ax.set(xlabel=f"{'xyz'[i]} [mm]", ylabel=f"{'xyz'[k]} [mm]")
         ax.set_aspect("equal", adjustable="datalim")
@@ -122,17 +118,14 @@ def draw_causes(sheet: Sheet, found: UncertainMotion | UncertainPose) -> None:
     panels = sheet.subplots(len(told) // across, across, sharex=True, sharey=True, squeeze=False).ravel()
     for ax, (name, causes) in zip(panels, told.items(), strict=True):
         ax.set_title(_CAUSES[name].replace(", ", ",\n" if sheet.wide else ", "))
-        _bars(ax, causes, [found.uncertain.names.index(each) for each in names])
+        _shares(ax, causes, [found.uncertain.names.index(each) for each in names])
     panels[0].set_yticks(range(len(names)), [each.replace("_", " ") for each in names])
     panels[0].set_ylim(len(names) + 0.25, -0.6)  # with a row for words
-    panels[0].set_xlim(0, 1.02)
+    panels[0].set_xlim(-0.04, 1.04)
     panels[0].set_xticks([0, 0.5, 1], ["0", "50", "100"])
     for ax in panels if sheet.wide else panels[-1:]:
-        ax.set_xlabel("share of variance [%]")
-    bars = [panels[0].barh(0, 0, 0.0, color=colour) for colour in (NOTE, FAINT)]
-    whisker = panels[0].plot([], [], color=ERROR, linewidth=0.8)[0]
-    words = ["alone (first order)", "together with others (total)", "95 % interval of the total"]
-    sheet.legend([*bars, whisker], words, loc="outside lower center", ncols=3 if sheet.wide else 1)
+        ax.set_xlabel("share of variance [%]\nbars: 95 % intervals")
+    name_shares(sheet, panels[0])
     sheet.heading("Which uncertain parameter causes it: Sobol indices")
 
 
@@ -142,18 +135,16 @@ def _by_share(names: tuple[str, ...], told: list[Causes]) -> list[str]:
     return [names[i] for i in np.argsort(-shares, kind="stable")]
 
 
-def _bars(ax: Any, causes: Causes, order: list[int]) -> None:
-    ax.grid(visible=False, axis="y")
+def _shares(ax: Any, causes: Causes, order: list[int]) -> None:
     if causes.reason:
+        ax.grid(visible=False, axis="y")
         words = causes.reason.replace("a polynomial of the parameters", "a polynomial")
-        ax.text(0.5, 0.5, f"not told:\n{_broken(words)}", transform=ax.transAxes, ha="center", va="center", color=NOTE)
+        ax.text(0.5, 0.5, f"unknown:\n{_broken(words)}", transform=ax.transAxes, ha="center", va="center", color=NOTE)
         return
-    for place, i in enumerate(order):
-        ax.barh(place, causes.total[i], 0.62, color=FAINT)
-        ax.barh(place, causes.first[i], 0.62, color=NOTE)
-        ax.plot(causes.total_interval[i], (place, place), color=ERROR, linewidth=0.8, marker="|", markersize=4)
+    draw_shares(ax, causes.first[order], causes.total[order], causes.first_interval[order].T,
+                causes.total_interval[order].T)  # fmt: skip
     left = 1 - causes.explained
-    ax.annotate(f"{100 * left:.2g} % not foretold", (1, 0), xycoords="axes fraction", xytext=(-2, 3), ha="right",
+    ax.annotate(f"{100 * left:.2g} % not explained", (1, 0), xycoords="axes fraction", xytext=(-2, 3), ha="right",
                 va="bottom", textcoords="offset points", color=LIMIT)  # fmt: skip
 
 

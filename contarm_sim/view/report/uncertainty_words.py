@@ -62,12 +62,12 @@ def parameter_rows(found: dict[str, Any], quantity: str) -> list[Row]:
 
 
 def causes_words(found: dict[str, Any], quantity: str, words: str) -> str:
-    """Say what the shares are, or why none are told."""
+    """Say what the shares are, or why there are none."""
     causes = found["causes"][quantity]
     if "reason" in causes:
-        return f"causes of {words} are not told: {causes['reason']}"
-    foretold = f"{100 * causes['explained']:.4g} % of the variance of cases that it was not fitted to"
-    by = f"Sobol indices of a polynomial of degree {causes['degree']}, which foretells {foretold}"
+        return f"causes of {words} are unknown: {causes['reason']}"
+    explained = f"{100 * causes['explained']:.4g} % of the variance of cases that it was not fitted to"
+    by = f"Sobol indices of a polynomial of degree {causes['degree']}, which explains {explained}"
     return f"shares of the variance of {words}: {by}"
 
 
@@ -79,12 +79,6 @@ def apart_words(found: dict[str, Any]) -> list[str]:
             value = f"{one['nominal']:.4g}" + ("" if one["unit"] == "-" else f" {one['unit']}")
             lines.append(f"{name} of the nominal arm, {value}, is not within 5 to 95 % of what was sampled")
     return lines
-
-
-def in_the_film(found: dict[str, Any]) -> str:
-    """Say in short what the film's band is."""
-    most = found["tip_error"]["max"]
-    return f"largest tip error of {found['with_result']} sampled arms {_mm(most['p5_m'])} to {_mm(most['p95_m'])} mm"
 
 
 def _share(told: dict[str, Any], kind: str) -> str:

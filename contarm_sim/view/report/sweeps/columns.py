@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.sweeps.effects import effect
 
 LEVELS = 24
 """A parameter with more different values is sorted into bins."""
@@ -34,12 +35,14 @@ class Column:
         unit: of the values, SI; "-" for none.
         values: numbers, NaN where there is none, or texts, shape (K,).
         spaced: whether numbers are evenly spaced in their logarithm; None: as their range suggests.
+        drawn: whether values are drawn from a range, so that none of them is a level.
     """
 
     name: str
     unit: str
     values: NDArray[Any]
     spaced: bool | None = None
+    drawn: bool = False
 
     @property
     def numeric(self) -> bool:
@@ -60,7 +63,7 @@ class Column:
     @property
     def words(self) -> str:
         """Name without unit."""
-        return self.name.removesuffix(_OF_LENGTH if self.unit == "%" else "").replace("_", " ")
+        return self.name.removesuffix(_OF_LENGTH if self.unit == "%" else "").replace("_", " ").replace(".", " ")
 
     @property
     def read_unit(self) -> str:
@@ -71,7 +74,7 @@ class Column:
 
     def wrapped(self, letters: int) -> str:
         """Return the label in lines of at most so many letters, where that can be."""
-        return textwrap.fill(self.label.replace(".", ".\u200b"), letters).replace("\u200b", "")
+        return textwrap.fill(self.label, letters)
 
     @property
     def log(self) -> bool:
@@ -83,7 +86,7 @@ class Column:
 
     def chosen(self, rows: NDArray[Any]) -> Column:
         """Return some of its rows."""
-        return Column(self.name, self.unit, self.values[rows], self.spaced)
+        return Column(self.name, self.unit, self.values[rows], self.spaced, self.drawn)
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +115,7 @@ def sorted_into(column: Column, bins: int) -> Sorted:
         return Sorted(place, len(levels), list(levels), np.arange(len(levels), dtype=float), False)
     shown = column.shown
     levels, place = np.unique(np.round(shown, 12), return_inverse=True)
-    if len(levels) <= LEVELS:
+    if len(levels) <= (1 if column.drawn else LEVELS):
         return Sorted(place, len(levels), [in_digits(level) for level in levels], levels, False)
     low, high = float(shown.min()), float(shown.max())
     edges = np.geomspace(low, high, bins + 1) if column.log else np.linspace(low, high, bins + 1)
@@ -133,21 +136,10 @@ def bins_for(cases: int, axes: int) -> int:
     return int(np.clip((cases / 20) ** (1 / axes), 4, 12 if axes == 2 else 16))
 
 
-def effect(column: Column, values: Array) -> float:
-    """Return the share of the variance of some values, shape (K,), between the levels or bins of a column."""
-    known = np.isfinite(values)
-    if known.sum() < 2 or np.ptp(values[known]) == 0:
-        return 0.0
-    groups = sorted_into(column.chosen(known), 8)
-    means = np.array([values[known][groups.place == k].mean() if (groups.place == k).any() else 0.0
-                      for k in range(groups.count)])  # fmt: skip
-    return float(np.var(means[groups.place]) / np.var(values[known]))
-
-
 def by_effect(columns: list[Column], values: Array) -> list[Column]:
     """Return columns that have more than one value, that of the largest effect on some values first."""
     varied = [column for column in columns if len(np.unique(column.values)) > 1]
-    return sorted(varied, key=lambda column: -effect(column, values))
+    return sorted(varied, key=lambda column: -effect(column.values, values, column.drawn).share)
 
 
 def axes_of(columns: list[Column], values: Array) -> tuple[Column, Column, list[Column]]:

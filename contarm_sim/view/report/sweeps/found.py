@@ -10,12 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contarm_sim.errors import InputError
+from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.named import find, with_parameters
 from contarm_sim.results.document import document
 from contarm_sim.sweeps.chunks import OK
 from contarm_sim.sweeps.distributions import Normal, Range
-from contarm_sim.sweeps.sensitivity import Indices, sobol
+from contarm_sim.sweeps.effects import SURE, effect
+from contarm_sim.sweeps.sensitivity import Indices, indices_of
 from contarm_sim.sweeps.table import Sweep
 from contarm_sim.sweeps.validity import Validity, chart_of
 from contarm_sim.view.report.sweeps.columns import Column, by_effect, in_digits
@@ -84,30 +86,47 @@ class Found:
         return chart_of(self.sweep)
 
     @cached_property
-    def indices(self) -> Indices | None:
-        """Sobol's indices, of a sweep designed for them with two parameters or more, and points enough."""
-        spec, names = self.sweep.spec, tuple(self.sweep.spec.vary)
-        if spec.design != "sobol-indices" or len(names) < 2:
-            return None
-        points = self.sweep.column("point")
-        matrix, values = self.sweep.column("matrix"), self.value.values
-        table = {}
-        for kind in ("A", "B", *(f"AB:{name}" for name in names)):
-            rows = matrix == kind
-            table[kind] = np.full(spec.drawn, np.nan)
-            table[kind][points[rows]] = values[rows]
+    def _indices(self) -> Indices | str:
         try:
-            return sobol(names, table["A"], table["B"], np.array([table[f"AB:{name}"] for name in names]))
-        except InputError:
-            return None
+            return indices_of(self.sweep, self.quantity)
+        except InputError as error:
+            return str(error)
 
     @property
+    def indices(self) -> Indices | None:
+        """Sobol's indices, where there are any."""
+        return None if isinstance(self._indices, str) else self._indices
+
+    @property
+    def no_indices(self) -> str:
+        """Why there are no Sobol's indices, or ""."""
+        return self._indices if isinstance(self._indices, str) else ""
+
+    @cached_property
     def ranked(self) -> list[str]:
         """Names of the parameters, that of the largest effect first."""
         if self.indices is not None:
             return [self.indices.names[k] for k in np.argsort(-self.indices.total)]
-        values = np.log(self.value.shown) if self.value.log else self.value.shown
-        return [column.name for column in by_effect(self.columns, values)]
+        return [column.name for column in by_effect(self.columns, self._graded)]
+
+    @property
+    def matters(self) -> str | None:
+        """The parameter of the largest effect; None where there are not two, or it may be chance or another's."""
+        if len(self.ranked) < 2:
+            return None
+        first = self.ranked[0]
+        if self.indices is not None:
+            low, high = self.indices.total_interval[:, np.argsort(-self.indices.total)[:2]]
+            sure = low[0] > max(high[1], 0.0)
+        else:
+            column = next(column for column in self.columns if column.name == first)
+            sure = effect(column.values, self._graded, column.drawn).chance * len(self.ranked) < SURE
+        return first if sure else None
+
+    @property
+    def _graded(self) -> Array:
+        """The quantity as effects are found of it: its logarithm where that is drawn."""
+        return np.log(self.value.shown) if self.value.log else self.value.shown
 
     @property
     def arm(self) -> Arm:
@@ -140,8 +159,7 @@ class Found:
 
     def document(self) -> dict[str, Any]:
         """Return the report in numbers, SI units."""
-        spec, known = self.sweep.spec, self.value.values[np.isfinite(self.value.values.astype(float))]
-        of = np.percentile(known, (0, 50, 100)).tolist() if len(known) else []
+        spec, (_, *middle) = self.sweep.spec, self.sweep.middle(self.quantity)
         made: dict[str, Any] = {
             "sweep": spec.to_dict(),
             "folder": str(self.sweep.folder),
@@ -149,7 +167,7 @@ class Found:
             "done": len(self.sweep),
             "status": dict(self.sweep.counts),
             "quantity": {"name": self.quantity, "unit": self.value.unit}
-            | dict(zip(("least", "median", "largest"), of, strict=False)),
+            | dict(zip(("least", "median", "largest"), middle, strict=False)),
             "by_effect": self.ranked,
             "extremes": [{"which": which, **document(self.told(row))} for which, row in self.extremes()],
         }
@@ -178,14 +196,16 @@ class Found:
         elif values.dtype == bool:
             values = values.astype(float)
         varied = self.sweep.spec.vary.get(name)
-        return Column(name, self.sweep.unit(name), values, varied.log if isinstance(varied, Range | Normal) else None)
+        spread = varied if isinstance(varied, Range | Normal) else None
+        log = None if spread is None else spread.log
+        return Column(name, self.sweep.unit(name), values, log, drawn=spread is not None and not self.grid)
 
 
 def found_of(sweep: Sweep, quantity: str | None = None) -> Found:
     """Return what a report says of a sweep.
 
     Args:
-        quantity: the name of one that was asked for; default the largest tip error, or else the first.
+        quantity: the name of one that was asked for; default the largest tip error, or else the first that has values.
 
     Raises:
         InputError: no case is done yet, or no such quantity was asked for.
@@ -197,4 +217,5 @@ def found_of(sweep: Sweep, quantity: str | None = None) -> Found:
         find(quantity, {name: name for name in asked}, "--quantity")
         return Found(sweep, quantity)
     first = [name for name in FIRST if name in asked] or [name for name in asked if name not in _LABELS] or list(asked)
-    return Found(sweep, first[0])
+    first += [name for name in asked if name not in first]
+    return Found(sweep, next((name for name in first if sweep.middle(name)[0]), first[0]))

@@ -25,7 +25,7 @@ _CAPTIONS = {
     "at the levels that are named, or are taken together.",
     "marginals": "The same by each parameter alone, whatever the others are; that of the largest effect comes first.",
     "indices": "Sobol's indices: the share of the variance that each parameter causes alone, and together with others. "
-    "A total well above the first order tells of parameters that work together.",
+    "Where a total is well above the first order, parameters interact.",
     "failures": "Where cases failed, and why: over two parameters, and by each alone.",
 }
 

@@ -18,11 +18,14 @@ _FINE = 241
 
 _WEIGHTS = (0.001, 0.01, 0.1, 1.0, 10.0, 100.0)
 _PAYLOADS = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
-_BENDS = (1, 2, 5, 10, 20, 50)
+_BENDS = (1, 2, 5, 10, 20, 50, 100)
 """What is named on the axes: weights over stiffness, payloads over the arm's mass, bends [deg]."""
 
 _LEAST, _NO_LIMIT = 1e-3, 1e3
 """An error, or a bend, that is next to nothing; an error that is beyond all bounds [%]."""
+
+_LINED: dict[str, Any] = {"hatch": "////", "edgecolor": NOTE, "linewidth": 0.0}
+"""Where there is no rest there are lines across, so that it is no error in grey either."""
 
 _DOTS: Any = (0, (2, 1.5))
 _EXAMPLE: dict[str, Any] = {"color": ANALYTIC, "linestyle": (0, (4, 2)), "linewidth": 1.0}
@@ -46,7 +49,7 @@ _BY_PAYLOAD = _Scale(lambda y: np.log1p(np.maximum(y, 0.0) / _KNEE), lambda u: _
 _BY_LINKS = _Scale(lambda y: np.log(np.maximum(y, _LEAST)), np.exp)
 
 
-_NAMED, _NAMED_BENDS = (0.2, 0.45, 0.72), (0.15, 0.68, 0.88)
+_NAMED, _NAMED_BENDS = (0.1, 0.45, 0.72), (0.15, 0.68, 0.88)
 """Shares of a panel's height at which contours are named, those of small errors below."""
 
 
@@ -89,7 +92,7 @@ def _payloads(ax: Any, chart: Validity, stance: Stance, wide: bool) -> None:
     named = [payload for payload in _PAYLOADS if payload <= chart.payload[-1] * 1.001]
     ax.set_yticks(named, [f"{payload:g}" for payload in named])
     example = float(np.exp(np.interp(np.log(chart.example), np.log(chart.weight), np.log(errors[:, 0]))))
-    _read(ax, chart, 0.0, f"{example:.2g} %", wide)
+    _read(ax, chart, 0.0, f"{example:.2g} %" if np.isfinite(example) else "no rest", wide)
 
 
 def _links(ax: Any, chart: Validity, stance: Stance) -> None:
@@ -107,31 +110,44 @@ def _map(ax: Any, chart: Validity, y: Array, error: Array, scale: _Scale) -> Non
     ax.set_facecolor(TRUSTED[-1])
     ax.contourf(across, upwards, shown, levels=[np.log(_LEAST) - 1, *levels, np.log(_NO_LIMIT)], colors=TRUSTED)
     ax.contour(across, upwards, shown, levels=levels, colors=ERROR, linestyles="-", linewidths=_widths(chart))
+    inside = np.ones_like(shown)
     if not np.isfinite(error).all():
-        edge = np.interp(fine_y, even, [_last(x, column) for column in np.isfinite(error).T])
-        ax.fill_betweenx(upwards, np.exp(edge), chart.weight[-1], color=FAINT, linewidth=0, zorder=3)
+        inside = _interpolated(even, np.array([_inside(x, column, fine_x) for column in np.isfinite(error).T]), fine_y)
+        lost = ax.contourf(across, upwards, inside, levels=[-_NO_LIMIT, 0.0], colors=[FAINT], zorder=3)
+        lost.set(**_LINED)
     ax.set_yscale("function", functions=scale)
     ax.set_ylim(y[0], y[-1])
     ax.minorticks_off()
     for bound, level, share in zip(chart.bounds, levels, _NAMED, strict=True):
         row = round(share * (_FINE - 1))
-        beyond = np.flatnonzero(shown[row] > level)
-        if len(beyond) and 0.08 * _FINE < beyond[0] < 0.92 * _FINE:
-            _name(ax, bound, across[beyond[0]], upwards[row])
+        _name(ax, bound, across, upwards[row], np.where(inside[row] > 0, shown[row] - level, np.nan))
 
 
-def _last(x: Array, rests: NDArray[np.bool_]) -> float:
-    """Return where rest ends, of logarithms of weights: half-way to the first without."""
-    if rests.all():
-        return float(2 * x[-1] - x[-2])
-    first = int((~rests).argmax())
-    return float(x[0] if first == 0 else 0.5 * (x[first - 1] + x[first]))
+def _inside(x: Array, rests: NDArray[np.bool_], at: Array) -> Array:
+    """Return how far places, shape (K,), are from where rest begins or ends, negative where there is none.
+
+    Args:
+        x: logarithms of weights that were tried, shape (M,).
+        rests: whether all poses of these have a rest, shape (M,). It ends half-way between two that differ.
+    """
+    middles = 0.5 * (x[1:] + x[:-1])
+    ends = middles[rests[1:] != rests[:-1]]
+    if len(ends) == 0:
+        ends = np.array([2 * x[0] - x[1], 2 * x[-1] - x[-2]])
+    sign = np.where(rests[np.searchsorted(middles, at)], 1.0, -1.0)
+    return np.asarray(sign * np.abs(at[:, None] - ends).min(axis=1))
+
+
+def _interpolated(known_at: Array, known: Array, at: Array) -> Array:
+    from scipy.interpolate import interp1d
+
+    return np.asarray(interp1d(known_at, known, axis=0)(at))
 
 
 def _between(known_at: Array, known: Array, at: Array) -> Array:
     """Return values, shape (A, K), on smooth curves through known ones, shape (M, K), that do not overshoot.
 
-    NaN beyond the known ones that are finite.
+    Beyond the known ones that are finite, they stay as the last of these.
     """
     from scipy.interpolate import PchipInterpolator
 
@@ -139,7 +155,10 @@ def _between(known_at: Array, known: Array, at: Array) -> Array:
     for column, values in enumerate(known.T):
         rests = np.isfinite(values)
         if rests.sum() >= 2:
-            out[:, column] = PchipInterpolator(known_at[rests], values[rests], extrapolate=False)(at)
+            near = np.clip(at, known_at[rests][0], known_at[rests][-1])
+            out[:, column] = PchipInterpolator(known_at[rests], values[rests])(near)
+        elif rests.any():
+            out[:, column] = values[rests]
     return out
 
 
@@ -154,19 +173,22 @@ def _bends(ax: Any, chart: Validity, number: int, wide: bool) -> None:
     for colour, line in list(zip(TRUSTED, free, strict=False))[::-1]:
         ax.fill_between(np.exp(fine), _LEAST, line, color=colour, linewidth=0)
     rests = np.isfinite(stance.error_percent[:, 0, chart.usual])
-    if not rests.all():
-        ax.axvspan(np.exp(_last(x, rests)), chart.weight[-1], color=FAINT, linewidth=0, zorder=3)
+    if not rests.all():  # how far rest goes beyond the largest error asked about is not known
+        known = np.nan_to_num(free[-1], nan=_LEAST)
+        lost = _inside(x, rests, fine) <= 0
+        ax.fill_between(np.exp(fine), known, most, where=lost, facecolor=FAINT, zorder=3, **_LINED)
     for i, (bound, width) in enumerate(zip(chart.bounds, _widths(chart), strict=True)):
         for line, dashes in ((free[i], "-"), (heavy[i], _DOTS)):
             seen = np.where(line < 0.999 * most, line, np.nan)
             ax.plot(np.exp(fine), seen, color=ERROR, linewidth=width, linestyle=dashes)
         height = _BENDS[0] * (most / _BENDS[0]) ** _NAMED_BENDS[i]
-        below = np.flatnonzero(free[i] < height)
-        if len(below) and 0.08 * _FINE < below[0] < 0.92 * _FINE:
-            _name(ax, bound, float(np.exp(fine[below[0]])), height)
+        _name(ax, bound, np.exp(fine), height, height - free[i])
     read = float(np.interp(np.log(chart.example), fine, free[len(chart.bounds) // 2]))
-    _read(ax, chart, read, f"{read:.2g}°", wide)
-    ax.set_yticks([*_BENDS, most], [f"{bend:g}" for bend in (*_BENDS, most)])
+    if np.isfinite(read):
+        _read(ax, chart, max(read, _BENDS[0]), f"{read:.2g}°" if read > _LEAST else "0°", wide)
+    ticks = [*(bend for bend in _BENDS if bend < most), most]
+    named = [f"{bend:g}" if bend in (_BENDS[0], most) or bend < 0.7 * most else "" for bend in ticks]
+    ax.set_yticks(ticks, named)
     ax.minorticks_off()
 
 
@@ -178,21 +200,23 @@ def _loaded(chart: Validity) -> int:
 def _bend_curves(chart: Validity, number: int, payload: int, fine: Array) -> list[Array]:
     """Return the largest bend within each bound [deg] at logarithms of weights, `_LEAST` where there is none.
 
-    Each curve begins at the weight at which all bends are within the bound no longer.
+    Each curve begins at the weight at which all bends are within the bound no longer. NaN where it is not known.
     """
     curves, x = [], np.log(chart.weight)
     for i, bound in enumerate(chart.bounds):
         bends = chart.stances[number].bend_deg[:, payload, chart.usual, i]
-        known = np.isfinite(bends) & (bends < 0.999 * chart.max_bend_deg)
-        places, values = x[known], np.log(np.maximum(bends[known], _LEAST))
         first = chart.weight_within(bound, number, payload)
+        known = np.isfinite(bends) & ((bends < 0.999 * chart.max_bend_deg) | (first is None))
+        places, values = x[known], np.log(np.maximum(bends[known], _LEAST))
         if first is not None and first < chart.weight[-1]:
             before = places > np.log(first)
             places, values = places[before], values[before]
             places, values = np.append(np.log(first), places), np.append(np.log(chart.max_bend_deg), values)
         curve = _between(places, values[:, None], fine)[:, 0]
+        if len(places):
+            curve = np.where((fine < places[0]) | (fine > places[-1]), np.nan, curve)
         whole = fine <= (np.log(first) if first is not None else -np.inf)
-        curves.append(np.where(whole, chart.max_bend_deg, np.exp(np.nan_to_num(curve, nan=np.log(_LEAST)))))
+        curves.append(np.where(whole, chart.max_bend_deg, np.exp(curve)))
     return curves
 
 
@@ -205,13 +229,17 @@ def _read(ax: Any, chart: Validity, y: float, words: str, wide: bool) -> None:
     ax.plot(chart.example, y, "o", color="white", markeredgecolor=ANALYTIC, markeredgewidth=1.4, markersize=5,
             clip_on=False, zorder=7)  # fmt: skip
     right = chart.example < chart.weight[0] ** (1 - _ROOM[wide]) * chart.weight[-1] ** _ROOM[wide]
-    at = (5, 7) if right else (-5, -7 if y > 0 else 7)
+    at = (5, 7) if right else (0, 9)
     ax.annotate(words, (chart.example, y), xytext=at, textcoords="offset points", va="center", color=ANALYTIC,
-                ha="left" if right else "right", fontweight="bold", zorder=7, path_effects=_halo())  # fmt: skip
+                ha="left" if right else "center", fontweight="bold", zorder=7, path_effects=_halo())  # fmt: skip
 
 
-def _name(ax: Any, bound: float, x: float, y: float) -> None:
-    ax.text(x, y, f"{bound:g} %", ha="center", va="center", zorder=6, fontweight="bold", path_effects=_halo())
+def _name(ax: Any, bound: float, x: Array, y: float, beyond: Array) -> None:
+    """Name a contour at a height, where what is beyond it, at the places x, first becomes positive."""
+    crossed = 1 + np.flatnonzero((beyond[:-1] <= 0) & (beyond[1:] > 0))
+    if len(crossed) and 0.12 * _FINE < crossed[0] < 0.9 * _FINE:
+        ax.text(x[crossed[0]], y, f"{bound:g} %", ha="center", va="center", zorder=6, fontweight="bold",
+                path_effects=_halo())  # fmt: skip
 
 
 def _halo() -> list[Any]:
@@ -238,8 +266,8 @@ def _legend(sheet: Sheet, chart: Validity) -> None:
     handles.append(Line2D([], [], marker="o", markerfacecolor="white", markeredgecolor=ANALYTIC, **_EXAMPLE))
     names.append(f"an example: the paper's arm, {chart.example:.3g}")
     if any(not np.isfinite(stance.error_percent).all() for stance in chart.stances):
-        handles.append(Patch(facecolor=FAINT, edgecolor=ERROR, linewidth=0.5))
-        names.append("no rest: it buckles")
+        handles.append(Patch(facecolor=FAINT, **_LINED))
+        names.append("some bend has no pose at rest:\n" + ",\nor ".join(chart.no_rest))
     meaning = ("" if sheet.wide else "\n").join(_MEANING)
     sheet.legend(handles, names, loc="outside lower center", ncols=3 if sheet.wide else 1, title=meaning,
                  alignment="left")  # fmt: skip

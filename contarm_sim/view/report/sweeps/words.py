@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from contarm_sim.sweeps.distributions import Normal, Range, Varied
 from contarm_sim.sweeps.distributions import Values as Listed
 from contarm_sim.sweeps.quantities import QUANTITIES
@@ -13,6 +15,9 @@ from contarm_sim.view.report.sweeps.found import Found
 
 _LISTED = 8
 """More values are told by their ends."""
+
+_HARDLY = 0.02
+"""A quantity that changes by less, over its largest value, is said to be about the same everywhere."""
 
 _DESIGNS = {
     "grid": "a grid, all combinations",
@@ -37,20 +42,20 @@ def headline(found: Found) -> str:
             return (f"Constant curvature holds within {bound:g} % of length to {found.chart.max_bend_deg:g} deg "
                     f"up to m g L^2/EI = {limits}.")  # fmt: skip
     unit = "" if value.read_unit == "-" else f" {value.read_unit}"
-    ranked = found.ranked
-    said = f"{value.words} is {in_digits(known.min())} to {in_digits(known.max())}{unit}"
-    said = f"The {said}" if known.min() < known.max() else f"The {value.words} is {in_digits(known.max())}{unit}"
+    name, ends = _spoken(value.words), [in_digits(each) for each in (known.min(), known.max())]
+    said = f"The {name} is {' to '.join(dict.fromkeys(ends))}{unit}"
     if QUANTITIES[found.sweep.spec.run][found.quantity].kind == "truth":
         said = f"{value.words.capitalize()}: {int(known.sum()):,} of {_count(len(known))}"
-    matters = len(ranked) > 1 and known.min() < known.max()
-    return f"{said}; {_words(ranked[0])} matters most." if matters else f"{said}."
+    if known.max() - known.min() < _HARDLY * np.abs(known).max():
+        return f"{said}: hardly anything changes it."
+    return f"{said}; `{found.matters}` matters most." if found.matters else f"{said}."
 
 
 def lead(found: Found) -> str:
     """Say what was run."""
     spec = found.sweep.spec
     what = {"rest": "poses at rest", "equilibrium": "a pose at rest under a load", "motion": "a motion"}[spec.run]
-    names = [_words(name) for name in spec.vary]
+    names = [f"`{name}`" for name in spec.vary]
     listed = " and ".join(part for part in (", ".join(names[:-1]), names[-1]) if part)
     return f"Each case is {what} of one arm. {_count(spec.cases)} differ in {listed}: {_DESIGNS[spec.design]}."
 
@@ -72,7 +77,7 @@ def standings(found: Found) -> list[Standing]:
     state = "bad" if failed == done else "note"
     return [
         first,
-        Standing(state, f"{_count(failed)} failed.", f"{reasons}. They are in the table, without quantities."),
+        Standing(state, f"{_count(failed)} failed.", f"{reasons}. They are in the table, most quantities are not."),
     ]
 
 
@@ -80,13 +85,13 @@ def remarks(found: Found) -> list[str]:
     """Say what a figure leaves out."""
     indices, spec = found.indices, found.sweep.spec
     lines = []
-    if indices is not None and indices.left_out:
+    if indices is not None and indices.failed + indices.surplus:
         lines.append(
-            f"Sobol's indices are from {indices.points} points; {indices.left_out} are left out, for a case of theirs "
-            "failed or is not done, or to have a power of two"
+            f"Sobol's indices are from {indices.points} points; {indices.failed} are left out as a case of theirs "
+            f"failed, and {indices.surplus} to have a power of two"
         )
     if spec.design == "sobol-indices" and indices is None:
-        lines.append("there are no Sobol's indices: they take two parameters or more, and eight points without a gap")
+        lines.append(f"there are no Sobol's indices: {found.no_indices}")
     return lines
 
 
@@ -120,13 +125,15 @@ def _count(number: int) -> str:
     return "one case" if number == 1 else f"{number:,} cases"
 
 
-def _words(name: str) -> str:
-    return name.replace("_", " ")
+def _spoken(words: str) -> str:
+    """Return the words of a quantity as a sentence has them: "largest tip error" for "tip error max"."""
+    for end, before in {" max": "largest ", " min": "least ", " mean": "mean ", " rms": "root mean square "}.items():
+        if words.endswith(end):
+            return before + words.removesuffix(end)
+    return words
 
 
 def _said(value: Any, unit: str) -> str:
-    import numpy as np
-
     if isinstance(value, str):
         return value
     if isinstance(value, tuple):
