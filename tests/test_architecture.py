@@ -94,8 +94,8 @@ def test_the_command_line_and_the_package_load_nothing_heavy():
     assert not {"mujoco", "matplotlib"} & _loaded_after("from contarm_sim import kinematics, paths")
 
 
-def test_the_simulation_loads_scipy_only_where_it_needs_it():
-    """Half a second of a first `contarm run` is not spent on splines that no part of it asks for."""
+def test_the_simulation_loads_scipy_and_inverse_kinematics_only_where_it_needs_them():
+    """Half a second of a first `contarm run` is not spent on splines and inverses that no part of it asks for."""
     motion = "from contarm_sim.motion import release, rest, simulate"
     loaded = _loaded_after(f"{motion}; import contarm_sim.statics.equilibrium, contarm_sim.studies.controllers")
-    assert not [name for name in loaded if name.startswith("scipy")]
+    assert not [name for name in loaded if name.startswith(("scipy", "contarm_sim.kinematics.inverse"))]
