@@ -129,8 +129,11 @@ def test_muscle_prints_and_draws_the_force_family(contarm, tmp_path):
     assert "700 kPa [N]" in contarm("muscle")[1]
 
 
-def test_compare_controllers_tells_them_apart(contarm, tmp_path):
-    code, _, err = contarm("compare-controllers", "--links", 12, "--duration", 4)
+@pytest.mark.parametrize(
+    "words", [("--links", 12, "--duration", 4), pytest.param((), marks=pytest.mark.slow)], ids=["short", "full"]
+)
+def test_compare_controllers_tells_them_apart(contarm, tmp_path, words):
+    code, _, err = contarm("compare-controllers", *words)
     (folder,) = tmp_path.glob("runs/compare-controllers-*")
     found = json.loads((folder / "summary.json").read_text())["rows"]
     failed = [row for row in found if "failed" in row]

@@ -15,12 +15,9 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.load import Load
 from contarm_sim.statics.loads import AppliedLoad
 from contarm_sim.statics.poses import Poses
-from contarm_sim.statics.solver import TOTAL_STEP
+from contarm_sim.statics.solver import HALVINGS, ITERATIONS, TOTAL_STEP
 from contarm_sim.statics.stability import growth_at
 from contarm_sim.statics.stiffness import TangentStiffness, definite, solved
-
-ITERATIONS, HALVINGS = 40, 10
-"""Most steps, and most tries for one, as in `Solver.newton`."""
 
 
 class Together:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -23,8 +22,8 @@ from contarm_sim.sweeps.outcomes import PERCENTS, Outcomes, causes_document, per
 from contarm_sim.sweeps.statuses import status_of
 from contarm_sim.sweeps.uncertain import Uncertain
 
-_TOGETHER, _THREADS = 32, os.cpu_count() or 1
-"""Cases that are solved at a time, and threads that share them."""
+_TOGETHER = 32
+"""Cases that are solved at a time."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -136,7 +135,7 @@ def uncertain_pose(
     said, interrupted = list[tuple[str, str]](), False
     try:
         for first in range(0, uncertain.cases, _TOGETHER):
-            found = equilibria(uncertain.arms[first : first + _TOGETHER], told, method=method, threads=_THREADS)
+            found = equilibria(uncertain.arms[first : first + _TOGETHER], told, method=method)
             rows = slice(first, first + len(found))
             tips[rows], tensions[rows] = (
                 np.where(found.stable[:, None], values, np.nan) for values in (found.tip, found.muscle_tensions)
