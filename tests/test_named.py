@@ -38,6 +38,10 @@ def test_a_mistyped_name_and_a_bad_value_are_refused_by_name():
     [
         ({"distribution": "normal", "mean": "300 g", "std": "5 %"}, stats.norm(0.3, 0.015)),
         ({"distribution": "normal", "mean": 0.3, "std": 0.1, "least": 0.25}, stats.truncnorm(-0.5, np.inf, 0.3, 0.1)),
+        (
+            {"distribution": "normal", "mean": 0, "std": 1, "least": 5.5, "most": 9},
+            stats.truncnorm(5.5, 9),
+        ),
         ({"distribution": "uniform", "low": "100 g", "high": 0.4}, stats.uniform(0.1, 0.3)),
         (
             {"distribution": "lognormal", "mean": 0.3, "std": 0.06},
@@ -45,7 +49,7 @@ def test_a_mistyped_name_and_a_bad_value_are_refused_by_name():
         ),
         ({"from": 0.1, "to": 10, "scale": "log"}, stats.loguniform(0.1, 10)),
     ],
-    ids=["normal", "truncated", "uniform", "lognormal", "log range"],
+    ids=["normal", "truncated", "far above the mean", "uniform", "lognormal", "log range"],
 )
 def test_quantiles_are_those_of_the_law(table, law):
     np.testing.assert_allclose(varied_from(table, "mass", "kg").at(SHARES), law.ppf(SHARES), rtol=1e-9)
@@ -66,6 +70,7 @@ def test_grids():
         ({"distribution": "normal", "std": 1}, r"mass\.mean is missing; allowed: a number \[kg\]"),
         ({"distribution": "normal", "mean": 1, "std": 0}, r"mass\.std is 0"),
         ({"distribution": "gamma", "mean": 1}, r"mass\.distribution is gamma; allowed: normal, lognormal, uniform"),
+        ({"distribution": "normal", "mean": 0, "std": 1, "least": 50, "most": 51}, r"mass is cut off from 50 to 51"),
         ({"distribution": "normal", "men": 1}, r"mass\.men is unknown.*did you mean 'mean'"),
         ([], "one value or more"),
         (3, "a list of values"),

@@ -27,6 +27,9 @@ from contarm_sim.model.units import quantity
 MOST_VALUES = 100_000
 """Most values of one parameter in a grid."""
 
+LEAST_LEFT = 1e-9
+"""Least share of a distribution that limits may leave."""
+
 _RANGE = ("from", "to", "count", "scale")
 _KEYS = {
     "normal": ("mean", "std", "least", "most"),
@@ -113,17 +116,33 @@ class Normal(Varied):
 
     def at(self, share: Array) -> list[Any]:
         """Return the values by quantile."""
-        from scipy.special import ndtr, ndtri
+        from scipy.special import ndtri
 
-        middle, width = self.mean, self.std
-        if self.log:
-            width = math.sqrt(math.log1p((self.std / self.mean) ** 2))
-            middle = math.log(self.mean) - 0.5 * width**2
-        low, high = (self._standard(limit, middle, width) for limit in (self.least, self.most))
-        below, above = ndtr(low), ndtr(high)
-        drawn = middle + width * ndtri(below + share * (above - below))
+        middle, width = self._law()
+        low, high, above = self._cut(middle, width)
+        drawn = ndtri(low + (1 - share if above else share) * (high - low))
+        drawn = middle + width * (-drawn if above else drawn)
         found = np.exp(drawn) if self.log else drawn
         return [float(x) for x in np.clip(found, self.least, self.most)]
+
+    def left(self) -> float:
+        """Return the share of the distribution that the limits leave."""
+        low, high, _ = self._cut(*self._law())
+        return float(high - low)
+
+    def _law(self) -> tuple[float, float]:
+        """Return mean and deviation of what is normal: the quantity, or its logarithm."""
+        if not self.log:
+            return self.mean, self.std
+        width = math.sqrt(math.log1p((self.std / self.mean) ** 2))
+        return math.log(self.mean) - 0.5 * width**2, width
+
+    def _cut(self, middle: float, width: float) -> tuple[float, float, bool]:
+        """Return the shares below both limits; where these are above the mean, above them, which keeps the digits."""
+        from scipy.special import ndtr
+
+        low, high = (self._standard(limit, middle, width) for limit in (self.least, self.most))
+        return (ndtr(-high), ndtr(-low), True) if low > 0 else (ndtr(low), ndtr(high), False)
 
     def _standard(self, limit: float, middle: float, width: float) -> float:
         if self.log:
@@ -194,7 +213,10 @@ def _distribution(table: dict[str, Any], name: str, unit: str) -> Varied:
         raise InputError(f"{name}.mean", mean, "more than 0 of a lognormal distribution")
     if not least < most or (kind == "lognormal" and most <= 0):
         raise InputError(name, f"an empty range, least {least:g}, most {most:g}", "least below most")
-    return Normal(mean, std, kind == "lognormal", least, most)
+    law = Normal(mean, std, kind == "lognormal", least, most)
+    if law.left() < LEAST_LEFT:
+        raise InputError(name, f"cut off from {least:g} to {most:g}", "limits that leave some of the distribution")
+    return law
 
 
 def _deviation(table: dict[str, Any], mean: float, name: str, unit: str) -> float:

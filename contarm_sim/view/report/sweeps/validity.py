@@ -229,9 +229,9 @@ def _read(ax: Any, chart: Validity, y: float, words: str, wide: bool) -> None:
     ax.plot(chart.example, y, "o", color="white", markeredgecolor=ANALYTIC, markeredgewidth=1.4, markersize=5,
             clip_on=False, zorder=7)  # fmt: skip
     right = chart.example < chart.weight[0] ** (1 - _ROOM[wide]) * chart.weight[-1] ** _ROOM[wide]
-    at = (5, 7) if right else (-5, -7 if y > 0 else 7)
+    at = (5, 7) if right else (0, 9)
     ax.annotate(words, (chart.example, y), xytext=at, textcoords="offset points", va="center", color=ANALYTIC,
-                ha="left" if right else "right", fontweight="bold", zorder=7, path_effects=_halo())  # fmt: skip
+                ha="left" if right else "center", fontweight="bold", zorder=7, path_effects=_halo())  # fmt: skip
 
 
 def _name(ax: Any, bound: float, x: Array, y: float, beyond: Array) -> None:
