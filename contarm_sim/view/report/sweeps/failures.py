@@ -47,7 +47,7 @@ def draw_failures(sheet: Sheet, columns: list[Column], status: NDArray[Any]) -> 
     grid = (whole[1] if mapped else sheet.add_gridspec(1, 1)[0]).subgridspec(rows, beside)
     bars = [sheet.add_subplot(grid[place]) for place in range(len(drawn))]
     for place, (ax, column) in enumerate(zip(bars, drawn, strict=True)):
-        _bars(ax, column, status, reasons, (100 if sheet.wide else 66) / beside)
+        _bars(ax, column, status, reasons, (80 if sheet.wide else 66) / beside)
         if place % beside == 0:
             ax.set_ylabel("failed [%]")
     most = max(ax.get_ylim()[1] for ax in bars)

@@ -9,7 +9,7 @@ import numpy as np
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.view.report.sweeps.columns import Column, Sorted, in_digits
 
-_LETTER, _LINE = 1.6, 4.5
+_LETTER, _LINE = 1.65, 4.5
 """Width of a letter, and height of a line of text [mm]."""
 
 _FIRSTS = ((1.0, 2.0, 5.0), (1.0, 3.0), (1.0,))
@@ -56,13 +56,13 @@ def name_places(axis: Any, column: Column, groups: Sorted, room: float) -> None:
     if not groups.binned and chosen and (_LINE if upwards else _size(groups.names)) * groups.count <= room:
         axis.set_ticks(np.arange(groups.count), groups.names)
         return
-    log = column.log
-    for most in range(10, 1, -1):
-        numbers = round_numbers(groups.at[0], groups.at[-1], log, most)
-        names = [in_digits(number) for number in numbers]
-        if (_LINE if upwards else _size(names)) * len(names) <= room:
+    for most in range(10, 0, -1):
+        numbers = round_numbers(groups.at[0], groups.at[-1], column.log, most)
+        numbers = numbers if most > 1 else [numbers[0], numbers[-1]]
+        names, places = [in_digits(number) for number in numbers], _placed(np.array(numbers), groups, column.log)
+        if (_LINE if upwards else _size(names)) <= np.diff(places).min(initial=np.inf) * room / groups.count:
             break
-    axis.set_ticks(_placed(np.array(numbers), groups, log), names)
+    axis.set_ticks(places, names)
 
 
 def _size(names: list[str]) -> float:
