@@ -2,6 +2,7 @@
 
 import errno
 import hashlib
+import json
 import os
 import subprocess
 import sys
@@ -159,10 +160,15 @@ def test_a_folder_has_one_sweep_and_one_writer(tmp_path, swept):
     spec, other = sweeps.read(SPEC), sweeps.read(SPEC | {"fixed": {"links": 4, "gravity.z": 9.81}})
     with opened(tmp_path / "one", spec), pytest.raises(InputError, match="no other sweep is writing"):
         sweeps.sweep(spec, tmp_path / "one")
-    with pytest.raises(InputError, match=r"what differs: fixed\.gravity\.z"):
+    assert not (tmp_path / "one").exists()  # nothing was done there
+    with opened(tmp_path / "one", spec) as store:
+        store.keep(*run.work(spec, 0))
+    with pytest.raises(InputError, match=r"sweep 'sweep' \(12 cases of equilibrium\); what differs: fixed\.gravity\.z"):
         sweeps.sweep(other, tmp_path / "one")
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "letter.txt").write_text("dear")
+    with pytest.raises(InputError, match="a file stands in its place"):
+        sweeps.sweep(spec, tmp_path / "mine" / "letter.txt" / "x")
     with pytest.raises(InputError, match="holds something else"):
         sweeps.sweep(spec, tmp_path / "mine")
     said = (swept.folder / "sweep.toml").read_text()
@@ -174,6 +180,7 @@ def test_a_folder_has_one_sweep_and_one_writer(tmp_path, swept):
 VARY = {"vary": {"payload": [0, 0.1]}}
 DRAWN = {"bending_stiffness": {"from": 0.1, "to": 1, "scale": "log"}, "links": {"from": 2, "to": 9}}
 MANY = {name: {"from": 0.1, "to": 1, "count": 1000} for name in ("mass", "payload", "length", "bending_stiffness")}
+NORMAL = {"distribution": "normal", "mean": "10 g", "std": "20 g"}
 REFUSED = [
     ({"vary": {"bending_stifness": [1]}}, "did you mean 'bending_stiffness'"),
     ({"vary": {"load.force.x": [1]}}, "parameter 'load.force.x' is unknown"),
@@ -186,7 +193,7 @@ REFUSED = [
     ({"vary": {"mass": {"distribution": "normal", "mean": 1, "std": 0.1}}}, "mass is a distribution"),
     ({"fixed": {"payload": 0.1}, **VARY}, r"both in \[fixed\] and in \[vary\]"),
     ({"vary": {"gravity": [[0, 0, 1]], "gravity.z": [1]}}, "beside the vector"),
-    ({"vary": MANY}, "1,000,000,000,000 of them"),
+    ({"vary": MANY}, "number of cases is 1,000,000,000,000"),
     ({"design": "sobol", "cases": 10**12, **VARY}, "at most|from 1 to 10,000,000"),
     ({"design": "sobol-indices", "points": 100, **VARY}, "a power of two"),
     ({"cases": 5, **VARY}, "a grid has as many as its values make"),
@@ -203,6 +210,13 @@ REFUSED = [
     ({"arm": "two", "ask": ["bend_within_1_percent"], **VARY}, "known of arms of one section"),
     ({"arm": "tendon", "ask": ["pressure_max"], **VARY}, "known of muscles that have pressure"),
     ({"run": "equilibrium", "ask": ["tip_error"], **VARY}, "known where a bend is asked for"),
+    ({"design": "sobol-indices", "points": 2**23, **VARY}, "fewer points"),
+    ({"vary": {"section_2.mass": [1]}}, "did you mean 'mass'. The arm has one section"),
+    ({"vary": {"muscle.braid_friction": [1]}}, "without effect where nothing moves"),
+    ({"run": "equilibrium", "arm": "tendon", "vary": {"load.pressures.1": [1e5]}}, "of muscles that have no pressure"),
+    ({"design": "sobol", "vary": {"payload": NORMAL}}, "payload is -.*least and most cut a distribution off"),
+    ({"design": "sobol", "vary": {"payload": NORMAL | {"mean": 0, "std": "5 %"}}}, "a number: the mean is 0"),
+    ({"design": "sobol", "vary": {"payload": {"mean": 1, "std": "5 %"}}}, "payload.distribution is missing"),
     ("nosuch", "a TOML file, or one of soft, validity"),
 ]
 
@@ -247,6 +261,12 @@ def test_help_shows_a_sweep_that_can_be_pasted(contarm, tmp_path):
     first, last = help_text.index('run = "rest"'), help_text.index("# mass = ")
     (tmp_path / "pasted.toml").write_text(help_text[first:last])
     assert sweeps.read(tmp_path / "pasted.toml").key == sweeps.read("soft").key
+    code, out, _ = contarm("sweep", "pasted.toml", "--names", "--json")
+    assert code == 0
+    told = json.loads(out)
+    assert told["parameters"]["muscle.wall"]["unit"] == "m"
+    assert "damping_time" not in told["parameters"]
+    assert "sag_max_percent" in told["quantities"]
     code, out, _ = contarm("sweep", "pasted.toml", "--names")
     assert code == 0
     assert {"muscle.wall", "controller", "sag_max_percent"} <= set(out.split())

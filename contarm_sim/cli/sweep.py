@@ -57,7 +57,7 @@ def sweep(
         links = 12
         [vary]
         bending_stiffness = { from = 0.05, to = 2, count = 20, scale = "log" }
-        payload = [0, "50 g", "100 g"]
+        payload = [0, "50 g", "100 g"]    # has no weight without gravity
         controller = ["servo", "paper"]
         # not in a grid:
         # mass = { distribution = "normal", mean = "300 g", std = "5 %" }
@@ -85,7 +85,7 @@ def sweep(
         raise InputError("SPEC", "missing", "a TOML file, or soft, validity (see contarm sweep --help)")
     asked = sweeps.read(spec, backend)
     if names:
-        _show_names(asked)
+        _show_names(asked, as_json)
         return 0
     runner = _runner(processes, workers, scheduler)
     folder, done = out if out is not None else str(default_folder(asked)), -1
@@ -177,7 +177,9 @@ def _show(found: Sweep, summary: dict[str, Any]) -> None:
     spec = found.spec
     told = summary["quantities"]
     rows = [_row(name, of) for name, of in told.items() if f"{name}_percent" not in told]
-    click.echo(f"{spec.cases:,} cases of {spec.run!r}, {spec.design} over {', '.join(spec.vary)}")
+    click.echo(
+        f"{spec.cases:,} case{'s' * (spec.cases != 1)} of {spec.run!r}, {spec.design} over {', '.join(spec.vary)}"
+    )
     table("", ["quantity", "unit", "least", "median", "largest"], rows)
     click.echo(", ".join(f"{count:,} {status}" for status, count in found.counts.items()))
     for name, count in found.short.items():
@@ -203,11 +205,20 @@ def _row(name: str, of: dict[str, Any]) -> list[str]:
     return [name, unit, *("" if x is None else "0" if abs(x) < least else f"{x:.4g}" for x in numbers)]
 
 
-def _show_names(spec: Any) -> None:
+def _show_names(spec: Any, as_json: bool) -> None:
     from contarm_sim.sweeps.quantities import QUANTITIES
 
+    if as_json:
+        from contarm_sim.view.report.output import to_json
+
+        told = {one.name: {"unit": one.unit, "values": one.meant} for one in spec.known.values() if not one.idle}
+        asked = {one.name: {"unit": one.unit, "meaning": one.meaning} for one in QUANTITIES[spec.run].values()}
+        click.echo(to_json({"run": spec.run, "parameters": told, "quantities": asked}))
+        return
     click.echo(f"Cases may differ in (run = {spec.run!r}):")
     for one in spec.known.values():
+        if one.idle:
+            continue
         click.echo(f"  {one.name:32} {one.unit:8} {one.meant}".rstrip())
     click.echo("Quantities:")
     for quantity in QUANTITIES[spec.run].values():

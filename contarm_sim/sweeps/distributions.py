@@ -11,7 +11,6 @@ Numbers are in SI units, texts carry their unit; a standard deviation in % is on
 
 from __future__ import annotations
 
-import difflib
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -19,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.errors import InputError
+from contarm_sim.errors import InputError, did_you_mean
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.parameters import as_number
 from contarm_sim.model.units import quantity
@@ -167,6 +166,8 @@ def varied_from(table: Any, name: str, unit: str) -> Varied:
         return _values(table["values"], name, unit)
     if "distribution" in table:
         return _distribution(table, name, unit)
+    if not {"from", "to"} & set(table) and set(table) & {key for keys in _KEYS.values() for key in keys}:
+        raise InputError(f"{name}.distribution", "missing", ", ".join(_KEYS))
     _refuse_others(table, _RANGE, name)
     return _range(table, name, unit)
 
@@ -227,7 +228,8 @@ def _deviation(table: dict[str, Any], mean: float, name: str, unit: str) -> floa
     else:
         std = _number(table, "std", name, unit)
     if not 0 < std < math.inf:
-        raise InputError(f"{name}.std", given, 'a standard deviation above 0, such as "5 %" of the mean')
+        such = '"5 %" of the mean' if mean else "a number: the mean is 0, of which % are nothing"
+        raise InputError(f"{name}.std", given, f"a standard deviation above 0, such as {such}")
     return std
 
 
@@ -249,5 +251,4 @@ def _in_si(value: Any, name: str, unit: str) -> Any:
 def _refuse_others(table: dict[str, Any], known: tuple[str, ...], name: str) -> None:
     for key in table:
         if key not in known:
-            near = difflib.get_close_matches(str(key)[:100], known, n=1, cutoff=0.0)[0]
-            raise InputError(f"{name}.{key}", "unknown", f"did you mean {near!r}? All: {', '.join(known)}")
+            raise InputError(f"{name}.{key}", "unknown", f"{did_you_mean(key, known)}All: {', '.join(known)}")

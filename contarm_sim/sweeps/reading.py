@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from contarm_sim.engine.backends import BACKENDS
-from contarm_sim.errors import InputError, in_short, one_line
+from contarm_sim.errors import InputError, did_you_mean, in_short, one_line
 from contarm_sim.inputs import as_path, read_text
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import arm_from_table, load_arm
 from contarm_sim.model.named import find, with_parameters
 from contarm_sim.model.presets import PRESETS
 from contarm_sim.sweeps.designs import DESIGNS, MOST_CASES, MOST_HYPERCUBE
-from contarm_sim.sweeps.distributions import Range, Varied, varied_from
+from contarm_sim.sweeps.distributions import Normal, Range, Varied, varied_from
 from contarm_sim.sweeps.distributions import Values as Listed
 from contarm_sim.sweeps.keys import by_full_names, refuse_unknown, whole_number
 from contarm_sim.sweeps.names import RUNS, Parameter, known_names
@@ -96,11 +96,13 @@ def _spec(table: dict[str, Any], name: str, beside: Path) -> Spec:
     seed = whole_number("seed", table.get("seed", 0), 0, 2**63 - 1)
     spec = Spec(name, run, arm, design, _drawn(table, design), seed, asked, fixed, vary, backend)
     if not 1 <= spec.cases <= MOST_CASES:
-        raise InputError(
-            "cases", f"{spec.cases:,} of them", f'at most {MOST_CASES:,}: fewer values, or design = "sobol"'
-        )
+        raise InputError("number of cases", f"{spec.cases:,}", f"at most {MOST_CASES:,}: {_fewer(design)}")
     _check_values(spec)
     return spec
+
+
+def _fewer(design: str) -> str:
+    return 'fewer values, or design = "sobol"' if design == "grid" else "fewer points, or fewer parameters"
 
 
 def _one_of(name: str, given: Any, choices: tuple[Any, ...]) -> Any:
@@ -145,6 +147,8 @@ def _fixed(table: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[str
     made = {}
     for name, value in table.items():
         one = find(name, known, "[fixed]")
+        if not one.of_arm:
+            _refuse_idle(one)
         listed = varied_from([value], name, one.unit)
         assert isinstance(listed, Listed)
         made[name] = one.checked(listed.values[0])
@@ -157,6 +161,7 @@ def _varied(table: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[st
     made: dict[str, Varied] = {}
     for name, said in table.items():
         one = find(name, known, "[vary]")
+        _refuse_idle(one)
         if not isinstance(said, (list, tuple, Mapping)):
             raise InputError(name, said, "a list of values, a range or a distribution; one value is in [fixed]")
         varied = varied_from(dict(said) if isinstance(said, Mapping) else said, name, one.unit)
@@ -169,6 +174,11 @@ def _varied(table: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[st
     return made
 
 
+def _refuse_idle(one: Parameter) -> None:
+    if one.idle:
+        raise InputError(f"parameter {one.name!r}", one.idle, "another; contarm sweep SPEC --names lists all")
+
+
 def _asked(given: Any, run: Any, never: Mapping[str, str]) -> tuple[str, ...]:
     """Return the names of quantities; all that a run tells without more work, unless some are asked for."""
     known = QUANTITIES[run]
@@ -178,8 +188,7 @@ def _asked(given: Any, run: Any, never: Mapping[str, str]) -> tuple[str, ...]:
         raise InputError("ask", given, "a list of quantities")
     for name in given:
         if name not in known:
-            near = difflib.get_close_matches(str(name)[:100], list(known), n=1, cutoff=0.0)[0]
-            asked = f"did you mean {near!r}? All: {', '.join(known)}"
+            asked = f"{did_you_mean(name, known)}contarm sweep SPEC --names lists all"
             raise InputError(f"quantity {in_short(name)!r}", f"unknown to run = {run!r}", asked, "ask")
         if never[name]:
             raise InputError(f"quantity {name!r}", "one that no case has", never[name], "ask")
@@ -194,8 +203,9 @@ def _check_values(spec: Spec) -> None:
     with_parameters(spec.arm, base)
     options_of(spec, {name: value for name, value in spec.fixed.items() if name not in base})
     refuse_both({**spec.fixed, **spec.vary})
+    drawn = spec.extremes() if any(isinstance(varied, Normal) for varied in spec.vary.values()) else {}
     for name, varied in spec.vary.items():
-        ends = varied.values if isinstance(varied, Listed) else ()
+        ends = varied.values if isinstance(varied, Listed) else drawn.get(name, ())
         ends = (varied.low, varied.high) if isinstance(varied, Range) else ends
         for value in map(spec.known[name].drawn, ends):
             try:
@@ -205,4 +215,7 @@ def _check_values(spec: Spec) -> None:
                     options_of(spec, {name: value})
             except InputError as error:
                 if error.name.rpartition(".")[2] == name.rpartition(".")[2]:  # and not of something else beside it
+                    if isinstance(varied, Normal):
+                        said, advice = f"{value:.4g}, drawn in a case", "least and most cut a distribution off"
+                        raise InputError(name, said, f"{error.allowed}; {advice}", "[vary]") from None
                     raise error.located("[vary]") from None

@@ -13,7 +13,7 @@ import io
 import os
 import tomllib
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -168,16 +168,43 @@ def opened(folder: Path, spec: Spec) -> Iterator[Store]:
     said, parts = folder / SAID, folder / "parts"
     if folder.exists() and not said.exists() and any(not entry.name.startswith(".") for entry in _entries(folder)):
         raise InputError("out", repr(str(folder)), "a new folder, or that of this sweep; it holds something else")
-    folder.mkdir(parents=True, exist_ok=True)
+    made = _folders(folder)
     with _locked(folder):
-        if said.exists():
+        if said.exists() and _any_part(parts):
             _same(folder, spec)
         else:
             write_whole(said, _said(spec))
         parts.mkdir(exist_ok=True)
         remove_leftovers(folder)
         remove_leftovers(parts)
-        yield Store(folder, spec)
+        try:
+            yield Store(folder, spec)
+        finally:
+            if not _any_part(parts):
+                _remove(folder, made)
+
+
+def _folders(folder: Path) -> list[Path]:
+    """Make a folder, and return what was made of it and of those above, innermost first."""
+    made = [each for each in (folder, *folder.parents) if not os.path.lexists(each)]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (NotADirectoryError, FileExistsError):
+        raise InputError("out", repr(str(folder)), "a folder; a file stands in its place") from None
+    return made
+
+
+def _any_part(parts: Path) -> bool:
+    return any(parts.glob("part-*.parquet"))
+
+
+def _remove(folder: Path, made: list[Path]) -> None:
+    """Remove a sweep without any part, and the folders that were made for it."""
+    with suppress(OSError):  # somebody put something there
+        for each in (folder / SAID, folder / _LOCK):
+            each.unlink(missing_ok=True)
+        for each in (folder / "parts", *made):
+            each.rmdir()
 
 
 def _entries(folder: Path) -> list[os.DirEntry[str]]:
@@ -225,8 +252,10 @@ def _same(folder: Path, spec: Spec) -> None:
     other, made = kept(folder)
     allowed = "another --out, or the folder without what is in it, or"
     if made.get("sweep") != spec.key:
-        said = ", ".join(_differing(spec.to_dict(), other.to_dict())) or "how it is kept"
-        raise InputError("out", repr(str(folder)), f"{allowed} the same sweep; what differs: {said}")
+        differs = list(_differing(spec.to_dict(), other.to_dict())) or ["how it is kept"]
+        held = f"it holds the sweep {other.name!r} ({other.cases:,} cases of {other.run})"
+        said = f"; what differs: {', '.join(differs)}" if len(differs) < 4 else ""
+        raise InputError("out", repr(str(folder)), f"{allowed} the same sweep; {held}{said}")
     differing = changed(made, {**made_with(), "chunk": str(chunk_size(spec))})
     if differing:
         raise InputError("out", repr(str(folder)), f"{allowed} the versions it was begun with: {', '.join(differing)}")

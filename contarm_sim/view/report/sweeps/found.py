@@ -214,7 +214,7 @@ def found_of(sweep: Sweep, quantity: str | None = None) -> Found:
     if len(sweep) == 0:
         raise InputError("sweep", str(sweep.folder), "a sweep with some case done; none is yet")
     if quantity is not None:
-        find(quantity, {name: name for name in asked}, "--quantity")
+        find(quantity, {name: name for name in asked}, "--quantity", "quantity")
         return Found(sweep, quantity)
     first = [name for name in FIRST if name in asked] or [name for name in asked if name not in _LABELS] or list(asked)
     first += [name for name in asked if name not in first]
