@@ -1,6 +1,7 @@
 """Uncertain parameters: what is sampled, what stays the nominal arm's, which parameter causes what."""
 
 import json
+import re
 from dataclasses import replace
 from math import pi
 
@@ -10,6 +11,7 @@ from scipy.stats import qmc
 from text_boxes import faults
 
 from contarm_sim import Arm, InputError, Load, Muscles, Reference, World, Wrench, equilibrium, paths, simulate
+from contarm_sim.cli.uncertain import ellipsoid_words
 from contarm_sim.control.believed import Believing
 from contarm_sim.control.registry import controller
 from contarm_sim.sweeps.case_table import write_cases
@@ -20,6 +22,7 @@ from contarm_sim.sweeps.uncertain import read_uncertain
 from contarm_sim.view.colours import SIMULATED, rgb
 from contarm_sim.view.prints import WIDTHS
 from contarm_sim.view.report.uncertainty import figures_of_motion, figures_of_pose
+from contarm_sim.view.report.uncertainty_words import limit_words, parameter_rows, pose_rows
 from contarm_sim.view.style import drawn
 
 VARY = {
@@ -74,7 +77,7 @@ def test_causes_are_those_of_ishigami_s_function():
     inside = (found.total_interval[:, 0] <= found.total) & (found.total <= found.total_interval[:, 1])
     assert inside.all()
     few = causes(np.stack([x, y, z], axis=1)[:64] / pi, [False] * 3, values[:64])
-    assert "explains no more than" in few.reason
+    assert "explains only" in few.reason
     assert np.isnan(few.first).all()
 
 
@@ -141,12 +144,31 @@ def test_a_pose_keeps_the_set_points_of_the_nominal_arm(tmp_path):
     assert axes @ axes.T == pytest.approx(np.eye(3), abs=1e-9)
     for width in WIDTHS:
         assert not faults(drawn(figures_of_pose(found)["uncertain_tip"], width))
+    assert not found.at_limit.any()
     parquet = pytest.importorskip("pyarrow.parquet")
     assert write_cases(tmp_path, found) == "cases.parquet"
     table = parquet.read_table(tmp_path / "cases.parquet")
     assert table.schema.field("muscle.wall").metadata == {b"role": b"parameter", b"unit": b"m"}
     assert table["tip_z"].to_pylist() == found.tips[:, 2].tolist()
     assert set(table["status"].to_pylist()) == {"ok"}
+
+
+def test_a_bend_in_one_plane_is_drawn_in_that_plane_and_said_without_rounding():
+    """A coordinate that all arms share is left out; servos that should shorten all muscles are at their limits."""
+    arm, vary = Arm(links=4), {"cases": 8, "vary": {"length": VARY["length"]}}
+    found = uncertain_pose(arm, Load(muscles=Muscles(kind="bend", values=(1.0, 0.0))), vary)
+    for width in WIDTHS:
+        sheet = drawn(figures_of_pose(found)["uncertain_tip"], width)
+        assert [ax.get_xlabel() for ax in sheet.axes] == ["x from nominal tip [mm]"]
+        assert not faults(sheet)
+    document = found.document()
+    words = ellipsoid_words(document["ellipsoid"]) + str(pose_rows(document) + parameter_rows(document, "tip"))
+    assert "e-" not in words
+    assert "-0.000" not in words
+    assert "length [mm]" in words
+    assert not limit_words(document)
+    far = Load(muscles=Muscles(kind="setpoints", values=(-0.2, -0.2, -0.2)))
+    assert "in 8 of 8 arms" in limit_words(uncertain_pose(arm, far, vary).document())[0]
 
 
 def test_arms_without_a_result_are_counted_and_an_end_keeps_what_is_done(tmp_path, monkeypatch):
@@ -237,6 +259,9 @@ def test_the_command_leaves_numbers_and_a_page(contarm, tmp_path):
     page = (tmp_path / "r/report.html").read_text()
     assert "<h2>Uncertainty</h2>" in page
     assert "16 sampled arms" in page
+    assert page.count("cases.") == 1  # the one file that there is
+    for table in re.findall(r'<table aria-label="(?:tip error of sampled arms|uncertain parameters)"', page):
+        assert f'<div class="wide">{table}' in page
     assert {"cloud.npz", "report.html"} <= {each.name for each in (tmp_path / "r").iterdir()}
     code, out, err = contarm("equilibrium", "--muscles", "bend 1 0", "--uncertain", "u.toml", "--json", "--links", 4)
     assert code == 0, err

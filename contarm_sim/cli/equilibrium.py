@@ -61,17 +61,18 @@ def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: A
     \b
     contarm equilibrium --gravity -9.81 0 0
     contarm equilibrium --wrench 1 0.2 0 0 0 0 0 --wrench 0.5 0 0.1 0 0 0 0 --json
-    contarm equilibrium --muscles bend 1.5 0 --gravity 0 0 9.81 --payload 0.1
-    contarm equilibrium --muscles pressures 500000 200000 200000
+    contarm equilibrium --muscles "bend 1.5 0" --gravity 0 0 9.81 --payload 0.1
+    contarm equilibrium --muscles "pressures 500000 200000 200000"
     contarm equilibrium --arm two.toml --muscles "bend 1.5 0 1 1.57"
     contarm equilibrium --file loads.json --json
-    contarm equilibrium --muscles bend 1.5 0 --gravity 0 0 9.81 --uncertain FILE.toml --out runs/uncertain
+    contarm equilibrium --muscles "bend 1.5 0" --gravity 0 0 9.81 --uncertain FILE.toml --out runs/tips
 
     A case in a file: {"gravity": [0, 0, 9.81], "payload": 0.1, "wrenches": [{"xi": 1, "force": [0.2, 0, 0]}],
     "follower_moment": [0, 0, 0], "actuation_moment": [0, 0.05], "muscles": {"kind": "off"}}.
 
-    --uncertain takes the same file as `contarm run`: where the tips of sampled arms are, and why. Servos get what
-    would hold the bend of the nominal arm, the one you believe in.
+    --uncertain takes the same file as `contarm run`, and gives percentiles of the tip's place, of its distance from the
+    nominal tip and of the tensions. Servos get the set-points that would hold the bend of the nominal arm, the one you
+    believe in.
     """
     from contarm_sim.model.load import Load, Wrench
     from contarm_sim.results.document import document
@@ -91,10 +92,14 @@ def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: A
         )
         cases = (studies.LoadCase(arm, load),)
     if uncertain_file is not None:
-        given = {"--file": file, "--extrapolate": extrapolate, "--xi": xi}
-        for name, value in given.items():
+        given = {
+            "--file": (file, "sampled arms are of one load, given as flags"),
+            "--extrapolate": (extrapolate, "sampled arms are not extrapolated"),
+            "--xi": (xi, "of sampled arms the tip alone is given"),
+        }
+        for name, (value, why) in given.items():
             if value:
-                raise InputError("uncertain", f"beside {name}", "one load, given as flags, and nothing but its tip")
+                raise InputError("uncertain", f"beside {name}", f"one of the two: {why}")
         return sampled_arms(arm, cases[0].load, uncertain_file, method, out, as_json)
     if out is not None:
         raise InputError("out", out, "with --uncertain only")

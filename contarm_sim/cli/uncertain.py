@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from contarm_sim.sweeps.uncertain import Uncertain
 
 HELP = (
-    "Sample arms with parameters as distributed as this file says, all commanded as the nominal arm: percentiles, "
-    "a band, and which parameter causes it."
+    "Sample arms with parameters as distributed as this file says, all commanded as the nominal arm; give percentiles "
+    "of the results, and Sobol indices: which parameter causes the spread."
 )
 
 uncertain_option = click.option("--uncertain", "uncertain_file", metavar="FILE.toml", help=HELP)
@@ -108,10 +108,12 @@ def leave(found: UncertainPose, told: dict[str, Any], target: Path) -> str:
 
 def ellipsoid_words(ellipsoid: dict[str, Any]) -> str:
     """Say how large the ellipsoid of the tip is, and how it lies."""
-    if ellipsoid["deviations_m"] is None:
+    deviations = ellipsoid["deviations_m"]
+    if deviations is None:
         return "too few tips for an ellipsoid"
-    sizes = ", ".join(f"{1e3 * size:.3g}" for size in ellipsoid["deviations_m"])
-    longest = ", ".join(f"{part + 0.0:.3f}" for part in ellipsoid["axes"][0])
+    shown = (size if size > 1e-6 * max(deviations) else 0.0 for size in deviations)  # less is rounding
+    sizes = ", ".join(f"{1e3 * size:.3g}" for size in shown)
+    longest = ", ".join(f"{round(part, 3) + 0.0:.3f}" for part in ellipsoid["axes"][0])
     return f"standard deviations of the tip along the axes of its ellipsoid {sizes} mm; the longest is ({longest})"
 
 
@@ -121,7 +123,7 @@ def show(found: dict[str, Any], rows: Any, quantity: str, words: str) -> None:
     Args:
         found: the document.
         rows: of what was found, as `error_rows` or `pose_rows` return them.
-        quantity, words: whose causes are told.
+        quantity, words: whose causes are printed.
     """
     from contarm_sim.cli.terminal import table
     from contarm_sim.view.report import uncertainty_words as said
@@ -131,9 +133,9 @@ def show(found: dict[str, Any], rows: Any, quantity: str, words: str) -> None:
     table("", ["", *columns], [[name, *values] for name, values in rows])
     own = said.parameter_rows(found, quantity)
     shares = ["alone [%]", "with others [%]"]
-    told = "reason" not in found["causes"][quantity]
-    end = None if told else -2
-    table("uncertain parameters", ["", *columns, *(shares if told else [])], [[name, *v[:end]] for name, v in own])
+    known = "reason" not in found["causes"][quantity]
+    end = None if known else -2
+    table("uncertain parameters", ["", *columns, *(shares if known else [])], [[name, *v[:end]] for name, v in own])
     click.echo(said.causes_words(found, quantity, words))
-    for line in said.apart_words(found):
+    for line in said.limit_words(found) + said.apart_words(found):
         click.echo(line)

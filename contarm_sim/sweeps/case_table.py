@@ -11,6 +11,9 @@ from contarm_sim.files import appearing
 from contarm_sim.sweeps.spread_of_motion import UncertainMotion
 from contarm_sim.sweeps.spread_of_pose import UncertainPose
 
+TABLES = ("cases.parquet", "cases.npz")
+"""Files that hold the cases, the one or the other."""
+
 
 def _role(name: str, found: UncertainMotion | UncertainPose) -> str:
     return "parameter" if name in found.uncertain.names else "case" if name == "case" else "quantity"

@@ -4,7 +4,7 @@ The exact way (Saltelli 2010) takes cases (d + 2) times for d parameters. Here a
 orthonormal under their distributions (polynomial chaos), is fitted to the cases by least squares, and the indices are
 sums of its squared coefficients (Sudret 2008, Reliability Engineering and System Safety 93). Of polynomials up to some
 degree, with parameters alone or in pairs, the one is taken that best predicts each case from the others (leave one
-out). What it does not explain is said, and where that is too much, no causes are given.
+out). The share that it does not explain is given; where that is too large, there are no indices.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def causes(coordinates: Array, normal: list[bool], values: Array, seed: int = 0)
         return Causes.untold(count, f"{len(places)} cases are too few for {count} parameters")
     explained, powers, terms = max(fits, key=lambda fit: fit[0])
     if explained < LEAST_EXPLAINED:
-        reason = f"a polynomial of the parameters explains no more than {100 * max(explained, 0):.0f} % of the variance"
+        reason = f"the fitted polynomial explains only {100 * max(explained, 0):.0f} % of the variance"
         return Causes.untold(count, reason, explained)
     Q, R = np.linalg.qr(terms)
     first, total = _indices(powers, np.linalg.solve(R, Q.T @ spread))

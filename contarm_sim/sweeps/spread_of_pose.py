@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles
 from contarm_sim.statics.continuation import Method
-from contarm_sim.statics.driving import checked_values, commands
+from contarm_sim.statics.driving import DRIVEN, checked_values, commands
 from contarm_sim.statics.equilibria import equilibria
 from contarm_sim.statics.equilibrium import Equilibrium, equilibrium
 from contarm_sim.sweeps.causes import Causes
@@ -34,11 +35,13 @@ class UncertainPose(Outcomes):
         nominal: the pose of the nominal arm.
         tips: tip positions [m], shape (n, 3); NaN where a case has no result.
         tensions: of the muscles [N], shape (n, M), likewise.
+        at_limit: whether a length servo is at its limit, shape (n,); False without servos or result.
     """
 
     nominal: Equilibrium
     tips: Array
     tensions: Array
+    at_limit: NDArray[np.bool_]
 
     @property
     def distance(self) -> Array:
@@ -87,6 +90,7 @@ class UncertainPose(Outcomes):
         plain = np.isfinite(deviations).all()
         return self.about() | {
             "tip_m": {"nominal": self.nominal.tip.tolist()} | told(self.tips),
+            "at_limit": int(self.at_limit.sum()),
             "distance_m": told(self.distance),
             "tensions_n": {"nominal": self.nominal.muscle_tensions.tolist()} | told(self.tensions),
             "ellipsoid": {
@@ -117,7 +121,7 @@ def uncertain_pose(
 
     Args:
         arm: the nominal one.
-        load: what acts on them all. Servos are told what would hold the bend of the nominal arm.
+        load: what acts on them all. Servos get what would hold the bend of the nominal arm.
         given: the uncertain parameters, or a TOML file or mapping of them (see `sweeps.uncertain`).
         method: as of `equilibrium`.
         on_done: called with the number of cases run and that of all, for progress.
@@ -132,6 +136,7 @@ def uncertain_pose(
     nominal, told = equilibrium(arm, load, method), _told(load, arm)
     tips = np.full((uncertain.cases, 3), np.nan)
     tensions = np.full((uncertain.cases, len(nominal.muscle_tensions)), np.nan)
+    at_limit, servos = np.zeros(uncertain.cases, dtype=bool), DRIVEN[told.muscles.kind][1] == "lengths"
     said, interrupted = list[tuple[str, str]](), False
     try:
         for first in range(0, uncertain.cases, _TOGETHER):
@@ -140,6 +145,7 @@ def uncertain_pose(
             tips[rows], tensions[rows] = (
                 np.where(found.stable[:, None], values, np.nan) for values in (found.tip, found.muscle_tensions)
             )
+            at_limit[rows] = servos & found.stable & ~found.held
             said += [status_of(found.failed.get(case), stable) for case, stable in enumerate(found.stable.tolist())]
             if on_done is not None:
                 on_done(len(said), uncertain.cases)
@@ -147,11 +153,11 @@ def uncertain_pose(
         interrupted = True
     status, error = (tuple(each[i] for each in said) for i in (0, 1))
     run = len(said)
-    return UncertainPose(uncertain, status, error, interrupted, nominal, tips[:run], tensions[:run])
+    return UncertainPose(uncertain, status, error, interrupted, nominal, tips[:run], tensions[:run], at_limit[:run])
 
 
 def _told(load: Load, arm: Arm) -> Load:
-    """Return a load whose servos are told what holds the bend of an arm, whichever arm they are of."""
+    """Return a load whose servos get what holds the bend of an arm, whichever arm they are of."""
     if load.muscles.kind not in ("bend", "deltas"):
         return load
     _, setpoints = commands(arm, load.muscles.kind, checked_values(arm, load))

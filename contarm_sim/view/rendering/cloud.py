@@ -1,4 +1,7 @@
-"""Other arms of the same moment, as thin lines over the one that is shown: what an uncertain arm may be."""
+"""Where the tips of other arms are at the same moment: what an uncertain arm may be.
+
+Their backbones are not drawn: they are so near to each other that they would be one thick tube over the muscles.
+"""
 
 from __future__ import annotations
 
@@ -13,16 +16,19 @@ from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.colours import SIMULATED, rgb
-from contarm_sim.view.rendering.overlays import Colour, add_line, placed
+from contarm_sim.view.rendering.overlays import Colour, add_ball, placed
 from contarm_sim.view.sections import tube_radii
 
 NAME = "cloud.npz"
 """File of a run's folder that has such arms."""
 
-LINE: Colour = (*rgb(SIMULATED), 0.5)
+TIP: Colour = (*rgb(SIMULATED), 1.0)
 
-_CLOSER = 1.35
-"""How far before the arm, in its radii, the lines are drawn: over it."""
+_CLOSER = 2.0
+"""How far before the arm, in its radii, the tips are drawn: over it."""
+
+_BALL = 0.007
+"""Radius of a tip's ball [of the arm's length]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,19 +43,12 @@ class Cloud:
     bones: NDArray[np.float32]
     band: Array
 
-    def show(self, scene: Any, base: Any, index: int, arm: Arm, pixel: float) -> None:
-        """Draw the backbones of a sample.
-
-        Args:
-            base: the engine's view of the base body.
-            pixel: the width of one, in a picture of 720 rows.
-        """
+    def show(self, scene: Any, base: Any, index: int, arm: Arm) -> None:
+        """Draw the tips of a sample; `base`: the engine's view of the base body."""
         eye = np.mean([camera.pos for camera in scene.camera], axis=0)
-        for bone in self.bones[:, index].astype(float):
-            points = placed(base, bone)
-            towards = eye - points
-            before = _CLOSER * max(tube_radii(arm)) * towards / np.linalg.norm(towards, axis=1, keepdims=True)
-            add_line(scene, points + before, 1.1 * pixel, LINE, rank=2)
+        for tip in placed(base, self.bones[:, index, -1].astype(float)):
+            towards = (eye - tip) / np.linalg.norm(eye - tip)
+            add_ball(scene, tip + _CLOSER * max(tube_radii(arm)) * towards, _BALL * arm.length, TIP)
 
     def save(self, folder: Path) -> None:
         """Write it into a run's folder."""

@@ -164,7 +164,7 @@ class ArmRenderer:
         else:
             self._ghost.hide(scene)
         if overlays.cloud is not None:
-            overlays.cloud.show(scene, self._data.body("base"), index, self.arm, self._pixels(1.0))
+            overlays.cloud.show(scene, self._data.body("base"), index, self.arm)
         if overlays.frames:
             self._add_frames(self._pixels(1.6))
         return self._shot()

@@ -8,7 +8,7 @@ import numpy as np
 
 from contarm_sim.view.colours import ANALYTIC, TARGET, error_colours, rgb
 from contarm_sim.view.rendering.caption import Caption, Legend
-from contarm_sim.view.rendering.cloud import LINE
+from contarm_sim.view.rendering.cloud import TIP
 from contarm_sim.view.rendering.draw import Overlays
 from contarm_sim.view.rendering.look import Look, Scale
 from contarm_sim.view.sections import bend_words
@@ -59,7 +59,7 @@ def legend(overlays: Overlays, scale: Scale) -> Legend:
     if overlays.ghost:
         tints["analytic"] = [rgb(ANALYTIC)]
     if overlays.cloud is not None:
-        tints[f"{len(overlays.cloud.bones)} sampled arms"] = [LINE[:3]]
+        tints[f"tips of {len(overlays.cloud.bones)} sampled arms"] = [TIP[:3]]
     if overlays.frames:
         tints["x, y, z"] = AXES
     return tints

@@ -10,6 +10,7 @@ from contarm_sim.model.pneumatic_law import PneumaticLaw
 from contarm_sim.results.compare import Comparison
 from contarm_sim.results.summary import spread
 from contarm_sim.results.trajectory import Trajectory
+from contarm_sim.sweeps.case_table import TABLES
 from contarm_sim.view.report import uncertainty_words as said
 from contarm_sim.view.report.filled import safe_json, write_filled
 from contarm_sim.view.report.headline import headline, lead, standings
@@ -73,13 +74,13 @@ def write_page(folder: Path, samples: Trajectory, comparison: Comparison, summar
         budget=budget(summary) + (_section_rows(comparison, arm.length) if several else []),
         muscles=muscle_words(summary["muscle"], any(isinstance(group.law, PneumaticLaw) for group in arm.groups)),
         captions=captions,
-        uncertain=_uncertain(summary),
+        uncertain=_uncertain(summary, folder),
         figures={stem: figure(folder, stem) for stem in captions},
         unshown=unshown(folder, captions),
     )
 
 
-def _uncertain(summary: dict[str, Any]) -> dict[str, Any] | None:
+def _uncertain(summary: dict[str, Any], folder: Path) -> dict[str, Any] | None:
     """Return what the page says of sampled arms, or None."""
     if "uncertainty" not in summary:
         return None
@@ -90,6 +91,8 @@ def _uncertain(summary: dict[str, Any]) -> dict[str, Any] | None:
         "errors": said.error_rows(found),
         "parameters": said.parameter_rows(found, "mean"),
         "causes": causes[0].upper() + causes[1:],
+        "known": "reason" not in found["causes"]["mean"],
+        "table": next((name for name in TABLES if (folder / name).is_file()), ""),
         "apart": said.apart_words(found),
     }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.sweeps.causes import Causes
 from contarm_sim.sweeps.spread_of_motion import UncertainMotion
 from contarm_sim.sweeps.spread_of_pose import UncertainPose
-from contarm_sim.view.colours import ERROR, LIMIT, NOTE, SIMULATED, TARGET
+from contarm_sim.view.colours import BLUE, ERROR, LIMIT, NOTE, SIMULATED, TARGET
 from contarm_sim.view.report.shares import draw_shares, name_shares
 from contarm_sim.view.report.uncertainty_words import ERRORS
 from contarm_sim.view.space import add_space
@@ -29,11 +30,15 @@ _CAUSES = {
 """What causes are drawn of."""
 
 _BAND: dict[str, Any] = {"color": SIMULATED, "alpha": 0.22, "linewidth": 0}
-_MEDIAN: dict[str, Any] = {"color": SIMULATED, "linewidth": 1.0}
-_NOMINAL: dict[str, Any] = {"color": ERROR, "linewidth": 1.2, "linestyle": (0, (4, 1.5))}
+_MEDIAN: dict[str, Any] = {"color": SIMULATED, "linewidth": 2.4}  # seen on both sides of the nominal arm's line
+_NOMINAL: dict[str, Any] = {"color": ERROR, "linewidth": 0.9}
+_ELLIPSE: dict[str, Any] = {"color": SIMULATED, "linewidth": 1.0}
 
 _DOTS = 400
 """Most cases that are drawn as dots of a row."""
+
+_FLAT = 1e-4
+"""Coordinates with less spread than this share of the largest are not drawn: they are the same in all arms."""
 
 
 def draw_spread(sheet: Sheet, found: UncertainMotion) -> None:
@@ -67,7 +72,7 @@ def _rows(ax: Any, rows: dict[str, tuple[Array, float]]) -> None:
         dots = values[:_DOTS]
         ax.plot(dots, place + chance.uniform(-0.2, 0.2, len(dots)), "o", color=SIMULATED, markersize=1.8, alpha=0.45,
                 markeredgewidth=0)  # fmt: skip
-        ax.vlines(nominal, place - 0.38, place + 0.38, **_NOMINAL | {"linestyle": "-"})
+        ax.vlines(nominal, place - 0.38, place + 0.38, **_NOMINAL)
     ax.set_yticks(range(len(rows)), list(rows))
     ax.set_ylim(len(rows) - 0.5, -0.5)
     ax.grid(visible=False, axis="y")
@@ -77,74 +82,92 @@ def draw_spread_in_space(sheet: Sheet, found: UncertainMotion) -> None:
     """Draw the path of the tip of the nominal arm and of some sampled arms, and their backbones at the end."""
     run = found.nominal
     ax = add_space(sheet, run.arm)
-    ax.reachable()
     tips = found.tips[found.good][: len(found.bones)]
+    said = (f"tips of {len(tips)} sampled arms", "their backbones at the end")
     for number, (path, bones) in enumerate(zip(tips, found.bones, strict=True)):
-        ax.trace(bones[-1], color=SIMULATED, linewidth=0.5, alpha=0.35)
-        label = f"{len(tips)} sampled arms"
-        ax.trace(path, color=SIMULATED, linewidth=0.5, alpha=0.35, label="" if number else label)
-    ax.trace(run.target, color=TARGET, linewidth=1.2, linestyle=(0, (4, 2)), label="target")
-    ax.trace(run.tip, color=ERROR, linewidth=1.2, label="nominal arm")
-    ax.trace(run.stations[-1], color=ERROR, linewidth=1.2)
+        for line, colour, words in zip((path, bones[-1]), (SIMULATED, BLUE), said, strict=True):
+            ax.trace(line, color=colour, linewidth=0.6, alpha=0.75, label="" if number else words)
+    ax.trace(run.target, color=TARGET, linewidth=1.0, linestyle=(0, (4, 2)), label="target")
+    ax.trace(run.tip, color=ERROR, linewidth=0.8, label="nominal arm")
+    ax.trace(run.stations[-1], color=ERROR, linewidth=0.8)
     ax.settle()
     sheet.heading(f"Tips of arms all commanded as the nominal one, and backbones at the end ({stance(run.arm)})")
     trim(sheet, 110)
 
 
 def draw_pose_spread(sheet: Sheet, found: UncertainPose) -> None:
-    """Draw the tips of the sampled arms around the tip of the nominal one, in three views, with the ellipsoid."""
+    """Draw the tips of the sampled arms around the tip of the nominal one, with the ellipse, in all views that differ.
+
+    Where a coordinate is the same in all arms, as where all bend in one plane, the one view without it is drawn.
+    """
     tips = MM * (found.tips[found.good] - found.nominal.tip)
-    sheet.tall(70 if sheet.wide else 178)
-    panels = sheet.subplots(1, 3) if sheet.wide else sheet.subplots(3, 1)
-    for ax, (i, k) in zip(panels, ((0, 1), (0, 2), (1, 2)), strict=True):
+    spread = tips.std(axis=0)
+    spread_along = [i for i in range(3) if spread[i] > _FLAT * spread.max()]
+    views = list(combinations(spread_along if len(spread_along) == 2 else range(3), 2))
+    sheet.tall(86 if len(views) == 1 else 70 if sheet.wide else 178)
+    shape = (1, len(views)) if sheet.wide else (len(views), 1)
+    panels = sheet.subplots(*shape, squeeze=False).ravel()
+    for ax, (i, k) in zip(panels, views, strict=True):
         ax.plot(*tips[:, [i, k]].T, "o", color=SIMULATED, markersize=2.2, alpha=0.5, markeredgewidth=0,
                 label="one sampled arm")  # fmt: skip
         around = MM * (found.ellipse(i, k) - found.nominal.tip[[i, k]])
-        ax.plot(*around.T, label="95 % of a normal distribution", **_MEDIAN)
+        ax.plot(*around.T, label="95 % ellipse of a fitted normal distribution", **_ELLIPSE)
         ax.plot(0, 0, "+", color=ERROR, markersize=8, markeredgewidth=1.4, label="nominal arm")
-        ax.set(xlabel=f"{'xyz'[i]} [mm]", ylabel=f"{'xyz'[k]} [mm]")
+        ax.set(xlabel=f"{'xyz'[i]} from nominal tip [mm]", ylabel=f"{'xyz'[k]} from nominal tip [mm]")
         ax.set_aspect("equal", adjustable="datalim")
     sheet.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3 if sheet.wide else 1)
-    sheet.heading(f"Where the tips of {len(tips)} sampled arms are, from that of the nominal arm")
+    flat = "" if len(views) > 1 else f"; all have the same {next('xyz'[i] for i in range(3) if i not in views[0])}"
+    sheet.heading(f"Tips of {len(tips)} sampled arms, from the nominal arm's tip{flat}")
 
 
 def draw_causes(sheet: Sheet, found: UncertainMotion | UncertainPose) -> None:
     """Draw what share of the variance each parameter causes, alone and together with others, with 95 % intervals."""
-    told = {name: each for name, each in found.causes.items() if name in _CAUSES}
-    names = _by_share(found.uncertain.names, list(told.values()))
-    across = len(told) if sheet.wide else 1
-    height = (13 + 6.5 * len(names)) * (len(told) // across) + 34
+    asked = {name: each for name, each in found.causes.items() if name in _CAUSES}
+    names = _by_share(found.uncertain.names, list(asked.values()))
+    across = len(asked) if sheet.wide else 1
+    height = (13 + 6.5 * len(names)) * (len(asked) // across) + 34
     sheet.tall(max(height, 62))
-    panels = sheet.subplots(len(told) // across, across, sharex=True, sharey=True, squeeze=False).ravel()
-    for ax, (name, causes) in zip(panels, told.items(), strict=True):
+    panels = sheet.subplots(len(asked) // across, across, sharex=True, sharey=True, squeeze=False).ravel()
+    for ax, (name, causes) in zip(panels, asked.items(), strict=True):
         ax.set_title(_CAUSES[name].replace(", ", ",\n" if sheet.wide else ", "))
         _shares(ax, causes, [found.uncertain.names.index(each) for each in names])
     panels[0].set_yticks(range(len(names)), [each.replace("_", " ") for each in names])
     panels[0].set_ylim(len(names) + 0.25, -0.6)  # with a row for words
     panels[0].set_xlim(-0.04, 1.04)
     panels[0].set_xticks([0, 0.5, 1], ["0", "50", "100"])
+    for ax in panels if sheet.wide else ():  # "100" and "0" of neighbours would run together
+        labels = ax.get_xticklabels()
+        labels[0].set_ha("left")
+        labels[-1].set_ha("right")
     for ax in panels if sheet.wide else panels[-1:]:
         ax.set_xlabel("share of variance [%]\nbars: 95 % intervals")
     name_shares(sheet, panels[0])
     sheet.heading("Which uncertain parameter causes it: Sobol indices")
 
 
-def _by_share(names: tuple[str, ...], told: list[Causes]) -> list[str]:
-    """Return the parameters, those first that cause most of the first thing told."""
-    shares = next((each.total for each in told if not each.reason), np.zeros(len(names)))
+def _by_share(names: tuple[str, ...], quantities: list[Causes]) -> list[str]:
+    """Return the parameters, those first that cause most of the first quantity that has causes."""
+    shares = next((each.total for each in quantities if not each.reason), np.zeros(len(names)))
     return [names[i] for i in np.argsort(-shares, kind="stable")]
 
 
 def _shares(ax: Any, causes: Causes, order: list[int]) -> None:
     if causes.reason:
         ax.grid(visible=False, axis="y")
-        words = causes.reason.replace("a polynomial of the parameters", "a polynomial")
-        ax.text(0.5, 0.5, f"unknown:\n{_broken(words)}", transform=ax.transAxes, ha="center", va="center", color=NOTE)
+        ax.text(
+            0.5,
+            0.5,
+            f"no indices:\n{_broken(causes.reason)}",
+            transform=ax.transAxes,
+            ha="center",
+            va="center",
+            color=NOTE,
+        )
         return
     draw_shares(ax, causes.first[order], causes.total[order], causes.first_interval[order].T,
                 causes.total_interval[order].T)  # fmt: skip
     left = 1 - causes.explained
-    ax.annotate(f"{100 * left:.2g} % not explained", (1, 0), xycoords="axes fraction", xytext=(-2, 3), ha="right",
+    ax.annotate(f"unexplained: {100 * left:.2g} %", (1, 0), xycoords="axes fraction", xytext=(-2, 3), ha="right",
                 va="bottom", textcoords="offset points", color=LIMIT)  # fmt: skip
 
 

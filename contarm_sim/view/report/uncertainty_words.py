@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
+from contarm_sim.view.report.sweeps.columns import Column
+
 Row = tuple[str, list[str]]
 
 ERRORS = {"mean": "mean over time", "max": "largest", "end": "at the end"}
@@ -50,25 +54,34 @@ def parameter_rows(found: dict[str, Any], quantity: str) -> list[Row]:
 
     Those that cause most come first.
     """
-    told = found["causes"][quantity].get("parameters", {})
+    indices = found["causes"][quantity].get("parameters", {})
     rows = []
-    for name in sorted(found["parameters"], key=lambda each: -told[each]["total"] if told else 0):
-        one = found["parameters"][name]
-        unit = "" if one["unit"] == "-" else f" [{one['unit']}]"
-        values = [f"{one[key]:.4g}" for key in ("nominal", *PERCENTILES)]
-        shares = [_share(told[name], kind) for kind in ("first", "total")] if told else ["", ""]
-        rows.append((f"{name}{unit}", values + shares))
+    for name in sorted(found["parameters"], key=lambda each: -indices[each]["total"] if indices else 0):
+        column = _column(name, found["parameters"][name])
+        shares = [_share(indices[name], kind) for kind in ("first", "total")] if indices else ["", ""]
+        rows.append((column.label, [f"{value:.4g}" for value in column.shown] + shares))
     return rows
+
+
+def _column(name: str, one: dict[str, Any]) -> Column:
+    """Return a parameter's nominal value and percentiles."""
+    return Column(name, one["unit"], np.array([one[key] for key in ("nominal", *PERCENTILES)], dtype=float))
+
+
+def limit_words(found: dict[str, Any]) -> list[str]:
+    """Say in how many poses a length servo is at its limit, if in any; motions do not count them."""
+    count, good = found.get("at_limit", 0), found["with_result"]
+    at = f"in {count} of {good} arms a length servo is at its limit: it pulls with the blocked force, or cannot push"
+    return [at] if count else []
 
 
 def causes_words(found: dict[str, Any], quantity: str, words: str) -> str:
     """Say what the shares are, or why there are none."""
     causes = found["causes"][quantity]
     if "reason" in causes:
-        return f"causes of {words} are unknown: {causes['reason']}"
-    explained = f"{100 * causes['explained']:.4g} % of the variance of cases that it was not fitted to"
-    by = f"Sobol indices of a polynomial of degree {causes['degree']}, which explains {explained}"
-    return f"shares of the variance of {words}: {by}"
+        return f"no Sobol indices of {words}: {causes['reason']}"
+    explained = f"{100 * causes['explained']:.4g} % is explained by the fitted polynomial of degree {causes['degree']}"
+    return f"Sobol indices, shares of the variance of {words}; {explained}"
 
 
 def apart_words(found: dict[str, Any]) -> list[str]:
@@ -76,19 +89,20 @@ def apart_words(found: dict[str, Any]) -> list[str]:
     lines = []
     for name, one in found["parameters"].items():
         if not one["p5"] <= one["nominal"] <= one["p95"]:
-            value = f"{one['nominal']:.4g}" + ("" if one["unit"] == "-" else f" {one['unit']}")
-            lines.append(f"{name} of the nominal arm, {value}, is not within 5 to 95 % of what was sampled")
+            column = _column(name, one)
+            value = f"{column.shown[0]:.4g}" + ("" if column.unit == "-" else f" {column.read_unit}")
+            lines.append(f"{column.words} of the nominal arm, {value}, is not within 5 to 95 % of what was sampled")
     return lines
 
 
-def _share(told: dict[str, Any], kind: str) -> str:
-    low, high = told[f"{kind}_95"]
-    return f"{100 * told[kind]:.1f} ({100 * low:.1f} to {100 * high:.1f})"
+def _share(indices: dict[str, Any], kind: str) -> str:
+    low, high = indices[f"{kind}_95"]
+    return f"{100 * indices[kind]:.1f} ({100 * low:.1f} to {100 * high:.1f})"
 
 
 def _mm(value: float | None) -> str:
-    return "" if value is None else f"{1e3 * value:.3f}"
+    return "" if value is None else f"{round(1e3 * value, 3) + 0.0:.3f}"
 
 
 def _plain(value: float | None) -> str:
-    return "" if value is None else f"{value:.2f}"
+    return "" if value is None else f"{round(value, 2) + 0.0:.2f}"
