@@ -11,14 +11,14 @@ import numpy as np
 
 from contarm_sim import Arm, Load, Muscles, Wrench, equilibria, equilibrium
 from contarm_sim.engine.plant import engine_room
-from contarm_sim.statics.cases import CHUNK
+from contarm_sim.statics.cases import BUNCH
 from contarm_sim.statics.driving import driven_plant
 from contarm_sim.statics.equilibrium import reused
 from contarm_sim.statics.solver import Solver
 from contarm_sim.statics.stiffness import TangentStiffness
 from contarm_sim.statics.together import Together
 
-REPEATS, POSES, BEFORE = 7, 5 * CHUNK, 11.9
+REPEATS, POSES, BEFORE = 7, 5 * BUNCH, 11.9
 """`BEFORE`: a call of `equilibrium` of version 0.1.0 [ms]."""
 
 ARM = Arm(gravity=(0.0, 0.0, 9.81))
@@ -107,7 +107,7 @@ def main():
             f"of equilibrium, {BEFORE / pose:.0f} times than before",
             flush=True,
         )
-    given = loads("bend", 20 * CHUNK, rng)
+    given = loads("bend", 20 * BUNCH, rng)
     one, two = best(lambda: equilibria(ARM, given), lambda: equilibria(ARM, given, threads=2), clock=time.perf_counter)
     print(f"two threads: {one / two:.2f} times faster by the clock (of use on an idle machine only)")
     many = loads("bend", 10_000, rng)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import copyreg
+import difflib
 import math
 import reprlib
+from collections.abc import Iterable
 from typing import Any
 
 LONGEST = 110
@@ -43,7 +46,20 @@ def in_short(value: Any) -> str:
     return one_line(value if isinstance(value, str) else _Short().repr(value))
 
 
-class ContarmError(Exception):
+def did_you_mean(given: Any, known: Iterable[str]) -> str:
+    """Return a question for the nearest known name, with a space behind it; nothing where none is near."""
+    near = difflib.get_close_matches(str(given)[:100], list(known), n=1)
+    return f"did you mean {near[0]!r}? " if near else ""
+
+
+class _Sent(BaseException):
+    """An error that other processes may send: pickled by its message and attributes, not by what made it."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return copyreg.__newobj__, (type(self), *self.args), vars(self)  # type: ignore[attr-defined]
+
+
+class ContarmError(_Sent, Exception):
     """Root of every error that contarm_sim raises on purpose."""
 
 
@@ -221,7 +237,7 @@ class NoEquilibriumError(EquilibriumError):
     """Muscles as they are cannot hold the pose: it takes more force, pressure or stroke than they have."""
 
 
-class Interrupted(KeyboardInterrupt):
+class Interrupted(_Sent, KeyboardInterrupt):
     """Ctrl-C ended a simulation early.
 
     Attributes:
@@ -233,7 +249,7 @@ class Interrupted(KeyboardInterrupt):
         super().__init__(f"the simulation was interrupted after {len(trajectory)} samples")
 
 
-class InterruptedMany(KeyboardInterrupt):
+class InterruptedMany(_Sent, KeyboardInterrupt):
     """Ctrl-C ended many simulations early.
 
     Attributes:

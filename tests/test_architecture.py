@@ -15,6 +15,7 @@ MAY = {
     "stopping": set(),
     "libmujoco": set(),
     "versions": set(),
+    "processors": set(),
     "files": {"stopping"},
     "inputs": {"errors"},
     "model": {"brevity", "display", "errors", "inputs"},
@@ -23,7 +24,7 @@ MAY = {
     "mjcf": {"errors", "libmujoco", "model"},
     "paths": {"display", "errors", "inputs", "model", "kinematics", "mechanics"},
     "results": {"display", "errors", "inputs", "model", "kinematics", "mechanics", "paths"},
-    "engine": {"errors", "libmujoco", "model", "kinematics", "mechanics", "mjcf"},
+    "engine": {"errors", "libmujoco", "processors", "model", "kinematics", "mechanics", "mjcf"},
     "statics": {"brevity", "display", "errors", "libmujoco", "model", "kinematics", "mechanics", "mjcf", "engine"},
     "control": {"errors", "model", "kinematics", "mechanics", "paths", "engine", "statics"},
     "motion": {"errors", "libmujoco", "versions", "model", "kinematics", "mechanics", "mjcf", "paths", "results",
@@ -37,8 +38,8 @@ MAY = {
              "studies", "sweeps"},
     "envs": {"errors", "libmujoco", "model", "kinematics", "mechanics", "mjcf", "paths", "engine", "statics", "control",
              "view"},
-    "cli": {"errors", "stopping", "files", "inputs", "versions", "model", "kinematics", "mechanics", "mjcf", "paths",
-            "results", "statics", "control", "motion", "studies", "sweeps", "view", "envs"},
+    "cli": {"errors", "stopping", "files", "inputs", "versions", "processors", "model", "kinematics", "mechanics",
+            "mjcf", "paths", "results", "statics", "control", "motion", "studies", "sweeps", "view", "envs"},
 }  # fmt: skip
 
 # The one door upwards: results show themselves in notebooks, see display.py; only where they are asked to.
@@ -93,8 +94,8 @@ def test_the_command_line_and_the_package_load_nothing_heavy():
     assert not {"mujoco", "matplotlib"} & _loaded_after("from contarm_sim import kinematics, paths")
 
 
-def test_the_simulation_loads_scipy_only_where_it_needs_it():
-    """Half a second of a first `contarm run` is not spent on splines that no part of it asks for."""
+def test_the_simulation_loads_scipy_and_inverse_kinematics_only_where_it_needs_them():
+    """Half a second of a first `contarm run` is not spent on splines and inverses that no part of it asks for."""
     motion = "from contarm_sim.motion import release, rest, simulate"
     loaded = _loaded_after(f"{motion}; import contarm_sim.statics.equilibrium, contarm_sim.studies.controllers")
-    assert not [name for name in loaded if name.startswith("scipy")]
+    assert not [name for name in loaded if name.startswith(("scipy", "contarm_sim.kinematics.inverse"))]

@@ -34,8 +34,8 @@ REFUSED = {
     "bend is of shape .2, 2.; allowed: one bend": lambda: studies.hold(ARM, [BEND, BEND]),
     "share is half": lambda: studies.hold(ARM, BEND, share="half"),
     "run is an int; allowed: a Trajectory": lambda: studies.judge_run(3),
-    "case is an int; allowed: a LoadCase": lambda: studies.equilibria([3]),
-    "xi is 0.5; allowed: numbers": lambda: studies.equilibria([], xi=0.5),
+    "case is an int; allowed: a LoadCase": lambda: studies.cases_at_rest([3]),
+    "xi is 0.5; allowed: numbers": lambda: studies.cases_at_rest([], xi=0.5),
     "load is an int; allowed: a Load": lambda: equilibrium(ARM, 0),
     "load is a list; allowed: a Load": lambda: equilibrium(ARM, []),
     "load is a Wrench; allowed: a Load": lambda: equilibrium(ARM, Wrench(xi=1.0)),
@@ -59,7 +59,7 @@ def test_what_cannot_be_is_refused_in_one_line(message):
     [
         equilibrium, extrapolated, studies.possibility, studies.release, studies.validate, studies.compare_controllers,
         studies.muscle_law, lambda arm: studies.hold(arm, BEND), lambda arm: studies.stiffness(arm, BEND),
-        lambda arm: studies.equilibria([studies.LoadCase(arm, Load())]),
+        lambda arm: studies.cases_at_rest([studies.LoadCase(arm, Load())]),
     ],
 )  # fmt: skip
 def test_what_is_no_arm_is_refused(study):

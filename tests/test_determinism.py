@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from waiting import PATIENCE
 
+from contarm_sim import sweeps
+
 RUN = ["run", "--duration", "1", "--turns", "0.3", "--gravity", "0", "0", "9.81", "--no-video", "--json"]
 TIMED = {"real_time_factor", "speed_up", "wall_time_s"}
 """What a summary says of time that passed while it was computed."""
@@ -54,10 +56,10 @@ def _differing(one, two):
     return sorted(changed | (names[0] ^ names[1]))
 
 
-def _folders(tmp_path, words):
+def _folders(tmp_path, words, environments=ENVIRONMENTS):
     """Run a command in two processes of different threads; return the two folders that they leave."""
     folders = []
-    for number, environment in enumerate(ENVIRONMENTS):
+    for number, environment in enumerate(environments):
         place = tmp_path / str(number)
         place.mkdir()
         done = subprocess.run(
@@ -71,6 +73,24 @@ def _folders(tmp_path, words):
         assert done.returncode == 0, done.stdout + done.stderr
         folders.append(place / "out")
     return folders
+
+
+SWEEP = """
+run = "equilibrium"
+[fixed]
+gravity.z = 9.81
+[vary]
+bending_stiffness = [0.05, 0.1]
+load.force.x = [0.1, 0.2, 0.3]
+"""
+
+
+def test_a_sweep_leaves_the_same_bits_in_another_process_with_other_threads(tmp_path):
+    (tmp_path / "s.toml").write_text(SWEEP)
+    here = sweeps.sweep(tmp_path / "s.toml", tmp_path / "here", processes=1).folder
+    words = ["sweep", str(tmp_path / "s.toml"), "--processes", "1"]
+    (there,) = _folders(tmp_path, words, ENVIRONMENTS[1:])
+    assert _differing(here, there) == []
 
 
 @pytest.mark.parametrize(

@@ -61,7 +61,7 @@ def shown(run, rest):
         studies.judge_run(run, 5), studies.possibility(ARM, planes=1),
         studies.compare_controllers(replace(ARM, links=4), duration=0.5), studies.validate(ARM, grid=1),
         studies.trust(replace(ARM, links=4), planes=1),
-        *studies.equilibria([studies.LoadCase(ARM, Load())]),
+        *studies.cases_at_rest([studies.LoadCase(ARM, Load())]),
     ]  # fmt: skip
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from contarm_sim import Arm, InputError, Load, Muscles, Wrench, equilibria, equilibrium, presets
 from contarm_sim.errors import EquilibriumError
-from contarm_sim.statics import chunks
+from contarm_sim.statics import bunches, together
 from contarm_sim.statics.equilibrium import Equilibrium
 
 MIXED = replace(
@@ -79,7 +79,7 @@ def alone(monkeypatch):
         left.append(given)
         return equilibrium(*given)
 
-    monkeypatch.setattr(chunks, "equilibrium", counted)
+    monkeypatch.setattr(bunches, "equilibrium", counted)
     return left
 
 
@@ -145,23 +145,25 @@ def test_threads_and_chunks_leave_the_bits_as_they_are(threads, monkeypatch):
     rng = np.random.default_rng(2)
     loads = [_load(rng, ARMS["parallel"], KINDS[index % 4]) for index in range(24)]
     one = equilibria(ARMS["parallel"], loads)
-    monkeypatch.setattr("contarm_sim.statics.cases.CHUNK", 4)
+    monkeypatch.setattr("contarm_sim.statics.cases.BUNCH", 4)
     other = equilibria(ARMS["parallel"], loads, threads=threads)
     for name in ("frames", "muscle_tensions", "qpos", "residual", "iterations", "held"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
 
-def test_a_case_tells_all_that_one_alone_does():
+@pytest.mark.parametrize("details", [False, True])
+def test_a_case_tells_all_that_one_alone_does(details):
+    arms = [ARMS["two"], ARMS["spans"]]  # of other numbers of links and muscles
     load = Load(wrenches=(Wrench(xi=1.0, force=(0.2, 0.1, 0.0)),))
-    found, one = equilibria(ARMS["spans"], [load] * 2), equilibrium(ARMS["spans"], load)
+    found, one = equilibria(arms, load, details=details), equilibrium(ARMS["spans"], load)
     case = found.case(-1)
     assert isinstance(case, Equilibrium)
     assert len(list(found)) == 2
-    assert found.smallest_eigenvalue is None
+    assert (found.smallest_eigenvalue is None) != details
     for each in fields(one):
         if each.name != "seconds":
             np.testing.assert_array_equal(getattr(case, each.name), getattr(one, each.name))
-    np.testing.assert_array_equal(found.pressures_needed[0], one.pressures_needed(ARMS["spans"]))
+    np.testing.assert_array_equal(found.pressures_needed[1, :3], one.pressures_needed(ARMS["spans"]))
 
 
 def test_a_guess_is_where_each_case_starts():
@@ -180,7 +182,7 @@ def test_a_guess_is_where_each_case_starts():
         ((Arm(), [1]), "loads is an int; allowed: a Load"),
         ((Arm(), None, {"guess": "x"}), "guess is 'x'"),
         ((Arm(), None, {"guess": np.zeros((3, 48))}), r"guess is of shape \(3, 48\)"),
-        ((Arm(), None, {"threads": 0}), "threads is 0"),
+        ((Arm(), None, {"threads": -1}), "threads is -1"),
         ((Arm(), None, {"method": "x"}), "method is 'x'"),
     ],
 )
@@ -193,3 +195,20 @@ def test_wrong_arguments_are_refused_in_one_line(given, words):
 def test_no_cases_are_no_equilibria():
     assert len(equilibria([], [])) == 0
     assert equilibria(Arm(), []).failed == {}
+
+
+def test_a_singular_matrix_is_its_own_case_alone(monkeypatch):
+    arms = [Arm(links=4, payload=payload, gravity=(0, 0, 9.81)) for payload in (0.0, 0.02, 0.05)]
+    load = Load(wrenches=(Wrench(xi=1, force=(0.1, 0, 0)),))
+    good, real = equilibria(arms, load), together.solved
+
+    def singular_in_the_second(K, right):
+        K = K.copy()
+        K[1:2] = 0
+        return real(K, right)
+
+    monkeypatch.setattr(together, "solved", singular_in_the_second)
+    found = equilibria(arms, load)
+    np.testing.assert_array_equal(found.qpos[[0, 2]], good.qpos[[0, 2]])
+    assert found.found.all()
+    assert np.isnan(real(np.zeros((2, 3, 3)) + np.diag([1.0, 1.0, 0.0]), np.ones((2, 3, 1)))).all()

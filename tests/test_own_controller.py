@@ -175,6 +175,7 @@ def test_a_feedback_that_is_returned_again_starts_anew_in_every_pass():
     fresh, again = (simulate(arm, reference, Odd(f)) for f in (lambda a, p: LengthFeedback(a, p.lengths), same))
     assert fresh.timestep < 0.005  # it took more than one pass
     assert again == fresh
+    assert simulate(arm, reference, Odd(same)) == fresh  # nor does a run go on from the last
 
 
 def test_controls_are_cut_to_what_muscles_take_and_recorded_so():

@@ -13,8 +13,9 @@ from contarm_sim.control.base import Controller
 from contarm_sim.control.feedback import Feedback
 from contarm_sim.control.servo import LengthFeedback, Servo
 from contarm_sim.engine import threads
+from contarm_sim.engine.moved import STATE
 from contarm_sim.engine.plant import Plant
-from contarm_sim.engine.plants import STATE, Plants, grouped
+from contarm_sim.engine.plants import Plants
 from contarm_sim.engine.room import engine_room
 from contarm_sim.kinematics import arc
 from contarm_sim.mjcf.muscles import straight_controls
@@ -41,7 +42,7 @@ KINDS = {
     "two sections": ([two(), replace(two(), world=replace(two().world, gravity=(9.81, 0.0, 0.0)))], "lengths"),
     "bare": ([Arm(links=6, **own) for own in DIFFER], "none"),
 }
-READ = ("stations", "tip", "rotations", "muscle_lengths", "muscle_tensions", "actuator_tensions", "servo_pulls")
+READ = ("stations", "tip", "rotations", "muscle_lengths", "muscle_tensions", "actuator_tensions")
 
 
 @pytest.fixture
@@ -54,7 +55,6 @@ def eager(monkeypatch):
 @pytest.mark.parametrize("kind", KINDS)
 def test_many_have_the_bits_of_each_alone(kind, eager):
     arms, actuation = KINDS[kind]
-    assert grouped(arms, actuation) == [list(range(len(arms)))]
     rng = np.random.default_rng(0)
     steps = np.linspace(0.002, 0.004, len(arms))
     bend = rng.uniform(-1, 1, (len(arms), 2 * len(arms[0].sections)))
@@ -87,11 +87,10 @@ def test_many_have_the_bits_of_each_alone(kind, eager):
             np.testing.assert_array_equal(getattr(many, name)[place], getattr(single, name), err_msg=name)
 
 
-def test_arms_of_several_layouts_are_grouped_and_refused_together():
-    arms = [Arm(links=6), Arm(links=8), Arm(links=6, mass=0.1), Arm(links=6, payload=0.1)]
-    assert grouped(arms) == [[0, 2], [1], [3]]
-    with pytest.raises(InputError, match="grouped"):
-        Plants(arms)
+def test_arms_of_several_layouts_are_refused_together():
+    for other in (Arm(links=8), Arm(links=6, payload=0.1)):
+        with pytest.raises(InputError, match="of several layouts"):
+            Plants([Arm(links=6), other])
     with pytest.raises(InputError, match="arms is none"):
         Plants([])
 
@@ -168,25 +167,25 @@ class Nervous(Controller):
 
     actuation = "lengths"
 
-    def __init__(self, breaks):
-        self._breaks, self.plan = breaks, Servo().plan
+    def __init__(self, breaks, at=3):
+        self._breaks, self._at, self.plan = breaks, at, Servo().plan
 
     def plan(self, arm, reference):
         raise NotImplementedError
 
     def feedback(self, arm, reference, plan):
-        return Breaking(len(plan.start), self._breaks)
+        return Breaking(len(plan.start), self._breaks, self._at)
 
 
 class Breaking(Feedback):
-    """Calls a function at sample 3."""
+    """Calls a function at a sample."""
 
-    def __init__(self, muscles, breaks):
+    def __init__(self, muscles, breaks, at=3):
         super().__init__(0.1, muscles)
-        self._breaks = breaks
+        self._breaks, self._at = breaks, at
 
     def update(self, index, seen, gain):
-        if index == 3:
+        if index == self._at:
             self._breaks(self)
 
 
@@ -202,13 +201,28 @@ def test_a_feedback_that_fails_leaves_the_other_arms_alone():
     _same(found[0], simulate(arm, spiral, stepping=Stepping()))
 
 
-def test_one_feedback_for_several_arms_is_refused():
-    arm = Arm(links=6)
+@pytest.mark.parametrize("arms", [[Arm(links=6)] * 4, [Arm(links=6), Arm(links=8)]], ids=["four", "two"])
+def test_one_feedback_for_several_arms_is_refused(arms):
     shared = Servo()
     kept = Breaking(3, lambda feedback: None)
     shared.feedback = lambda *given: kept
-    found = simulate_many([arm] * 4, along(arm, "circle", 0.2, max_bend=0.3), shared, stepping=Stepping())
+    found = simulate_many(arms, along(arms[0], "circle", 0.2, max_bend=0.3), shared, stepping=Stepping())
     assert all("one object for several arms" in str(one) for one in found)
+
+
+def test_a_feedback_that_gives_up_as_its_arm_blows_up_is_said_as_alone(eager):
+    wild, step = Arm(links=6, damping_time=0.0, mass=0.1), Stepping(0.005)
+    reference = along(wild, "circle", 0.1, max_bend=0.1)
+    with pytest.raises(DivergenceError) as blown:
+        simulate(wild, reference, stepping=step)
+
+    def give_up(feedback):
+        raise InputError("this feedback", "at its end", "more")
+
+    last = Nervous(give_up, at=round(blown.value.time * reference.rate))
+    with pytest.raises(InputError, match="this feedback"):
+        simulate(wild, reference, last, stepping=step)
+    assert "this feedback" in str(simulate_many(wild, reference, last, stepping=step)[0])
 
 
 @pytest.mark.parametrize("count", [2, 5])

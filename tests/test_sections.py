@@ -27,7 +27,7 @@ from contarm_sim.statics.holding import Holder
 from contarm_sim.statics.loads import AppliedLoad
 from contarm_sim.statics.solver import Solver
 from contarm_sim.statics.stiffness import TangentStiffness
-from contarm_sim.studies.load_cases import LoadCase, equilibria
+from contarm_sim.studies.load_cases import LoadCase, cases_at_rest
 
 HALF = Section(length=0.185, links=12, mass=0.15)
 WRENCH = Wrench(xi=0.3, force=(0.4, -0.2, 0.1), moment=(0.02, 0.01, 0.0))
@@ -296,18 +296,20 @@ def pressurised(*pressures):
 
 
 def test_places_of_sections_of_unequal_pitch_are_at_their_arc_lengths():
-    (found,) = equilibria([LoadCase(UNEVEN, Load())], xi=[0.25, 0.5, 0.75])
+    (found,) = cases_at_rest([LoadCase(UNEVEN, Load())], xi=[0.25, 0.5, 0.75])
     np.testing.assert_allclose(found.places.poses[:, :3, 3], [[0, 0, 0.1], [0, 0, 0.2], [0, 0, 0.3]], atol=1e-12)
 
 
 def test_each_law_has_its_own_pressures():
     for arm, load in ((PASSIVE, pressurised(6e5, 0, 0)), (TWO_LAWS, pressurised(6e5, 0, 0, 3e5, 0, 0))):
-        (found,) = equilibria([LoadCase(arm, load)])
+        (found,) = cases_at_rest([LoadCase(arm, load)])
         assert found.beyond == ""
         assert found.muscle_pressures == pytest.approx(load.muscles.values, abs=1.0)
     with pytest.raises(InputError, match=r"muscles pressures .* 400000 Pa for muscles of section 2"):
         equilibrium(TWO_LAWS, pressurised(6e5, 0, 0, 6e5, 0, 0))
-    (found,) = equilibria([LoadCase(TWO_LAWS, Load(muscles=Muscles(kind="tensions", values=(0, 0, 0, 9e3, 9e3, 9e3))))])
+    (found,) = cases_at_rest(
+        [LoadCase(TWO_LAWS, Load(muscles=Muscles(kind="tensions", values=(0, 0, 0, 9e3, 9e3, 9e3))))]
+    )
     assert f"{TWO_LAWS.laws[1].blocked_force:.0f} N" in found.beyond
     assert PASSIVE.muscle == PASSIVE.laws[0]
 
@@ -317,7 +319,7 @@ def test_an_arm_without_muscles_rests_and_is_not_driven():
     assert found.pressures_needed(BARE).shape == found.muscle_tensions.shape == (0,)
     same = equilibrium(Arm(links=8), Load(wrenches=(WRENCH,)))
     np.testing.assert_allclose(found.tip, same.tip, atol=1e-9)
-    (listed,) = equilibria([LoadCase(BARE, Load())])
+    (listed,) = cases_at_rest([LoadCase(BARE, Load())])
     assert listed.beyond == ""
     for name in ("paper", "chain", "feedforward", "servo", "pressure", "tip"):
         with pytest.raises(InputError, match=r"with(out)? muscles|muscle.count is 0"):
@@ -339,4 +341,4 @@ def test_the_paper_controller_drives_any_number_of_muscles(count):
 def test_extrapolation_names_the_section_with_an_odd_number_of_links():
     odd = replace(UNEVEN, sections=(UNEVEN.sections[0], replace(UNEVEN.sections[1], links=7)))
     with pytest.raises(InputError, match="links is 7 of section 2; allowed: a multiple of 2"):
-        equilibria([LoadCase(odd, Load())], extrapolate=True)
+        cases_at_rest([LoadCase(odd, Load())], extrapolate=True)

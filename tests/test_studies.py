@@ -57,7 +57,7 @@ LINES = {
     "validate --grid 2": lambda: studies.validate(SMALL, 2),
     "compare-controllers --duration 0.5": lambda: studies.compare_controllers(SMALL, 0.5),
     "release --duration 0.1": lambda: studies.release(SMALL, settings=studies.SwingSettings(duration=0.1)),
-    "equilibrium --wrench 1 0.2 0 0 0 0 0 --xi 0.5": lambda: studies.equilibria(
+    "equilibrium --wrench 1 0.2 0 0 0 0 0 --xi 0.5": lambda: studies.cases_at_rest(
         [studies.LoadCase(SMALL, Load(wrenches=(Wrench(xi=1, force=(0.2, 0, 0)),)))], xi=[0.5]
     )[0],
 }
@@ -84,13 +84,13 @@ def test_a_command_prints_what_its_study_returns(contarm, line):
 
 def test_cases_that_rest_and_one_that_does_not():
     heavy = Arm(links=8, mass=1.0, gravity=(0, 0, -9.81))
-    resting, falling = studies.equilibria([studies.LoadCase(a, Load()) for a in (SMALL, heavy)], method="newton")
+    resting, falling = studies.cases_at_rest([studies.LoadCase(a, Load()) for a in (SMALL, heavy)], method="newton")
     assert isinstance(resting, studies.CaseAtRest)
     assert resting.stable
     assert not falling.stable
     wrong = studies.LoadCase(SMALL, Load(muscles=Muscles(kind="pressures", values=(1.0, 2.0, 3.0))), "file one")
     with pytest.raises(InputError, match="file one"):
-        studies.equilibria([wrong])
+        studies.cases_at_rest([wrong])
 
 
 def test_an_arm_that_does_not_rest_is_not_let_go():

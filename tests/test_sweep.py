@@ -2,6 +2,7 @@
 
 import errno
 import hashlib
+import json
 import os
 import subprocess
 import sys
@@ -12,8 +13,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from contarm_sim import Arm, InputError, Load, Wrench, equilibrium, studies, sweeps
-from contarm_sim.sweeps import run
+from contarm_sim import Arm, InputError, Load, Reference, Wrench, compare, equilibrium, paths, simulate, studies, sweeps
+from contarm_sim.cli import pace
+from contarm_sim.errors import ContarmError
+from contarm_sim.motion.time_step import Stepping
+from contarm_sim.sweeps import chunks, run, store, together
 from contarm_sim.sweeps.store import opened
 from contarm_sim.sweeps.written import as_toml
 
@@ -156,10 +160,15 @@ def test_a_folder_has_one_sweep_and_one_writer(tmp_path, swept):
     spec, other = sweeps.read(SPEC), sweeps.read(SPEC | {"fixed": {"links": 4, "gravity.z": 9.81}})
     with opened(tmp_path / "one", spec), pytest.raises(InputError, match="no other sweep is writing"):
         sweeps.sweep(spec, tmp_path / "one")
-    with pytest.raises(InputError, match=r"what differs: fixed\.gravity\.z"):
+    assert not (tmp_path / "one").exists()  # nothing was done there
+    with opened(tmp_path / "one", spec) as store:
+        store.keep(*run.work(spec, 0))
+    with pytest.raises(InputError, match=r"sweep 'sweep' \(12 cases of equilibrium\); what differs: fixed\.gravity\.z"):
         sweeps.sweep(other, tmp_path / "one")
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "letter.txt").write_text("dear")
+    with pytest.raises(InputError, match="a file stands in its place"):
+        sweeps.sweep(spec, tmp_path / "mine" / "letter.txt" / "x")
     with pytest.raises(InputError, match="holds something else"):
         sweeps.sweep(spec, tmp_path / "mine")
     said = (swept.folder / "sweep.toml").read_text()
@@ -171,6 +180,7 @@ def test_a_folder_has_one_sweep_and_one_writer(tmp_path, swept):
 VARY = {"vary": {"payload": [0, 0.1]}}
 DRAWN = {"bending_stiffness": {"from": 0.1, "to": 1, "scale": "log"}, "links": {"from": 2, "to": 9}}
 MANY = {name: {"from": 0.1, "to": 1, "count": 1000} for name in ("mass", "payload", "length", "bending_stiffness")}
+NORMAL = {"distribution": "normal", "mean": "10 g", "std": "20 g"}
 REFUSED = [
     ({"vary": {"bending_stifness": [1]}}, "did you mean 'bending_stiffness'"),
     ({"vary": {"load.force.x": [1]}}, "parameter 'load.force.x' is unknown"),
@@ -183,7 +193,7 @@ REFUSED = [
     ({"vary": {"mass": {"distribution": "normal", "mean": 1, "std": 0.1}}}, "mass is a distribution"),
     ({"fixed": {"payload": 0.1}, **VARY}, r"both in \[fixed\] and in \[vary\]"),
     ({"vary": {"gravity": [[0, 0, 1]], "gravity.z": [1]}}, "beside the vector"),
-    ({"vary": MANY}, "1,000,000,000,000 of them"),
+    ({"vary": MANY}, "number of cases is 1,000,000,000,000"),
     ({"design": "sobol", "cases": 10**12, **VARY}, "at most|from 1 to 10,000,000"),
     ({"design": "sobol-indices", "points": 100, **VARY}, "a power of two"),
     ({"cases": 5, **VARY}, "a grid has as many as its values make"),
@@ -196,6 +206,17 @@ REFUSED = [
     ({"run": "motion", "vary": {"path.duration": [-1]}}, "duration is -1"),
     ({"rn": "rest", **VARY}, "did you mean 'run'"),
     ({"backend": "gpu", **VARY}, "cpu"),
+    ({"vary": {"payload": {"from": 0, "to": 1, "count": 1}}}, "payload.count is 1"),
+    ({"arm": "two", "ask": ["bend_within_1_percent"], **VARY}, "known of arms of one section"),
+    ({"arm": "tendon", "ask": ["pressure_max"], **VARY}, "known of muscles that have pressure"),
+    ({"run": "equilibrium", "ask": ["tip_error"], **VARY}, "known where a bend is asked for"),
+    ({"design": "sobol-indices", "points": 2**23, **VARY}, "fewer points"),
+    ({"vary": {"section_2.mass": [1]}}, "did you mean 'mass'. The arm has one section"),
+    ({"vary": {"muscle.braid_friction": [1]}}, "without effect where nothing moves"),
+    ({"run": "equilibrium", "arm": "tendon", "vary": {"load.pressures.1": [1e5]}}, "of muscles that have no pressure"),
+    ({"design": "sobol", "vary": {"payload": NORMAL}}, "payload is -.*least and most cut a distribution off"),
+    ({"design": "sobol", "vary": {"payload": NORMAL | {"mean": 0, "std": "5 %"}}}, "a number: the mean is 0"),
+    ({"design": "sobol", "vary": {"payload": {"mean": 1, "std": "5 %"}}}, "payload.distribution is missing"),
     ("nosuch", "a TOML file, or one of soft, validity"),
 ]
 
@@ -240,6 +261,12 @@ def test_help_shows_a_sweep_that_can_be_pasted(contarm, tmp_path):
     first, last = help_text.index('run = "rest"'), help_text.index("# mass = ")
     (tmp_path / "pasted.toml").write_text(help_text[first:last])
     assert sweeps.read(tmp_path / "pasted.toml").key == sweeps.read("soft").key
+    code, out, _ = contarm("sweep", "pasted.toml", "--names", "--json")
+    assert code == 0
+    told = json.loads(out)
+    assert told["parameters"]["muscle.wall"]["unit"] == "m"
+    assert "damping_time" not in told["parameters"]
+    assert "sag_max_percent" in told["quantities"]
     code, out, _ = contarm("sweep", "pasted.toml", "--names")
     assert code == 0
     assert {"muscle.wall", "controller", "sag_max_percent"} <= set(out.split())
@@ -257,10 +284,124 @@ def test_poses_at_rest_agree_with_validate(tmp_path):
     assert found.column("tension_max") == [outcome.errors.muscle.max_force_n]
 
 
-def test_a_motion_tells_what_a_run_does(tmp_path):
-    fixed = {"links": 3, "path.name": "circle", "path.duration": 0.5, "path.max_bend": "20 deg", "timestep": 0.01}
-    found = sweeps.sweep({"run": "motion", "fixed": fixed, "vary": {"controller": ["servo", "chain"]}}, tmp_path / "m")
-    assert found.counts == {"ok": 2}
-    assert (found.column("timestep") == 0.01).all()
-    assert (found.column("tip_error_max") > 0).all()
-    assert list(found.column("controller")) == ["servo", "chain"]
+@pytest.fixture
+def in_one_chunk(monkeypatch):
+    monkeypatch.setattr(chunks, "AT_LEAST", 1)
+
+
+MOTION = {"links": 3, "path.name": "circle", "path.duration": 0.3, "path.max_bend": 0.4, "timestep": 0.01}
+
+
+def test_a_motion_tells_what_a_run_does_to_the_bit(tmp_path, in_one_chunk):
+    spec = sweeps.read({"run": "motion", "fixed": MOTION, "vary": {"payload": [0, 0.02, 0.05]}})
+    assert chunks.chunk_size(spec) == 3
+    found = sweeps.sweep(spec, tmp_path / "m")
+    assert found.counts == {"ok": 3}
+    for row, payload in enumerate((0, 0.02, 0.05)):
+        arm = Arm(links=3, payload=payload)
+        path = paths.named("circle", arm.length, duration=0.3, max_bend=0.4)
+        alone = simulate(arm, Reference.from_path(path, arm), "servo", stepping=Stepping(0.01))
+        assert found.column("tip_error_max")[row] == compare(alone).tip_error.max()
+        assert found.column("target_error_max")[row] == compare(alone).target_error.max()
+        assert found.column("tension_max")[row] == alone.muscle_tensions.max()
+        assert found.column("explained")[row] == studies.judge_run(alone).judged.explained
+    assert not found.column("explained").any()
+    assert found.short["explained"] == 3
+    assert len(set(found.column("tip_error_max"))) == 3
+
+
+ENDS = {
+    "unstable": ("equilibrium", {"links": 4}, {"load.follower_moment.z": [2]}),
+    "not converged": ("equilibrium", {"links": 4, "gravity.z": 9.81}, {"load.follower_moment.z": [8]}),
+    "diverged": ("motion", MOTION, {"mass": [1e-9]}),
+    "too much pressure": ("rest", {"links": 3, "controller": "pressure"}, {"bend.angle": [2.9]}),
+}
+
+
+def test_each_way_to_end_has_its_word():
+    for status, (kind, fixed, vary) in ENDS.items():
+        (row,) = chunks.rows(sweeps.read({"run": kind, "fixed": fixed, "vary": vary}), 0)
+        assert row["status"] == status
+        assert row["error"]
+        if status == "unstable":  # it has its pose, and a report leaves it out
+            assert (row["tip_z"], row["stable"]) == (pytest.approx(0.37), False)
+        else:
+            assert row.get("tip_z") is None
+
+
+def test_poses_that_would_not_stay_are_in_the_table_and_in_no_statistics(tmp_path):
+    ask = ["tip_z", "stable", "payload_over_mass"]
+    spec = {"run": "equilibrium", "ask": ask, "fixed": {"links": 4}, "vary": {"load.follower_moment.z": [0, 2]}}
+    found = sweeps.sweep(spec, tmp_path / "u")
+    assert found.counts == {"ok": 1, "unstable": 1}
+    assert np.isfinite(found.column("tip_z")).all()
+    assert np.isfinite(found.values("tip_z")).tolist() == [True, False]
+    assert found.values("stable").tolist() == [1, 0]
+    assert found.middle("payload_over_mass")[0] == 2
+
+
+def test_what_fails_as_a_whole_is_said_of_its_own_case(in_one_chunk, monkeypatch, contarm, tmp_path):
+    spec = sweeps.read({"run": "motion", "fixed": MOTION, "vary": {"payload": [0, 0.02, 0.05]}})
+    good, real, fault = chunks.rows(spec, 0), together.simulate_many, np.linalg.LinAlgError("Singular matrix")
+
+    def fails_with_the_second(arms, *given, **options):
+        if any(arm.payload == 0.02 for arm in arms):
+            raise fault
+        return real(arms, *given, **options)
+
+    monkeypatch.setattr(together, "simulate_many", fails_with_the_second)
+    first, second, third = chunks.rows(spec, 0)
+    assert (first, third) == (good[0], good[2])
+    assert (second["status"], second["error"]) == ("failed", "LinAlgError: Singular matrix")
+    (tmp_path / "s.toml").write_text(as_toml(spec, {}))
+    for fault in (MemoryError("full"), OSError(errno.EIO, "lost"), TypeError("a mistake")):
+        code, _, err = contarm("sweep", "s.toml", "--processes", 1)
+        assert (code, err.count("\n")) == (1, 1)
+        assert err.startswith(f"contarm: case 1: {type(fault).__name__}: ")
+    assert not list(Path("runs").rglob("*.parquet"))
+
+
+def test_a_part_of_another_chunk_or_sweep_is_made_again_and_other_chunks_and_code_are_refused(swept, tmp_path):
+    folder = sweeps.sweep(SPEC, tmp_path / "mixed").folder
+    parts = folder / "parts"
+    (parts / "part-000003.parquet").write_bytes((parts / "part-000004.parquet").read_bytes())
+    other = sweeps.sweep(SPEC | {"fixed": {"links": 4, "gravity.z": 9.81}}, tmp_path / "other").folder
+    (parts / "part-000005.parquet").write_bytes((other / "parts" / "part-000005.parquet").read_bytes())
+    assert len(sweeps.load(folder)) == 12
+    done = []
+    sweeps.sweep(SPEC, folder, on_done=lambda count, of: done.append(count))
+    assert done == [10, 11, 12]
+    assert table_of(folder) == table_of(swept.folder)
+    said = (folder / "sweep.toml").read_text()
+    for line, changed, why in (
+        ("chunk = 1\n", "chunk = 2\n", "chunk 2 there, 1 here"),
+        ('code = "', 'code = "x', "the code of contarm-sim has changed"),
+    ):
+        assert line in said
+        (folder / "sweep.toml").write_text(said.replace(line, changed))
+        with pytest.raises(InputError, match=f"the versions it was begun with: {why}$"):
+            sweeps.sweep(SPEC, folder)
+
+
+def test_parts_of_another_device_are_refused(tmp_path, monkeypatch):
+    spec, device = sweeps.read({"run": "motion", "backend": "warp", "fixed": MOTION, "vary": {"payload": [0]}}), "one"
+    row = {"case": 0, "payload": 0.0, "status": "ok"}
+    monkeypatch.setattr(store, "device_of", lambda spec: device)
+    with opened(tmp_path / "w", spec) as kept:
+        kept.keep(0, store.encoded(spec, [row]))
+    with opened(tmp_path / "w", spec) as kept:
+        assert kept.missing() == []
+        device = "another"
+        with pytest.raises(ContarmError, match="the table is made by one, and a part by another"):
+            kept.keep(0, store.encoded(spec, [row]))
+
+
+def test_the_time_left_is_told_when_models_are_made(monkeypatch):
+    now = 0.0
+    monkeypatch.setattr(pace.time, "monotonic", lambda: now)
+    said = pace._Said()
+    assert said(40, 100) == "40 of 100 cases"
+    now = 20.0  # the first chunk makes the models
+    assert said(50, 100) == "50 of 100 cases"
+    now = 25.0
+    assert said(60, 100) == "60 of 100 cases, 2 a second, 20 s left"

@@ -21,9 +21,11 @@ from contarm_sim.sweeps.validity import chart_of
 from contarm_sim.view.colours import TRUSTED
 from contarm_sim.view.report.sweeps.columns import Column
 from contarm_sim.view.report.sweeps.failures import draw_failures
-from contarm_sim.view.report.sweeps.heat_maps import draw_heat_map
+from contarm_sim.view.report.sweeps.heat_maps import draw_heat_map, slices
 from contarm_sim.view.report.sweeps.indices import draw_indices
 from contarm_sim.view.report.sweeps.marginals import draw_marginals
+from contarm_sim.view.report.sweeps.matched import matched
+from contarm_sim.view.report.sweeps.ticks import round_numbers
 from contarm_sim.view.report.sweeps.validity import draw_validity
 from contarm_sim.view.style import drawn
 
@@ -226,11 +228,11 @@ def test_figures_have_no_faults_with_one_parameter_and_with_eight(chart, monkeyp
     monkeypatch.setattr("contarm_sim.sweeps.sensitivity.RESAMPLED", 50)
     indices = sobol(names, f_a, f_b, f_ab)
     draws = {
-        "page": [lambda sheet: draw_marginals(sheet, columns, value)],
+        "page": [lambda sheet: draw_marginals(sheet, columns, value, False)],
         "column": [
             lambda sheet: draw_heat_map(sheet, columns, value, status != "ok", False),
             lambda sheet: draw_failures(sheet, columns, status),
-            lambda sheet: draw_marginals(sheet, one, value),
+            lambda sheet: draw_marginals(sheet, one, value, False),
             lambda sheet: draw_indices(sheet, indices, value),
             lambda sheet: draw_validity(sheet, chart),
         ],
@@ -241,6 +243,65 @@ def test_figures_have_no_faults_with_one_parameter_and_with_eight(chart, monkeyp
             assert faults(sheet) == []
             assert sheet.get_suptitle()
             assert sheet.get_figheight() < 240 / 25.4
+
+
+def _soft():
+    """Return the parameters and errors of a grid like `soft`: servo is better everywhere, and fails in stiff arms."""
+    stiffness, controller, path = (each.ravel() for each in np.meshgrid(
+        np.geomspace(0.05, 2, 7), ["servo", "paper"], ["spans", "parallel", "bent"], indexing="ij"))  # fmt: skip
+    errors = np.where(controller == "servo", 0.9, 1.0) / stiffness
+    errors[(controller == "servo") & (stiffness > 0.3) | (path == "parallel") & (stiffness > 0.06)] = np.nan
+    columns = [Column("bending_stiffness", "N m^2", stiffness, True), Column("controller", "-", controller),
+               Column("muscle.path", "-", path)]  # fmt: skip
+    return columns, Column("tip_error_max_percent", "%", errors)
+
+
+def test_failures_do_not_turn_a_comparison_round():
+    columns, value = _soft()
+    known = np.isfinite(value.values)
+    servo = columns[1].values == "servo"
+    assert np.median(value.values[known & servo]) > np.median(value.values[known & ~servo])  # of what survived
+    found = matched(columns[1], [columns[0], columns[2]], known)
+    assert (found.settings, found.tried) == (7, 21)
+    np.testing.assert_allclose(value.values[found.rows & servo], 0.9 * value.values[found.rows & ~servo])
+    sheet = drawn(lambda sheet: draw_marginals(sheet, columns, value, True), "page")
+    assert faults(sheet) == []
+    panel = next(ax for ax in sheet.axes if ax.get_xlabel() == "controller")
+    assert panel.get_title() == "7 of 21 settings"
+    paper, servo = (path.vertices[0, 1] for path in panel.collections[0].get_paths())
+    assert servo == pytest.approx(0.9 * paper)
+
+
+def test_maps_show_the_level_that_has_most_results():
+    columns, value = _soft()
+    parts = slices([columns[1], columns[2]], value.values, True)
+    assert [part.title for part in parts] == [
+        "controller paper, muscle path spans",
+        "controller servo, muscle path spans",
+    ]
+
+
+def test_axes_name_round_numbers_in_their_places():
+    columns, value = _soft()
+    sheet = drawn(lambda sheet: draw_heat_map(sheet, columns[:2], value, np.isnan(value.values), True), "page")
+    assert faults(sheet) == []
+    axis = sheet.axes[0].xaxis
+    named = {label.get_text(): place for label, place in zip(axis.get_ticklabels(), axis.get_ticklocs(), strict=True)}
+    assert list(named) == ["0.05", "0.1", "0.2", "0.5", "1", "2"]
+    assert (named["0.05"], named["2"]) == (0, 6)
+    assert named["1"] == pytest.approx(6 * np.log(1 / 0.05) / np.log(2 / 0.05))
+    assert round_numbers(-0.495, 0.498, False, 6) == pytest.approx([-0.4, -0.2, 0, 0.2, 0.4])
+    assert round_numbers(0.022, 0.9, True, 3) == pytest.approx([0.03, 0.1, 0.3])
+
+
+def test_failures_show_all_parameters_in_a_column_and_reasons_differ_in_grey():
+    columns = _columns(64, np.random.default_rng(3))[-5:]
+    status = np.resize(np.array(["ok", "diverged", "unstable", "no equilibrium"], dtype=object), 64)
+    sheet = drawn(lambda sheet: draw_failures(sheet, columns, status), "column")
+    assert faults(sheet) == []
+    assert len([ax for ax in sheet.axes if ax.containers]) == 5
+    assert sheet.get_figheight() < 190 / 25.4
+    assert len({patch.get_hatch() for patch in sheet.legends[0].get_patches()}) == 3
 
 
 def test_the_chart_names_its_bounds_and_marks_the_example(chart):

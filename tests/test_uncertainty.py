@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import qmc
 from text_boxes import faults
 
-from contarm_sim import Arm, Load, Muscles, Reference, World, Wrench, equilibrium, paths, simulate
+from contarm_sim import Arm, InputError, Load, Muscles, Reference, World, Wrench, equilibrium, paths, simulate
 from contarm_sim.cli.uncertain import ellipsoid_words
 from contarm_sim.control.believed import Believing
 from contarm_sim.control.registry import controller
@@ -39,6 +39,13 @@ def motion():
     path = paths.named("spiral", arm.length, duration=0.4, max_bend=1.0)
     run = simulate(arm, Reference.from_path(path, arm), "feedforward")
     return uncertain_motion(run, {"cases": 32, "vary": VARY})
+
+
+def test_texts_and_vectors_cannot_be_uncertain():
+    spread = {"distribution": "uniform", "low": 0, "high": 1}
+    for name, kind in (("muscle.path", "a text"), ("gravity", "a vector")):
+        with pytest.raises(InputError, match=f"{name} is {kind}, which cannot be uncertain"):
+            read_uncertain({"vary": {name: spread}}, Arm())
 
 
 def test_what_is_sampled_has_its_distribution():
@@ -147,7 +154,7 @@ def test_a_pose_keeps_the_set_points_of_the_nominal_arm(tmp_path):
 
 
 def test_a_bend_in_one_plane_is_drawn_in_that_plane_and_said_without_rounding():
-    """A coordinate that all arms share is left out; also, length servos that should shorten all muscles are at their limits."""
+    """A coordinate that all arms share is left out. Servos that should shorten all muscles are at their limits."""
     arm, vary = Arm(links=4), {"cases": 8, "vary": {"length": VARY["length"]}}
     found = uncertain_pose(arm, Load(muscles=Muscles(kind="bend", values=(1.0, 0.0))), vary)
     for width in WIDTHS:

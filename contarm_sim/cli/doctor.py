@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from contarm_sim.cli.options import Command, json_option
+from contarm_sim.processors import processors
 
 
 @click.command(cls=Command)
@@ -19,7 +20,7 @@ def doctor(as_json: bool) -> int:
     from contarm_sim.versions import versions
     from contarm_sim.view.report.output import to_json
 
-    found: dict[str, Any] = {"versions": versions(), "cores": _cores(), "gl": _gl(), "encoder": _encoder()}
+    found: dict[str, Any] = {"versions": versions(), "cores": processors(), "gl": _gl(), "encoder": _encoder()}
     found["warp"] = _warp()
     found["verdict"] = "pass" if found["gl"]["backend"] and found["encoder"]["works"] else "fail"
     if as_json:
@@ -35,12 +36,6 @@ def doctor(as_json: bool) -> int:
         click.echo(f"{'encoder':12} {found['encoder']['version'] or found['encoder']['error']}")
         click.echo(f"{'gpu':12} {found['warp']['device'] or found['warp']['error']}")
     return 0 if found["verdict"] == "pass" else 1
-
-
-def _cores() -> int:
-    import os
-
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _gl() -> dict[str, Any]:

@@ -103,7 +103,7 @@ def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: A
         return sampled_arms(arm, cases[0].load, uncertain_file, method, out, as_json)
     if out is not None:
         raise InputError("out", out, "with --uncertain only")
-    found = studies.equilibria(cases, method, extrapolate, xi)
+    found = studies.cases_at_rest(cases, method, extrapolate, xi)
     if as_json:
         click.echo(to_json(document(found if file is not None else found[0])))
     else:

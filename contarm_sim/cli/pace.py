@@ -3,67 +3,37 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager
+from typing import Any
 
-from contarm_sim.cli.terminal import EVERY, say
+from contarm_sim.cli.terminal import progress
 
-Show = Callable[[int, int], None]
+SETTLED = 3.0
+"""Time from the second call on after which a rate is told [s]: what is done first makes models for the rest too."""
 
 
-@contextmanager
-def pace(what: str) -> Iterator[Show]:
-    """Yield a function of (cases done, of all) that shows progress on stderr; the first call counts as the start."""
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn
-
-    console, said = Console(stderr=True), _Said()
-    if not console.is_terminal:
-        yield _lines(what, said)
-        return
-    bar = Progress(TextColumn(what), BarColumn(), TextColumn("{task.fields[said]}"), console=console, transient=True)
-    task = bar.add_task(what, total=None, said="")
-
-    def show(done: int, total: int) -> None:
-        bar.update(task, completed=done, total=total, said=said(done, total))
-
-    with suppress(OSError):  # a terminal that is closed costs no work
-        bar.start()
-    try:
-        yield show
-    finally:
-        with suppress(OSError):
-            bar.stop()
+def pace(what: str) -> AbstractContextManager[Any]:
+    """Return a context of a function of (cases done, of all) that shows progress; the first call is the start."""
+    return progress(what, _Said())
 
 
 class _Said:
-    """Says how far it is; the rate is that since the first call."""
+    """Says how far it is; the rate is that since the first call by which something was done."""
 
     def __init__(self) -> None:
+        self._start: int | None = None
         self._first: tuple[float, int] | None = None
 
     def __call__(self, done: int, total: int) -> str:
-        now = time.monotonic()
+        now, text = time.monotonic(), f"{done:,} of {total:,} cases"
+        self._start = done if self._start is None else self._start
         if self._first is None:
-            self._first = now, done
+            self._first = (now, done) if done > self._start else None
+            return text
         spent, since = now - self._first[0], done - self._first[1]
-        text = f"{done:,} of {total:,} cases"
-        if since <= 0 or spent <= 0:
+        if since <= 0 or spent < SETTLED:
             return text
         return f"{text}, {rate(since / spent)}, {duration((total - done) * spent / since)} left"
-
-
-def _lines(what: str, said: _Said) -> Show:
-    last = time.monotonic()
-
-    def show(done: int, total: int) -> None:
-        nonlocal last
-        text = said(done, total)
-        if time.monotonic() - last >= EVERY:
-            last = time.monotonic()
-            say(f"{what}: {text}")
-
-    return show
 
 
 def rate(a_second: float) -> str:

@@ -45,28 +45,33 @@ def sweep(
     This is soft.toml, which takes some 10 s: `contarm sweep soft` runs it; save it, change it, and run yours.
 
     \b
-        run = "rest"            # poses at rest over the dome beside constant curvature; or equilibrium, motion
-        arm = "paper"           # or another preset, or "my_arm.toml" beside this file
-        design = "grid"         # or latin-hypercube, sobol with cases = 256; sobol-indices with points = 256; seed = 0
-        ask = ["tip_error_max_percent", "sag_max_percent", "tension_max", "weight_over_stiffness"]    # left out: all
+        run = "rest"      # poses at rest beside arcs; or equilibrium, motion
+        arm = "paper"     # or another preset, or "my_arm.toml" beside this file
+        design = "grid"   # or latin-hypercube, sobol, sobol-indices
+        ask = [           # left out: all
+          "tip_error_max_percent", "sag_max_percent", "tension_max",
+          "weight_over_stiffness",
+        ]
         [fixed]
         gravity = [0, 0, 9.81]  # hanging
         links = 12
         [vary]
         bending_stiffness = { from = 0.05, to = 2, count = 20, scale = "log" }
-        payload = [0, "50 g", "100 g"]
+        payload = [0, "50 g", "100 g"]    # has no weight without gravity
         controller = ["servo", "paper"]
-        # mass = { distribution = "normal", mean = "300 g", std = "5 %" }     # uniform, lognormal too; not in a grid
+        # not in a grid:
+        # mass = { distribution = "normal", mean = "300 g", std = "5 %" }
 
     \b
     contarm sweep soft
-    contarm sweep soft --names                       what could be varied and asked for
+    contarm sweep soft --names             what could be varied and asked for
     contarm sweep my.toml --processes 1 --json
-    contarm sweep my.toml --scheduler tcp://node1:8786   on the workers of a Dask scheduler
-    contarm sweep validity                           where constant curvature holds: the chart of the README
+    contarm sweep my.toml --scheduler tcp://node1:8786        on a Dask cluster
+    contarm sweep validity                 the validity chart of the README
 
     \b
-    In Python: contarm_sim.sweeps.load("runs/sweep-soft").column("tip_error_max_percent"), or .table
+    In Python: contarm_sim.sweeps.load("runs/sweep-soft").table, or
+    .column("tip_error_max_percent")
     """
     from contarm_sim import sweeps
     from contarm_sim.cli.pace import pace
@@ -74,12 +79,13 @@ def sweep(
     from contarm_sim.errors import ContarmError, InputError
     from contarm_sim.stopping import exit_code
     from contarm_sim.sweeps.run import default_folder
+    from contarm_sim.sweeps.statuses import OK
 
     if spec is None:
         raise InputError("SPEC", "missing", "a TOML file, or soft, validity (see contarm sweep --help)")
     asked = sweeps.read(spec, backend)
     if names:
-        _show_names(asked)
+        _show_names(asked, as_json)
         return 0
     runner = _runner(processes, workers, scheduler)
     folder, done = out if out is not None else str(default_folder(asked)), -1
@@ -120,7 +126,7 @@ def sweep(
     else:
         _show(found, summary)
     say(f"written: {folder}")
-    return 0 if found.counts.get("ok") else 1
+    return 0 if found.counts.get(OK) else 1
 
 
 def _runner(processes: int | None, workers: int | None, scheduler: str | None) -> Runner | None:
@@ -155,6 +161,7 @@ def _summary(found: Sweep) -> dict[str, Any]:
         "folder": str(found.folder),
         "cases": found.spec.cases,
         "status": found.counts,
+        "ok_but_not": found.short,
         "quantities": quantities,
         "key": found.spec.key,
         "versions": versions(),
@@ -164,26 +171,54 @@ def _summary(found: Sweep) -> dict[str, Any]:
 
 def _show(found: Sweep, summary: dict[str, Any]) -> None:
     from contarm_sim.cli.terminal import table
+    from contarm_sim.sweeps.statuses import OK
+    from contarm_sim.sweeps.table import LACKING
 
     spec = found.spec
-    rows = [[name, of["unit"], *(_number(of[key]) for key in _COLUMNS)] for name, of in summary["quantities"].items()]
-    click.echo(f"{spec.cases:,} cases of {spec.run!r}, {spec.design} over {', '.join(spec.vary)}")
+    told = summary["quantities"]
+    rows = [_row(name, of) for name, of in told.items() if f"{name}_percent" not in told]
+    click.echo(
+        f"{spec.cases:,} case{'s' * (spec.cases != 1)} of {spec.run!r}, {spec.design} over {', '.join(spec.vary)}"
+    )
     table("", ["quantity", "unit", "least", "median", "largest"], rows)
     click.echo(", ".join(f"{count:,} {status}" for status, count in found.counts.items()))
+    for name, count in found.short.items():
+        click.echo(f"{count:,} of the {found.counts[OK]:,} ok {LACKING[name]}")
 
 
 _COLUMNS = ("min", "median", "max")
 
 
-def _number(value: float | None) -> str:
-    return "" if value is None else f"{value:.4g}"
+_NOTHING = 1e-9
+"""Shares of length [%] and distances [mm] below are rounding, and printed as 0."""
 
 
-def _show_names(spec: Any) -> None:
+def _row(name: str, of: dict[str, Any]) -> list[str]:
+    """Return a row of the table, in units that people read."""
+    from contarm_sim.view.report.sweeps.columns import READ
+
+    factor, unit = READ.get(of["unit"], (1.0, of["unit"]))
+    if name.endswith("_percent"):
+        unit = "% of length"
+    least = _NOTHING if unit in ("mm", "% of length") else 0.0
+    numbers = [None if of[key] is None else factor * float(of[key]) for key in _COLUMNS]
+    return [name, unit, *("" if x is None else "0" if abs(x) < least else f"{x:.4g}" for x in numbers)]
+
+
+def _show_names(spec: Any, as_json: bool) -> None:
     from contarm_sim.sweeps.quantities import QUANTITIES
 
+    if as_json:
+        from contarm_sim.view.report.output import to_json
+
+        told = {one.name: {"unit": one.unit, "values": one.meant} for one in spec.known.values() if not one.idle}
+        asked = {one.name: {"unit": one.unit, "meaning": one.meaning} for one in QUANTITIES[spec.run].values()}
+        click.echo(to_json({"run": spec.run, "parameters": told, "quantities": asked}))
+        return
     click.echo(f"Cases may differ in (run = {spec.run!r}):")
     for one in spec.known.values():
+        if one.idle:
+            continue
         click.echo(f"  {one.name:32} {one.unit:8} {one.meant}".rstrip())
     click.echo("Quantities:")
     for quantity in QUANTITIES[spec.run].values():

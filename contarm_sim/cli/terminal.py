@@ -30,49 +30,37 @@ EVERY = 10.0
 
 
 def track(steps: Iterable[int], what: str) -> Iterator[int]:
-    """Yield the steps behind a progress bar on stderr; where that is no terminal, say now and then how far it got."""
-    from rich.console import Console
-    from rich.progress import track as rich_track
-
-    console, given = Console(stderr=True), list(steps)
-    if console.is_terminal:
-        yield from rich_track(given, what, console=console, transient=True)
-        return
-    show = _lines(what)
-    for done, step in enumerate(given):
-        show(done, len(given))
-        yield step
-
-
-def _lines(what: str) -> Callable[[int, int], None]:
-    """Return a function of (done, total) that says so on stderr, at most every `EVERY` seconds."""
-    last = time.monotonic()
-
-    def show(done: int, total: int) -> None:
-        nonlocal last
-        if time.monotonic() - last >= EVERY:
-            last = time.monotonic()
-            say(f"{what}: {done} of {total}")
-
-    return show
+    """Yield the steps behind a progress bar on stderr, see `progress`."""
+    given = list(steps)
+    with progress(what) as show:
+        for done, step in enumerate(given):
+            show(done, len(given))
+            yield step
 
 
 @contextmanager
-def progress(what: str) -> Iterator[Callable[[int, int], None]]:
-    """Yield a function of (done, total) that shows progress on stderr, as `track` does."""
+def progress(what: str, words: Callable[[int, int], str] | None = None) -> Iterator[Callable[[int, int], None]]:
+    """Yield a function of (done, total) that shows progress on stderr: a bar; lines now and then if it is no terminal.
+
+    Args:
+        what: is done.
+        words: say how far it is, in place of counts and of a guess of the time left.
+    """
     from rich.console import Console
-    from rich.progress import Progress
+    from rich.progress import BarColumn, Progress, TextColumn
 
     console = Console(stderr=True)
     if not console.is_terminal:  # a disabled bar of an older rich would still end in an empty line
-        yield _lines(what)
+        yield _lines(what, words or "{} of {}".format)
         return
-    bar = Progress(console=console, transient=True)
-    task = bar.add_task(what, total=None)
+    columns: Any = Progress.get_default_columns()
+    if words is not None:
+        columns = TextColumn(what), BarColumn(), TextColumn("{task.fields[said]}")
+    bar = Progress(*columns, console=console, transient=True)
+    task = bar.add_task(what, total=None, said="")
 
     def show(done: int, total: int) -> None:
-        if done % max(1, total // 100) == 0:
-            bar.update(task, completed=done, total=total)
+        bar.update(task, completed=done, total=total, said=words(done, total) if words is not None else "")
 
     with suppress(OSError):  # a terminal that is closed costs no work
         bar.start()
@@ -81,6 +69,20 @@ def progress(what: str) -> Iterator[Callable[[int, int], None]]:
     finally:
         with suppress(OSError):
             bar.stop()
+
+
+def _lines(what: str, words: Callable[[int, int], str]) -> Callable[[int, int], None]:
+    """Return a function of (done, total) that says so on stderr, at most every `EVERY` seconds."""
+    last = time.monotonic()
+
+    def show(done: int, total: int) -> None:
+        nonlocal last
+        said = words(done, total)
+        if time.monotonic() - last >= EVERY:
+            last = time.monotonic()
+            say(f"{what}: {said}")
+
+    return show
 
 
 def width() -> int:

@@ -91,7 +91,7 @@ def _caption(found: studies.Trust) -> str:
     if finer:
         lines.append(f"with twice the links: {'; '.join(finer)}")
     if any(bend.no_rest for each in found.loads for bend in each.trusted.bends):
-        lines.append("* beyond it the arm has no pose at rest")
+        lines.append("* beyond it the arm has no pose at rest (not looked at with twice the links)")
     return "\n".join(lines)
 
 

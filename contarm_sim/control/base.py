@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from contarm_sim.engine.plant import Plant
     from contarm_sim.statics.rested import Rested
 
-Places = NDArray[np.integer]
+Samples = NDArray[np.integer]
 """Numbers of samples."""
 
 SETTLED = 1e-9
@@ -148,7 +148,7 @@ class Controller(ABC):
 
         return rest
 
-    def resting_together(self, plant: Plant, reference: Reference) -> Callable[[Places], Rested] | None:
+    def resting_together(self, plant: Plant, reference: Reference) -> Callable[[Samples], Rested] | None:
         """Return a function that finds rest and controls of many samples at once, or None.
 
         It finds what that of `resting` finds, to the bit, and leaves out samples that take more care. A class that
@@ -161,7 +161,7 @@ class Controller(ABC):
         plan = self.checked_plan(plant.arm, reference, plant.control.shape[1])
         low, high = self.checked_limits(plant.arm)
 
-        def rest(samples: Places) -> Rested:
+        def rest(samples: Samples) -> Rested:
             return settled(plant, reference.bend[samples], plan.setpoint[samples].clip(low, high))
 
         return rest

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -29,25 +28,21 @@ class Corrections:
     """Corrects the controls of B arms of n muscles, to the bits of each arm's own feedback.
 
     Args:
-        each: the feedback of each arm, or None.
+        each: the feedback of each arm, its own, or None.
         ticks: the samples of each that it is to correct.
         muscles: n.
 
     Attributes:
         value: added to the plans' controls, shape (B, n).
-        failed: why the feedback of an arm gave up, by the place of the arm; here already where one object is to
-            correct several arms.
+        failed: why the feedback of an arm gave up, by the place of the arm.
     """
 
     def __init__(self, each: Sequence[Feedback | None], ticks: Sequence[slice], muscles: int) -> None:
         self.value, self.failed = np.zeros((len(each), muscles)), dict[int, ContarmError]()
         self._ticks, self._kinds, self._alone = ticks, list[_Kind](), dict[int, Feedback]()
-        shared, kinds = Counter(map(id, each)), dict[type[Feedback], list[int]]()
+        kinds = dict[type[Feedback], list[int]]()
         for place, one in enumerate(each):
-            if one is not None and shared[id(one)] > 1:
-                allowed = "a new one at each call of Controller.feedback"
-                self.failed[place] = InputError("feedback", "one object for several arms", allowed)
-            elif one is not None:
+            if one is not None:
                 kinds.setdefault(type(one), []).append(place)
         for kind, places in kinds.items():
             self._add(kind, places, [each[place] for place in places])

@@ -21,7 +21,7 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.paths.reference import Reference
 
 if TYPE_CHECKING:
-    from contarm_sim.control.base import Places
+    from contarm_sim.control.base import Samples
     from contarm_sim.engine.plant import Plant
     from contarm_sim.statics.rested import Rested
 
@@ -72,13 +72,13 @@ class Pressure(Controller):
 
         return rest
 
-    def resting_together(self, plant: Plant, reference: Reference) -> Callable[[Places], Rested] | None:
+    def resting_together(self, plant: Plant, reference: Reference) -> Callable[[Samples], Rested] | None:
         """Return what holds the bends of many samples at rest at once."""
         from contarm_sim.statics.rested import held
 
         arm, plan = plant.arm, self.plan(plant.arm, reference)
 
-        def rest(samples: Places) -> Rested:
+        def rest(samples: Samples) -> Rested:
             lengths, bend = plan.lengths[samples], reference.bend[samples]
             per_pascal = pneumatics.force(1.0, lengths, arm)
             least = np.maximum(_lowest(arm), min_tensions(arm) / per_pascal)

@@ -20,7 +20,7 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.paths.reference import Reference
 
 if TYPE_CHECKING:
-    from contarm_sim.control.base import Places
+    from contarm_sim.control.base import Samples
     from contarm_sim.engine.plant import Plant
     from contarm_sim.statics.rested import Rested
 
@@ -51,13 +51,13 @@ class Servo(Feedforward):
 
         return rest
 
-    def resting_together(self, plant: Plant, reference: Reference) -> Callable[[Places], Rested] | None:
+    def resting_together(self, plant: Plant, reference: Reference) -> Callable[[Samples], Rested] | None:
         """Return what holds the lengths of many samples at rest at once."""
         from contarm_sim.statics.rested import held
 
         plan = self.plan(plant.arm, reference)
 
-        def rest(samples: Places) -> Rested:
+        def rest(samples: Samples) -> Rested:
             lengths = plan.lengths[samples]
             tensions = servo_tensions(plan.setpoint[samples], lengths, plant.arm)
             return held(plant, reference.bend[samples], lengths, tensions)

@@ -9,6 +9,8 @@ on the resting arm (d'Alembert).
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from contarm_sim.engine.plant import Plant
@@ -39,6 +41,26 @@ KEPT = 1e-3
 Several sections have more bends than a tip has coordinates, and straight ones move it in no length: there they stay as
 asked. Elsewhere it takes a millionth of the correction.
 """
+
+
+LEAST_DAMPING, FLOOR = 1e-2, 1e-12
+"""Least damping after a step that was taken back, and what there is always, over the trace of what is solved."""
+
+NEARER = 1e-9
+"""Farther than this [lengths], a tip is no nearer to its target."""
+
+FAINT = 1e-8
+"""Of what a step has shown of the second derivative, what counts as nothing."""
+
+
+def eased(damping: Any) -> Any:
+    """Return the damping after a step that was taken."""
+    return np.where(damping > 1e-3, 0.2 * damping, 0.0)
+
+
+def raised(damping: Any) -> Any:
+    """Return the damping after a step that was taken back."""
+    return np.maximum(4 * damping, LEAST_DAMPING)
 
 
 class TipPlan:
@@ -81,7 +103,7 @@ class TipPlan:
         for _ in range(ITERATIONS):
             gram = slope.T @ slope + curved + self._keep * np.eye(len(bend))
             pull = slope.T @ off + self._keep * (asked - bend)
-            change = np.linalg.solve(gram + (damping + 1e-12) * np.trace(gram) * np.eye(len(bend)), pull)
+            change = np.linalg.solve(gram + (damping + FLOOR) * np.trace(gram) * np.eye(len(bend)), pull)
             size = float(np.linalg.norm(change))
             if size <= STEP:
                 break
@@ -89,12 +111,12 @@ class TipPlan:
             before = data.qpos.copy(), holder.tensions, slope
             cost = float(off @ off) + self._keep * float(np.square(bend - asked).sum())
             if self._nearer(bend + change, asked, target, cost, excess):
-                bend, damping = bend + change, 0.2 * damping if damping > 1e-3 else 0.0
+                bend, damping = bend + change, float(eased(damping))
                 slope, off, excess = self._slope(bend), target - self.plant.tip, holder.excess()
                 curved = _curved(curved, change, (before[2] - slope).T @ off, slope)
             else:
                 data.qpos[:], holder.tensions = before[:2]
-                damping, curved = max(4 * damping, 1e-2), np.zeros((len(bend), len(bend)))
+                damping, curved = float(raised(damping)), np.zeros((len(bend), len(bend)))
         holder(lengths_from_bend(bend, self.plant.arm))
         return holder.setpoints(checked), slope
 
@@ -108,7 +130,7 @@ class TipPlan:
             return False
         off = target - self.plant.tip
         far = float(off @ off) + self._keep * float(np.square(bend - asked).sum())
-        near = far <= cost + (1e-9 * self.plant.arm.length) ** 2
+        near = far <= cost + (NEARER * self.plant.arm.length) ** 2
         return bool(near and self._holder.excess() <= excess)
 
     def _slope(self, bend: Array) -> Array:
@@ -125,7 +147,7 @@ def _curved(curved: Array, change: Array, turned: Array, slope: Array) -> Array:
     """
     miss = turned - curved @ change
     along = float(miss @ change)
-    if abs(along) > 1e-8 * float(np.linalg.norm(miss) * np.linalg.norm(change)):
+    if abs(along) > FAINT * float(np.linalg.norm(miss) * np.linalg.norm(change)):
         curved = curved + np.outer(miss, miss) / along
     total = slope.T @ slope + curved
     if len(total) > 2:  # a Jacobian of three rows leaves directions that only the damping holds

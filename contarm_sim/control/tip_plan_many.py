@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from contarm_sim.control.tip_plan import ITERATIONS, KEPT, LARGEST, LONGEST, STEP
+from contarm_sim.control.tip_plan import FAINT, FLOOR, ITERATIONS, KEPT, LARGEST, LONGEST, NEARER, STEP, eased, raised
 from contarm_sim.engine.plant import Plant
-from contarm_sim.engine.threads import processors
+from contarm_sim.engine.threads import shared_out
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import muscles
 from contarm_sim.mechanics.routing import length_jacobian, lengths_from_bend
 from contarm_sim.mechanics.servos import servo_control
 from contarm_sim.model.arm import Arm
+from contarm_sim.statics.cases import BUNCH
 from contarm_sim.statics.holding_together import Holding
 from contarm_sim.statics.poses import Poses, Starts
 from contarm_sim.statics.stiffness import dot
-
-CHUNK = 128
-"""Samples that are solved together: enough to share Python's own time, few enough for a processor's cache."""
-
 
 Solved = tuple[Array, Array, Array, Array]
 """Of a sample: set-points [m], muscle lengths [m], the tip's derivatives by the bend [m/rad], joint angles [rad]."""
@@ -77,14 +73,13 @@ def solve_many(arm: Arm, asked: Asked) -> dict[int, Solved]:
 
     Others need `TipPlan`, for their steps or for the error that says why there is no solution.
     """
-    starts = range(0, len(asked.bend), CHUNK)
-    chunks = [asked.rows(slice(first, first + CHUNK)) for first in starts]
-    with ThreadPoolExecutor(max(1, min(processors(), len(chunks)))) as pool:
-        solved = list(pool.map(lambda chunk: _Chunk(arm, chunk)(), chunks))
+    starts = range(0, len(asked.bend), BUNCH)
+    bunches = [asked.rows(slice(first, first + BUNCH)) for first in starts]
+    solved = shared_out(lambda bunch: _Bunch(arm, bunch)(), bunches)
     return {first + row: one for first, found in zip(starts, solved, strict=True) for row, one in found.items()}
 
 
-class _Chunk:
+class _Bunch:
     """Samples of one arm, solved together."""
 
     def __init__(self, arm: Arm, asked: Asked) -> None:
@@ -110,7 +105,7 @@ class _Chunk:
             gram = turned @ slope + curved[going] + self._keep * unit
             pull = (turned @ off[..., None])[..., 0] + self._keep * (asked.bend[going] - bend[going])
             trace = np.trace(gram, axis1=-2, axis2=-1)
-            damped = gram + ((damping[going] + 1e-12) * trace)[:, None, None] * unit
+            damped = gram + ((damping[going] + FLOOR) * trace)[:, None, None] * unit
             change = np.linalg.solve(damped, pull[..., None])[..., 0]
             length = np.sqrt(dot(change, change))
             far = length > STEP
@@ -126,12 +121,12 @@ class _Chunk:
             at.take(rows, some, taken)
             excess[rows] = self._excess(some)[taken]
             bend[rows] += change[nearer]
-            damping[rows] = np.where(damping[rows] > 1e-3, 0.2 * damping[rows], 0.0)
+            damping[rows] = eased(damping[rows])
             now = asked.target[rows] - at.tip[rows]
             turn = ((slope[nearer] - at.slope[rows]).swapaxes(-1, -2) @ now[..., None])[..., 0]
             curved[rows] = _curved(curved[rows], change[nearer], turn, at.slope[rows])
             back = going[~nearer & ~left]
-            damping[back], curved[back] = np.maximum(4 * damping[back], 1e-2), 0.0
+            damping[back], curved[back] = raised(damping[back]), 0.0
             going = going[~left]
         return self._found(at, np.flatnonzero(~lost))
 
@@ -153,7 +148,7 @@ class _Chunk:
         left[tried[arrived]] = False
         off = asked.target[places] - some.tip
         far = self._cost(off, bend[tried], asked.bend[places])
-        better = (far <= cost[tried] + (1e-9 * self._arm.length) ** 2) & (self._excess(some) <= excess[tried])
+        better = (far <= cost[tried] + (NEARER * self._arm.length) ** 2) & (self._excess(some) <= excess[tried])
         better &= ~left[tried]
         near[tried] = better
         return near, left, (some, np.flatnonzero(better))
@@ -221,7 +216,7 @@ def _curved(curved: Array, change: Array, turned: Array, slope: Array) -> Array:
         return np.zeros_like(curved)
     miss = turned - (curved @ change[..., None])[..., 0]
     along = dot(miss, change)
-    told = np.abs(along) > 1e-8 * (np.sqrt(dot(miss, miss)) * np.sqrt(dot(change, change)))
+    told = np.abs(along) > FAINT * (np.sqrt(dot(miss, miss)) * np.sqrt(dot(change, change)))
     added = miss[:, :, None] * miss[:, None, :] / np.where(told, along, 1.0)[:, None, None]
     curved = np.where(told[:, None, None], curved + added, curved)
     total = slope.swapaxes(-1, -2) @ slope + curved

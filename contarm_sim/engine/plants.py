@@ -8,27 +8,20 @@ from typing import Any, ClassVar, Self
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from contarm_sim.engine.divergence import FATAL, any_fatal, divergence, stepping_settings
 from contarm_sim.engine.layout import layout
-from contarm_sim.engine.models import Built, built, structure
-from contarm_sim.engine.plant import Plant, bent
-from contarm_sim.engine.seen import SeenArms
+from contarm_sim.engine.models import Built, built
+from contarm_sim.engine.moved import STATE, MovedArms
+from contarm_sim.engine.plant import Plant
 from contarm_sim.engine.threads import thread_count
 from contarm_sim.errors import DivergenceError, InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf import TIMESTEP, Actuation
 from contarm_sim.model.arm import Arm
 
-Places = NDArray[np.integer] | Sequence[int] | None
-"""Which of the arms, rising; None: all."""
 
-STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
-"""What an arm goes on from."""
-
-
-class Plants(SeenArms):
+class Plants(MovedArms):
     """B simulated arms of one layout, see `layout`: M muscles, D joint angles, K stations each.
 
     They may differ in all that leaves the layout as it is: lengths, stiffness, mass, damping, friction, gravity,
@@ -89,7 +82,7 @@ class Plants(SeenArms):
     ) -> None:  # fmt: skip
         self.arms, self.actuation, self.failed = list(arms), actuation, dict[int, DivergenceError]()
         if len({layout(one) for one in own}) > 1:
-            raise InputError("arms", "of several layouts", "arms of one: see grouped")
+            raise InputError("arms", "of several layouts", "arms of one")
         self._own, self.models, self.index = list(own), [one.model for one in own], own[0].index
         self._steps = self._each(TIMESTEP if timestep is None else timestep)
         self.batch = self.engine(self.models[0], len(arms), thread_count(len(arms), threads), persistent)
@@ -123,12 +116,6 @@ class Plants(SeenArms):
     def alike(plant: Plant) -> Any:
         """Return what arms must have in common beside their layout, see `backends`."""
         return None
-
-    def go_back(self, rows: Array) -> None:
-        """Go on from states, shape (B, size), as of `state`, and derive everything of them."""
-        self.state[:] = rows
-        self.forward()
-        self.state[:] = rows
 
     def _adopt(self, place: int) -> None:
         model = self.models[place]
@@ -169,112 +156,10 @@ class Plants(SeenArms):
         changed = {place: arm for place, arm in arms.items() if arm != self.arms[place]}
         own = {place: self._compiled(arm, self.actuation) for place, arm in changed.items()}
         if any(layout(one) != layout(self._own[0]) for one in own.values()):
-            raise InputError("arms", "of another layout", "arms of the same: see grouped")
+            raise InputError("arms", "of another layout", "arms of the same")
         for place, arm in changed.items():
             self.arms[place], self._own[place] = arm, own[place]
             self.models[place] = own[place].model
             self._adopt(place)
         if changed:
             self._stack()
-
-    def reset(self, places: Places = None, bend: Array | None = None) -> None:
-        """Put arms at rest with all joints of a section bent alike, as `Plant.reset`; `forward` derives the rest.
-
-        Args:
-            places: of the arms.
-            bend: of each of these arms and sections [rad], shape (len(places), 2 S); default straight.
-        """
-        at = self._every(places)
-        self._clear(at)
-        self.batch.reset(at, keyframe=0, stage=int(mujoco.mjtStage.mjSTAGE_NONE))
-        if bend is not None:
-            for place, one in zip(at.tolist(), bend, strict=True):
-                bent(self.qpos[place], self.arms[place], self.index, one)
-
-    def restart(self, places: Places, qpos: Array, control: Array) -> None:
-        """Put arms at rest with joint angles [rad], shape (P, D), controls, shape (P, M), sent and reached."""
-        at = self._every(places)
-        self._clear(at)
-        self.batch.reset(at, stage=int(mujoco.mjtStage.mjSTAGE_NONE))
-        self.qpos[at] = qpos
-        self.send(control, at)
-        if self.pressure.size:
-            self.pressure[at] = control if self.pressure.ndim == 2 else np.asarray(control)[:, None]
-        self.forward(at)
-
-    def send(self, control: Array, places: Places = None) -> None:
-        """Assign controls, shape (P, M), to all actuators of the muscles."""
-        at: Any = slice(None) if places is None else places
-        self.control[at] = control if self.control.ndim == 2 else np.asarray(control)[:, None]
-
-    def forward(self, places: Places = None) -> None:
-        """Derive everything of the present states."""
-        self.batch.forward(None if places is None else self._every(places))
-
-    def step(
-        self,
-        substeps: int = 1,
-        places: Places = None,
-        stage: mujoco.mjtStage = mujoco.mjtStage.mjSTAGE_NONE,
-        check: bool = True,
-    ) -> None:
-        """Take engine steps with all arms that have not failed, or with those of these places.
-
-        Args:
-            substeps: how many.
-            places: of the arms.
-            stage: what is derived of the new state afterwards, see `Batch.step`.
-            check: look for arms that diverged; without, call `check` before long.
-        """
-        at = self._going(places)
-        if at is not None and not len(at):
-            return
-        before = self.batch.time.copy() if check else None
-        self.batch.step(at, substeps, int(stage))
-        if check:
-            self.check(before)
-
-    def check(self, times: Array | None = None) -> bool:
-        """Note which arms diverged in `failed`; return whether any did since the last look.
-
-        Args:
-            times: when, of each arm, for the errors [s], shape (B,); default what the engine's clocks say, which starts
-                again with an arm that diverged.
-        """
-        if not any_fatal(self._numbers):
-            return False
-        told = self.batch.time if times is None else times
-        bad = np.flatnonzero(self._numbers[:, FATAL].any(axis=1)).tolist()
-        new = [place for place in bad if place not in self.failed]
-        for place in new:
-            model, arm = self.models[place], self.arms[place]
-            self.failed[place] = divergence(
-                model, self._numbers[place], self._last[place], float(told[place]), stepping_settings(model, arm)
-            )
-        return bool(new)
-
-    def _clear(self, places: NDArray[np.integer]) -> None:
-        for place in places.tolist():
-            self.failed.pop(place, None)
-
-    def _every(self, places: Places) -> NDArray[np.integer]:
-        return np.arange(len(self.arms)) if places is None else np.asarray(places, dtype=int)
-
-    def _going(self, places: Places) -> NDArray[np.integer] | None:
-        """Return which of these arms have not failed; None for all of all."""
-        if not self.failed:
-            return None if places is None else np.asarray(places, dtype=int)
-        at = self._every(places)
-        return at[~np.isin(at, list(self.failed))]
-
-
-def grouped(arms: Sequence[Arm], actuation: Actuation = "lengths") -> list[list[int]]:
-    """Return the places of arms that may go into one `Plants`, layout by layout, in the order in which they appear."""
-    known: dict[Any, Any] = {}
-    groups: dict[Any, list[int]] = {}
-    for place, arm in enumerate(arms):
-        kept_by = structure(arm, actuation)
-        if kept_by not in known:
-            known[kept_by] = layout(built(arm, actuation))
-        groups.setdefault(known[kept_by], []).append(place)
-    return list(groups.values())

@@ -163,11 +163,6 @@ class SeenArms:
         """What actuators and damping along the muscles pull with [N], pulling > 0, shape (B, M)."""
         return self.damping * self._fields["ten_velocity"][:, self._tendons] - self._force.sum(axis=1)
 
-    @property
-    def servo_pulls(self) -> Array:
-        """What the actuators alone pull with [N], pulling > 0, shape (B, M)."""
-        return np.asarray(-self._force.sum(axis=1))
-
     def _silicone(self, lengths: Array) -> Array:
         """Return what stretched silicone pulls with [N], shape (B, M)."""
         if len(self._laws) == 1:

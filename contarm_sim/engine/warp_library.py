@@ -64,6 +64,17 @@ def described() -> str:
         raise MissingError("mujoco-warp", "warp") from None
 
 
+def made_by() -> str:
+    """Return what numbers come from, in words: versions, and the name of the device that arms are stepped on.
+
+    Raises:
+        MissingError: it is not installed.
+    """
+    warp, _ = library()
+    device = warp.get_preferred_device().name if on_cuda() else "the processor"
+    return f"mujoco-warp {version('mujoco-warp')}, Warp {warp.config.version}, {device}"
+
+
 def _warp() -> Any:
     try:
         import warp

@@ -133,6 +133,6 @@ def _refusal(held: Balance, low: Array, arm: Arm, number: int) -> InputError:
     return PressureError(
         "bend",
         f"one that needs {needed / 1e3:.0f} kPa",
-        f"bends that need no more than there is; available {pressures}",
+        f"bends that {pressures} can hold",
         needed,
     )

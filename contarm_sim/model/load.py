@@ -74,6 +74,11 @@ class Muscles(Told):
             unit = "[N]: muscles pull" if self.kind == "tensions" else "[Pa]"
             raise InputError(f"muscles {self.kind}", self.values, f"0 or more {unit}")
 
+    @property
+    def servos(self) -> bool:
+        """Whether length servos drive them."""
+        return self.kind in ("deltas", "setpoints", "bend")
+
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Load(Told):

@@ -8,13 +8,13 @@ payload, gravity, gravity.z               of the world; a component of a vector
 
 from __future__ import annotations
 
-import difflib
+import re
 from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from contarm_sim.errors import InputError
+from contarm_sim.errors import InputError, did_you_mean
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.muscle_table import rerouted
 from contarm_sim.model.routing import Routing
@@ -88,7 +88,7 @@ def _world() -> dict[str, Named]:
     return found
 
 
-def find(name: str, known: Mapping[str, Any], where: str | None = None) -> Any:
+def find(name: str, known: Mapping[str, Any], where: str | None = None, what: str = "parameter") -> Any:
     """Return what is known by a name.
 
     Raises:
@@ -96,9 +96,11 @@ def find(name: str, known: Mapping[str, Any], where: str | None = None) -> Any:
     """
     if name in known:
         return known[name]
-    near = difflib.get_close_matches(str(name)[:100], list(known), n=1, cutoff=0.0)
-    asked = f"did you mean {near[0]!r}? " if near else ""
-    raise InputError(f"parameter {name!r}", "unknown", f"{asked}All: {', '.join(known)}", where)
+    alone = re.sub(r"^section_\d+\.", "", str(name))
+    one = alone in known and not any(other.startswith("section_1.") for other in known)
+    asked = f"did you mean {alone!r}? The arm has one section. " if one else did_you_mean(name, known)
+    every = f"All: {', '.join(known)}" if len(known) < 9 else "contarm sweep SPEC --names lists all"
+    raise InputError(f"{what} {name!r}", "unknown", f"{asked}{every}", where)
 
 
 def with_parameters(arm: Arm, values: Mapping[str, Any]) -> Arm:
@@ -121,7 +123,8 @@ def with_parameters(arm: Arm, values: Mapping[str, Any]) -> Arm:
         for owner in one.owners:
             with said_of(owner) if several else nullcontext():
                 part = parts[one.kind][owner]
-                changes = {one.field: value}
+                none = one.field.endswith("friction") and value == 0
+                changes = {one.field: None if none else value}
                 parts[one.kind][owner] = rerouted(part, changes) if one.kind == "routings" else replace(part, **changes)
     return replace(
         arm,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -147,6 +147,7 @@ class Formation:
         places = None if going.all() else np.flatnonzero(going)
         if tick % EVERY == 0:  # as legs start at multiples of it
             self._snapshots(tick, going)
+            self._fail(corrections.failed)
         if plants.turning:
             plants.stiffen_twist()
         setpoint = self._setpoint[tick]
@@ -157,13 +158,17 @@ class Formation:
         self._stations[tick] = plants.centres
         if corrections:
             corrections.update(tick, self._look(), self._gain, going)
+            self._fail(corrections.failed)
         for k in range(1, substeps):
             self._send(setpoint + k / substeps * ahead)
             plants.step(1, places, check=False)
         if plants.check((self._first + tick) / self._rate):
-            self._errors = {**plants.failed, **self._errors}
-        self._errors = {**corrections.failed, **self._errors}
+            self._fail(plants.failed)
         return True
+
+    def _fail(self, errors: Mapping[int, ContarmError]) -> None:
+        """Note errors of arms that had none before: alone, the first ends the motion."""
+        self._errors = {**errors, **self._errors}
 
     def _send(self, setpoint: Array) -> Array:
         """Send set-points, shape (B, n), corrected and limited, to the engine; return what was sent."""

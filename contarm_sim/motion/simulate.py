@@ -96,7 +96,8 @@ def flight(
     """Prepare a motion, and return what asks for its legs and returns its trajectory."""
     substeps = None if stepping is None else stepping.substeps(reference.rate)
     motion = Motion(arm, reference, controller, stepping or ACCURATE)
-    return motion.found() if substeps is None else (motion.checked if check_step else motion.run)(substeps)
+    begin = motion.checked if check_step else motion.run
+    return motion.whole(motion.found() if substeps is None else begin(substeps))
 
 
 def _both(fine: Trajectory, coarse: Trajectory) -> Trajectory:

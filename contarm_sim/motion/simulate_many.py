@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -10,6 +11,7 @@ from contarm_sim.control.registry import ControllerName
 from contarm_sim.control.registry import controller as resolved
 from contarm_sim.engine.backends import alike, at_once, check_backend
 from contarm_sim.engine.room import engine_room
+from contarm_sim.engine.threads import at_most
 from contarm_sim.errors import ContarmError, InputError, InterruptedMany, expect
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.parameters import check_count
@@ -39,7 +41,7 @@ def simulate_many(
 
     Args:
         arms, references, controllers, stepping, check_step: as of `simulate`.
-        threads: that step the arms; 0: one a processor. Results do not depend on it.
+        threads: most that are used; 0: one a processor. Results do not depend on it.
         on_done: called with the index of each motion that is done, for progress.
         backend: what simulates: `cpu`, or `warp`: MuJoCo Warp, on a GPU where there is one, in single precision, so
             that tips differ from those of `simulate` by about a millionth of length.
@@ -64,7 +66,7 @@ def simulate_many(
             on_done(index)
 
     try:
-        with engine_room():
+        with engine_room(), at_most(threads):
             most = at_once(backend)
             for first in range(0, len(cases), most):
                 some = dict(list(enumerate(cases))[first : first + most])
@@ -72,6 +74,9 @@ def simulate_many(
     except KeyboardInterrupt:
         raise InterruptedMany(results) from None
     return results  # type: ignore[return-value]
+
+
+_SHARED, _NEW = "shared", "a new one at each call of Controller.feedback"
 
 
 class _Fleet:
@@ -94,9 +99,14 @@ class _Fleet:
                 self._go_on(index, None)
         while self._legs:
             kinds: dict[Any, list[int]] = {}
+            several = Counter(id(leg.one.feedback) for leg in self._legs.values() if leg.one.feedback is not None)
             for index, leg in self._legs.items():
-                kinds.setdefault((leg.kind, alike(leg.one.plant, backend)), []).append(index)
+                shared = several[id(leg.one.feedback)] > 1
+                kind = _SHARED if shared else (leg.kind, alike(leg.one.plant, backend))
+                kinds.setdefault(kind, []).append(index)
             waiting, self._legs = self._legs, {}
+            for index in kinds.pop(_SHARED, []):
+                self._go_on(index, InputError("feedback", "one object for several arms", _NEW))
             for places in kinds.values():
                 flown = fly_together([waiting[index] for index in places], threads, backend)
                 for index, result in zip(places, flown, strict=True):

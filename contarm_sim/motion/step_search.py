@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from contarm_sim.control.base import Controller
-from contarm_sim.control.feedback import Memory
+from contarm_sim.control.feedback import Feedback, Memory
 from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import DivergenceError
 from contarm_sim.model.arm import Arm
@@ -53,7 +53,7 @@ class Motion:
         Solver(self._plant)(self._plan.start)
         self._start = self._plant.data.qpos.copy()
         self._snapshots: list[Snapshot] = []
-        self._at_first: Memory | None = None
+        self._at_first: tuple[Feedback, Memory] | None = None
 
     def _pass(self, substeps: int) -> Pass:
         """Return the motion at its beginning."""
@@ -62,9 +62,18 @@ class Motion:
         plant.model.opt.timestep = 1 / (self._rate * substeps)
         feedback = self._controller.checked_feedback(self.arm, self._reference, plan)
         if feedback is not None:  # one that a controller returns again would go on from what it summed up
-            self._at_first = self._at_first or tuple(part.copy() for part in feedback.memory)
-            feedback.memory = self._at_first
+            self._at_first = self._at_first or (feedback, tuple(part.copy() for part in feedback.memory))
+            feedback.memory = self._at_first[1]
         return Pass(plant, plan, self._controller.checked_limits(self.arm), feedback, self._rate, substeps)
+
+    def whole(self, flight: Flight) -> Flight:
+        """Fly one of the below; a feedback forgets what it has summed up, for a controller that returns it again."""
+        try:
+            return (yield from flight)
+        finally:
+            if self._at_first is not None:
+                feedback, memory = self._at_first
+                feedback.memory = memory
 
     def run(self, substeps: int) -> Flight:
         """Simulate all of it in so many steps per control tick; less of it where Ctrl-C comes."""

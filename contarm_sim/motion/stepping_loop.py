@@ -14,8 +14,8 @@ import numpy as np
 from contarm_sim.control.feedback import Feedback, Memory, Seen
 from contarm_sim.control.plan import Plan
 from contarm_sim.engine.divergence import FATAL, stepping_settings
+from contarm_sim.engine.moved import STATE
 from contarm_sim.engine.plant import Plant
-from contarm_sim.engine.plants import STATE
 from contarm_sim.engine.recorder import Recorder
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array

@@ -17,12 +17,15 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
 from contarm_sim.statics.driving import DRIVEN
 
-CHUNK = 128
+BUNCH = 128
 """Cases that are solved together: enough to share Python's own time, few enough for a processor's cache."""
+
+CASES_A_THREAD = 16
+"""Fewest cases of one structure that a thread is for: it makes a model of its own."""
 
 
 @dataclass(frozen=True)
-class Chunk:
+class Bunch:
     """Cases of one structure, driven alike.
 
     Attributes:
@@ -78,8 +81,8 @@ def guesses(guess: Any, count: int) -> Sequence[Array] | None:
     return list(np.broadcast_to(given, (count, given.shape[-1])))
 
 
-def chunked(arms: Sequence[Arm], loads: Sequence[Load], given: Any, threads: int) -> list[Chunk]:
-    """Return the cases in chunks of one structure, driven alike."""
+def bunched(arms: Sequence[Arm], loads: Sequence[Load], given: Any, threads: int) -> list[Bunch]:
+    """Return the cases in bunches of one structure, driven alike."""
     known: dict[tuple[int, str], list[int]] = {}
     alike: dict[Any, list[int]] = {}
     for case, (arm, load) in enumerate(zip(arms, loads, strict=True)):
@@ -90,9 +93,9 @@ def chunked(arms: Sequence[Arm], loads: Sequence[Load], given: Any, threads: int
         known[key].append(case)
     made = []
     for cases in alike.values():
-        parts = max(math.ceil(len(cases) / CHUNK), min(threads, len(cases)))
+        parts = max(math.ceil(len(cases) / BUNCH), min(threads, len(cases) // CASES_A_THREAD))
         for own in np.array_split(np.array(cases), parts):
             part = own.tolist()
             guessed = None if given is None else [given[case] for case in part]
-            made.append(Chunk(own, [arms[case] for case in part], [loads[case] for case in part], guessed))
+            made.append(Bunch(own, [arms[case] for case in part], [loads[case] for case in part], guessed))
     return made

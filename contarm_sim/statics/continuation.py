@@ -121,7 +121,10 @@ def pseudo_transient(solver: Solver, iterations: int = 400) -> float:
             break
         K = solver.tangent()
         K[np.diag_indices_from(K)] += damping * solver.scale
-        step = np.linalg.solve(K, solver.forces)
+        try:
+            step = np.linalg.solve(K, solver.forces)
+        except np.linalg.LinAlgError:  # exactly singular
+            break
         shortened = solver.limited(step)
         if np.abs(shortened).max() < np.abs(step).max() or step @ solver.forces < 0:
             damping = max(4 * damping, 1e-3)

@@ -20,6 +20,10 @@ DAMPED = 0.01
 """Least damping after a step that was taken back [joint stiffnesses]."""
 
 
+SHARE, LEFT = 0.05, 0.5
+"""A step is taken that releases this share of the energy expected, or, undamped, leaves this share of the force."""
+
+
 class Descent(Protocol):
     """Where `descend` goes down.
 
@@ -74,7 +78,7 @@ def descend(problem: Descent, steps: int = STEPS) -> tuple[float, bool]:
         problem.move(step)
         now = problem.evaluate()
         gain, expected = problem.released(before, step)
-        if np.isfinite(now) and (gain > 0.05 * expected or (damping == 0.0 and now <= 0.5 * residual)):
+        if np.isfinite(now) and (gain > SHARE * expected or (damping == 0.0 and now <= LEFT * residual)):
             residual = now
             damping = 0.2 * damping if gain > 0.5 * expected else damping
             damping = 0.0 if damping < 0.1 * DAMPED or residual <= problem.tolerance else damping

@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.load import Load
+from contarm_sim.statics.descent import LEFT, SHARE
 from contarm_sim.statics.loads import AppliedLoad
 from contarm_sim.statics.poses import Poses
 from contarm_sim.statics.servos import Servos
 from contarm_sim.statics.solver import TOTAL_STEP, tolerance
-from contarm_sim.statics.stiffness import TangentStiffness, definite, dot
+from contarm_sim.statics.stiffness import TangentStiffness, definite, dot, solved
 
 PLAIN = 100
 """Most plain steps."""
@@ -74,7 +75,7 @@ class Downhill(ABC):
             self.move(step)
             self.residual = now = self.evaluate()
             gain, expected = self.released(before, step)
-            accepted = np.isfinite(now) & ((gain > 0.05 * expected) | (now <= 0.5 * residual))
+            accepted = np.isfinite(now) & ((gain > SHARE * expected) | (now <= LEFT * residual))
 
     def keep(self, rows: NDArray[np.bool_]) -> None:
         """Go on with these of the cases alone."""
@@ -147,7 +148,7 @@ class Settling(Downhill):
 
     def step(self, K: Array) -> Array:
         """Return the plain steps, of these stiffness matrices."""
-        step = np.asarray(np.linalg.solve(K, self.forces[..., None])[..., 0], dtype=float)
+        step = solved(K, self.forces[..., None])[..., 0]
         return step * self.share(step)
 
     def state(self) -> tuple[Any, ...]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from contarm_sim.display import Shown
 from contarm_sim.engine.plant import engine_room
+from contarm_sim.engine.threads import allowed, shared_out
 from contarm_sim.errors import ContarmError, InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import muscles
@@ -19,8 +20,8 @@ from contarm_sim.mechanics.pneumatics import pressure_for
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
 from contarm_sim.model.parameters import check_count
-from contarm_sim.statics.cases import Chunk, cases, chunked, guesses
-from contarm_sim.statics.chunks import Found, empty, solve_chunk
+from contarm_sim.statics.bunches import Solutions, empty, solve_bunch
+from contarm_sim.statics.cases import Bunch, bunched, cases, guesses
 from contarm_sim.statics.continuation import METHODS, Method
 from contarm_sim.statics.equilibrium import Equilibrium, equilibrium
 
@@ -49,6 +50,7 @@ class Equilibria(Shown):
             likewise.
         arms, loads: of the cases.
         method: how they were solved.
+        seconds: time to solve, building models included, a case's share.
     """
 
     frames: Array
@@ -68,6 +70,7 @@ class Equilibria(Shown):
     arms: Sequence[Arm]
     loads: Sequence[Load]
     method: Method
+    seconds: float
 
     def __len__(self) -> int:
         return len(self.tip)
@@ -81,7 +84,7 @@ class Equilibria(Shown):
         return ~np.isin(np.arange(len(self)), list(self.failed))
 
     def case(self, index: int) -> Equilibrium:
-        """Return all that `equilibrium` says of a case, its details computed anew.
+        """Return all that `equilibrium` says of a case, details that were not asked for computed anew.
 
         Raises:
             EquilibriumError, InputError: the case has no equilibrium; says why.
@@ -89,9 +92,17 @@ class Equilibria(Shown):
         index = range(len(self))[index]
         if index in self.failed:
             raise self.failed[index]
-        angles = self.qpos[index]
-        found = equilibrium(self.arms[index], self.loads[index], self.method, angles[~np.isnan(angles)])
-        return replace(found, iterations=int(self.iterations[index]))
+        arm, load, iterations = self.arms[index], self.loads[index], int(self.iterations[index])
+        qpos = self.qpos[index][~np.isnan(self.qpos[index])]
+        if self.smallest_eigenvalue is None or self.growth is None or self.tip_compliance is None:
+            return replace(equilibrium(arm, load, self.method, qpos), iterations=iterations, seconds=self.seconds)
+        own = slice(0, muscles.count(arm))
+        return Equilibrium(
+            float(self.residual[index]), float(self.smallest_eigenvalue[index]), float(self.growth[index]), iterations,
+            frames=self.frames[index, : arm.links + 1], muscle_lengths=self.muscle_lengths[index, own],
+            muscle_tensions=self.muscle_tensions[index, own], tip_compliance=self.tip_compliance[index],
+            held=bool(self.held[index]) if load.muscles.servos else None, seconds=self.seconds, qpos=qpos,
+        )  # fmt: skip
 
     def __iter__(self) -> Iterator[Equilibrium]:
         return (self.case(index) for index in range(len(self)))
@@ -129,7 +140,7 @@ def equilibria(
         loads: likewise; default none.
         method: as of `equilibrium`.
         guess: joint angles to start from [rad], shape (dofs,), or (C, dofs) for cases of as many joints.
-        threads: that share the work; results are the same.
+        threads: most that share the work; 0: one a processor. Results do not depend on it.
         details: also find smallest eigenvalues, growth and compliance of the tip, which take longer than the pose.
 
     Raises:
@@ -139,31 +150,34 @@ def equilibria(
     each_arm, each_load = cases(arms, loads)
     if method not in METHODS:
         raise InputError("method", repr(method), ", ".join(METHODS))
-    check_count("threads", threads, 1)
-    chunks = chunked(each_arm, each_load, guesses(guess, len(each_arm)), threads)
+    check_count("threads", threads, 0)
+    bunches = bunched(each_arm, each_load, guesses(guess, len(each_arm)), allowed(threads))
+    began = time.perf_counter()
     with engine_room():
-        if threads == 1 or len(chunks) == 1:
-            solved = [solve_chunk(chunk, method, details) for chunk in chunks]
-        else:
-            with ThreadPoolExecutor(threads) as pool:
-                solved = list(pool.map(lambda chunk: solve_chunk(chunk, method, details), chunks))
-    return _gathered(each_arm, each_load, method, chunks, solved, details)
+        solved = shared_out(lambda bunch: solve_bunch(bunch, method, details), bunches, threads)
+    found = _gathered(each_arm, each_load, method, bunches, solved, details)
+    return replace(found, seconds=(time.perf_counter() - began) / max(len(found), 1))
 
 
 def _gathered(
-    arms: Sequence[Arm], loads: Sequence[Load], method: Method, chunks: list[Chunk], solved: list[Found], details: bool
+    arms: Sequence[Arm],
+    loads: Sequence[Load],
+    method: Method,
+    bunches: list[Bunch],
+    solved: list[Solutions],
+    details: bool,
 ) -> Equilibria:
-    """Return the rows of all chunks in the order of the cases."""
+    """Return the rows of all bunches in the order of the cases."""
     sizes = [found.size for found in solved]
     out: dict[str, Any] = empty(len(arms), np.max(sizes, axis=0) if sizes else (0, 0, 0), details)
     tip, failed = np.full((len(arms), 4, 4), np.nan), dict[int, ContarmError]()
-    for chunk, found in zip(chunks, solved, strict=True):
+    for bunch, found in zip(bunches, solved, strict=True):
         for name, array in found.arrays.items():
-            out[name][(chunk.places, *(slice(size) for size in array.shape[1:]))] = array
-        tip[chunk.places] = found.arrays["frames"][:, -1]
-        failed |= {int(chunk.places[case]): error for case, error in found.failed.items()}
+            out[name][(bunch.places, *(slice(size) for size in array.shape[1:]))] = array
+        tip[bunch.places] = found.arrays["frames"][:, -1]
+        failed |= {int(bunch.places[case]): error for case, error in found.failed.items()}
     given: dict[str, Any] = {name: out.get(name) for name in ("smallest_eigenvalue", "growth", "tip_compliance")} | out
     return Equilibria(
         **given, tip=tip[:, :3, 3], tip_rotation=tip[:, :3, :3], failed=dict(sorted(failed.items())), arms=arms,
-        loads=loads, method=method,
+        loads=loads, method=method, seconds=0.0,
     )  # fmt: skip

@@ -114,7 +114,7 @@ def pose_at_rest(arm: Arm, load: Load | None = None, method: Method = "auto", gu
         muscle_tensions=plant.muscle_tensions,
         tip_compliance=solver.tip_compliance(),
         **vars(found),
-        held=_held(plant) if load.muscles.kind in ("deltas", "bend") else None,
+        held=_held(plant) if load.muscles.servos else None,
         seconds=seconds,
         qpos=plant.data.qpos.copy(),
     )

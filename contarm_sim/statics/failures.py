@@ -41,14 +41,16 @@ def _said(arm: Arm) -> str:
 def unstable(plant: Plant, softest: float) -> UnstableError:
     """Return the error of an arm whose only pose found would not stay: its softest mode is below 0 [N m/rad]."""
     arm = plant.arm
-    weight = heaviness(arm)
-    if weight > BUCKLING:
+    weight, found = heaviness(arm), f"an unstable one alone (softest mode {softest:.3g} N m/rad)"
+    if weight <= BUCKLING:
+        reason = f"{found}; less load or tension would help"
+    elif arm.gravity[2] < 0:
         reason = (
-            f"an unstable one alone (softest mode {softest:.3g} N m/rad), the arm buckles under its own weight: "
-            f"{_said(arm)} is {weight:.3g}, upright it carries {BUCKLING}; a stiffer, shorter or lighter arm stands"
+            f"{found}, the arm buckles under its own weight: {_said(arm)} is {weight:.3g}, upright it carries "
+            f"{BUCKLING}; a stiffer, shorter or lighter arm stands"
         )
-    else:
-        reason = f"an unstable one alone (softest mode {softest:.3g} N m/rad); less load or tension would help"
+    else:  # no part of the weight presses on the straight arm
+        reason = f"{found}; {_said(arm)} is {weight:.3g}: a stiffer, shorter or lighter arm, or less bend, would help"
     return UnstableError(reason, softest, 0.0, pose=plant.data.qpos.copy(), residual=0.0)
 
 

@@ -15,7 +15,7 @@ from contarm_sim.mechanics.statics import min_tensions
 from contarm_sim.statics.downhill import Downhill
 from contarm_sim.statics.holding import differences
 from contarm_sim.statics.poses import Poses
-from contarm_sim.statics.stiffness import dot
+from contarm_sim.statics.stiffness import dot, solved
 
 
 class Holding(Downhill):
@@ -94,10 +94,10 @@ class Holding(Downhill):
     def step(self, K: Array) -> Array:
         """Return the plain changes of joint angles [rad] and tensions [N]."""
         pushed = ((self._weight * self._error)[..., None, :] @ self._by_length)[..., 0, :]
-        solved = np.linalg.solve(K, np.concatenate([(self.forces + pushed)[..., None], self._by_tension], axis=-1))
-        bent, free = solved[..., 1:], solved[..., :1]
+        found = solved(K, np.concatenate([(self.forces + pushed)[..., None], self._by_tension], axis=-1))
+        bent, free = found[..., 1:], found[..., :1]
         turned = self._by_length @ bent
-        pull = np.linalg.solve(turned, self._by_length @ free - self._error[..., None])
+        pull = solved(turned, self._by_length @ free - self._error[..., None])
         step = (free - bent @ pull)[..., 0]
         share = self.share(step)
         return np.concatenate([share * step, share * (self._free @ pull)[..., 0]], axis=-1)

@@ -28,6 +28,9 @@ from contarm_sim.statics.stiffness import Swing, TangentStiffness
 RESIDUAL = 1e-9
 """Largest generalised force left at rest [N m], for arms that resist bending with up to 1 N m/rad."""
 
+ITERATIONS, HALVINGS = 40, 10
+"""Most steps of Newton, and most tries for one."""
+
 TOTAL_STEP = 4.0
 """Largest change of the joint angles' sum in one step, were all as large as the largest [rad]."""
 
@@ -115,15 +118,18 @@ class Solver:
         """Most steps of a descent, fewer with very many links: seconds in all."""
         return int(STEPS * min(1.0, 300 / self.plant.model.nv))
 
-    def newton(self, iterations: int = 40) -> float:
+    def newton(self, iterations: int = ITERATIONS) -> float:
         """Take Newton steps with backtracking; return the residual reached."""
         data, residual = self.plant.data, self._pull()
         for _ in range(iterations):
             if residual <= self.tolerance:
                 break
-            step = self.limited(np.linalg.solve(self.tangent(), self.forces))
+            try:
+                step = self.limited(np.linalg.solve(self.tangent(), self.forces))
+            except np.linalg.LinAlgError:  # exactly singular
+                break
             start, before = data.qpos.copy(), residual
-            for _ in range(10):
+            for _ in range(HALVINGS):
                 data.qpos[:] = start + step
                 residual = self._pull()
                 if residual < before:

@@ -215,6 +215,16 @@ def dot(a: Array, b: Array) -> Any:
     return (a[..., None, :] @ b[..., None])[..., 0, 0]
 
 
+def solved(K: Array, right: Array) -> Array:
+    """Return the solutions of K x = right, shapes (C, n, n), (C, n, k); NaN where a matrix is exactly singular."""
+    try:
+        return np.asarray(np.linalg.solve(K, right))
+    except np.linalg.LinAlgError:
+        if len(K) == 1:
+            return np.full(right.shape, np.nan)
+        return np.concatenate([solved(K[row : row + 1], right[row : row + 1]) for row in range(len(K))])
+
+
 def definite(K: Array) -> NDArray[np.bool_]:
     """Return whether symmetric matrices, shape (C, n, n), are positive definite, shape (C,)."""
     try:

@@ -15,12 +15,9 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.load import Load
 from contarm_sim.statics.loads import AppliedLoad
 from contarm_sim.statics.poses import Poses
-from contarm_sim.statics.solver import TOTAL_STEP
+from contarm_sim.statics.solver import HALVINGS, ITERATIONS, TOTAL_STEP
 from contarm_sim.statics.stability import growth_at
-from contarm_sim.statics.stiffness import TangentStiffness, definite
-
-ITERATIONS, HALVINGS = 40, 10
-"""Most steps, and most tries for one, as in `Solver.newton`."""
+from contarm_sim.statics.stiffness import TangentStiffness, definite, solved
 
 
 class Together:
@@ -87,7 +84,7 @@ class Together:
 
     def _move(self, K: Array, accepted: NDArray[np.bool_]) -> None:
         """Take the next step where the last is accepted, and else the half of it from where that began."""
-        step = np.linalg.solve(K, self.forces[..., None])[..., 0]
+        step = solved(K, self.forces[..., None])[..., 0]
         longest = np.maximum(np.abs(step).max(axis=-1), 1e-300)
         step *= np.minimum(1.0, self._largest / longest)[:, None]
         new = accepted[:, None]

@@ -6,7 +6,7 @@
     release              let a held arm go, and judge its swing
     validate             how far to trust the constant-curvature model
     compare_controllers  the spiral under every controller and load
-    equilibria           static poses under one load case after another
+    cases_at_rest        static poses under one load case after another
     muscle_law           the force of one muscle by contraction and pressure
     judge_run            a recorded motion beside the closed forms
     trust                how far an arm may bend until constant curvature is off
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from contarm_sim.studies.held_bend import Hold, hold
     from contarm_sim.studies.how_far import Trust, TrustUnderLoad, trust
     from contarm_sim.studies.judged_run import JudgedRun, judge_run
-    from contarm_sim.studies.load_cases import CaseAtRest, CaseWithoutRest, LoadCase, equilibria, read_cases
+    from contarm_sim.studies.load_cases import CaseAtRest, CaseWithoutRest, LoadCase, cases_at_rest, read_cases
     from contarm_sim.studies.muscle_curves import MuscleCurves, muscle_law
     from contarm_sim.studies.pressure_map import LargestBend, Possibility, possibility
     from contarm_sim.studies.swings import Release, SwingSettings, release
@@ -49,7 +49,7 @@ _HOMES = {
     "studies.controllers": ("ControllerComparison", "Followed", "NotFollowed", "compare_controllers"),
     "studies.held_bend": ("Hold", "hold"),
     "studies.judged_run": ("JudgedRun", "judge_run"),
-    "studies.load_cases": ("CaseAtRest", "CaseWithoutRest", "LoadCase", "equilibria", "read_cases"),
+    "studies.load_cases": ("CaseAtRest", "CaseWithoutRest", "LoadCase", "cases_at_rest", "read_cases"),
     "studies.muscle_curves": ("MuscleCurves", "muscle_law"),
     "studies.pressure_map": ("LargestBend", "Possibility", "possibility"),
     "studies.swings": ("Release", "SwingSettings", "release"),
@@ -62,7 +62,7 @@ __all__ = [
     "CaseAtRest", "CaseWithoutRest", "ControllerComparison", "Failure", "Followed", "Hold", "JudgedRun", "LargestBend",
     "LoadCase", "MuscleCurves", "NotFollowed", "Outcome", "Possibility", "Release", "Stiffness", "StiffnessLevel",
     "SwingSettings", "Trust", "TrustUnderLoad",
-    "Validation", "compare_controllers", "document", "equilibria", "hold", "judge_run", "muscle_law",
+    "Validation", "cases_at_rest", "compare_controllers", "document", "hold", "judge_run", "muscle_law",
     "possibility", "read_cases", "release", "stiffness", "trust", "validate",
 ]  # fmt: skip
 

@@ -137,11 +137,11 @@ def examine(scenario: Scenario, bends: Array, track: Track = quietly) -> Outcome
     Raises:
         EquilibriumError, DivergenceError: the arm has no such rest pose.
     """
-    return judge(scenario, at_rest(scenario, bends, track))
+    return timed(judge(scenario, at_rest(scenario, bends, track)))
 
 
 def judge(scenario: Scenario, rest: Rest) -> Outcome:
-    """Say of a scenario at rest what it is off by, and whether that is explained."""
+    """Say of a scenario at rest what it is off by, and whether that is explained; `timed` adds how fast it steps."""
     arm, errors = scenario.arm, rest.errors
     rod = explain(rest.samples, rest.comparison).summary(arm)
     judged = verdict([] if scenario.checks is None else scenario.checks(arm, errors, rod, rest.chain_error))
@@ -152,12 +152,17 @@ def judge(scenario: Scenario, rest: Rest) -> Outcome:
         errors=errors,
         chain_error=rest.chain_error,
         setting=setting_of(scenario),
-        real_time_factor=stepping_speed(arm, rest.samples),
+        real_time_factor=None,
         link_error=_link_error(scenario, rest) if any(arm.gravity) else None,
         rod=rod,
         constant_curvature=constant_curvature(errors, rod),
         judged=replace(judged, verdict=NOT_JUDGED) if scenario.checks is None else judged,
     )
+
+
+def timed(outcome: Outcome) -> Outcome:
+    """Return an outcome with its speed of stepping; nothing else may run meanwhile."""
+    return replace(outcome, real_time_factor=stepping_speed(outcome.setting.arm, outcome.samples))
 
 
 def _at_rest(arm: Arm, bends: Array, controller: ControllerName, ticks: Iterable[int] | None = None) -> Trajectory:

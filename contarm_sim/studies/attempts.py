@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from typing import TypeVar
 
+from contarm_sim.engine.threads import pool
 from contarm_sim.errors import DivergenceError, EquilibriumError
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.studies.at_rest import Failure, Outcome, at_rest, judge, setting_of
+from contarm_sim.studies.at_rest import Failure, Outcome, at_rest, judge, setting_of, timed
 from contarm_sim.studies.progress import Track, quietly
 from contarm_sim.studies.scenarios import Scenario
 
@@ -29,16 +30,17 @@ def attempts(
         besides: something else to do, while the last is judged; its result is returned too.
     """
     found: dict[str, Outcome | Failure] = {}
-    with ThreadPoolExecutor(1) as pool:
+    with pool(1) as beside:
         waiting: dict[str, Future[Outcome]] = {}
         for scenario in scenarios:
             found[scenario.name] = _failed(scenario, "")  # its place
             try:
-                waiting[scenario.name] = pool.submit(judge, scenario, at_rest(scenario, bends, track))
+                waiting[scenario.name] = beside.submit(judge, scenario, at_rest(scenario, bends, track))
             except (EquilibriumError, DivergenceError) as error:
                 found[scenario.name] = _failed(scenario, str(error))
         other = besides()
-        return found | {name: each.result() for name, each in waiting.items()}, other
+        judged = {name: each.result() for name, each in waiting.items()}
+    return found | {name: timed(each) for name, each in judged.items()}, other
 
 
 def _failed(scenario: Scenario, reason: str) -> Failure:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from contarm_sim.display import Shown
-from contarm_sim.errors import EquilibriumError, InputError, expect, one_line
+from contarm_sim.errors import ContarmError, EquilibriumError, InputError, expect, one_line
 from contarm_sim.inputs import read_text
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
@@ -19,6 +19,7 @@ from contarm_sim.model.load import Load, load_from_dict
 from contarm_sim.model.parameters import as_numbers
 from contarm_sim.results.document import INLINE
 from contarm_sim.statics.continuation import Method
+from contarm_sim.statics.equilibria import equilibria
 from contarm_sim.statics.equilibrium import Equilibrium, equilibrium
 from contarm_sim.statics.extrapolation import Extrapolated, extrapolated
 from contarm_sim.statics.places import Places
@@ -101,7 +102,7 @@ class CaseWithoutRest:
     stable: bool = False
 
 
-def equilibria(
+def cases_at_rest(
     cases: Iterable[LoadCase], method: Method = "auto", extrapolate: bool = False, xi: Sequence[float] = ()
 ) -> tuple[CaseAtRest | CaseWithoutRest, ...]:
     """Return the static pose of every case.
@@ -123,22 +124,34 @@ def equilibria(
     for case in cases:
         expect("case", case, LoadCase)
         expect("arm", case.arm, Arm)
-    return tuple(_solved(case, method, extrapolate, places) for case in cases)
+    several = len(cases) > 1 and not extrapolate
+    solved = _together(cases, method) if several else [_alone(case, method, extrapolate) for case in cases]
+    return tuple(_told(case, found, places) for case, found in zip(cases, solved, strict=True))
 
 
-def _solved(case: LoadCase, method: Method, extrapolate: bool, xi: Sequence[float]) -> CaseAtRest | CaseWithoutRest:
-    arm, trust = case.arm, None
-    found: Equilibrium
+def _alone(case: LoadCase, method: Method, extrapolate: bool) -> Equilibrium | ContarmError:
+    arm, load = case.arm, case.load
     try:
-        if extrapolate:
-            better: Extrapolated = extrapolated(arm, case.load)[0]
-            found, trust = better, Trust(better.trusted, better.error)
-        else:
-            found = equilibrium(arm, case.load, method)
-    except EquilibriumError as error:
-        return CaseWithoutRest(str(error))
-    except InputError as error:
-        raise error.located(case.where) from None
+        return extrapolated(arm, load)[0] if extrapolate else equilibrium(arm, load, method)
+    except ContarmError as error:
+        return error
+
+
+def _together(cases: Sequence[LoadCase], method: Method) -> list[Equilibrium | ContarmError]:
+    arms, loads = [case.arm for case in cases], [case.load for case in cases]
+    every = equilibria(arms, loads, method=method, details=True)
+    return [every.failed.get(index) or every.case(index) for index in range(len(every))]
+
+
+def _told(case: LoadCase, found: Equilibrium | ContarmError, xi: Sequence[float]) -> CaseAtRest | CaseWithoutRest:
+    if isinstance(found, EquilibriumError):
+        return CaseWithoutRest(str(found))
+    if isinstance(found, InputError):
+        raise found.located(case.where) from None
+    if isinstance(found, ContarmError):
+        raise found
+    arm = case.arm
+    trust = Trust(found.trusted, found.error) if isinstance(found, Extrapolated) else None
     pressures = found.pressures_needed(arm)
     at = Places(arm, xi) if len(xi) else None
     return CaseAtRest(

@@ -8,41 +8,15 @@ from functools import lru_cache
 from typing import Any
 
 from contarm_sim.engine.room import engine_room
-from contarm_sim.errors import (
-    ContarmError,
-    DivergenceError,
-    EquilibriumError,
-    InputError,
-    NotConvergedError,
-    PressureError,
-    UnreachableError,
-    UnstableError,
-    one_line,
-)
+from contarm_sim.errors import ContarmError, MissingError, one_line
 from contarm_sim.studies.trusted_bends import WITHOUT_REST
 from contarm_sim.sweeps.case import Case, case_of
 from contarm_sim.sweeps.designs import roles
 from contarm_sim.sweeps.quantities import QUANTITIES, Quantity
 from contarm_sim.sweeps.spec import Spec
+from contarm_sim.sweeps.statuses import of_case, status_of
 from contarm_sim.sweeps.together import told, tried
 from contarm_sim.sweeps.told import Lost, Told
-
-OK = "ok"
-"""Status of a case that went well."""
-
-STATUS: tuple[tuple[type[BaseException], str], ...] = (
-    (NotConvergedError, "not converged"),
-    (UnstableError, "unstable"),
-    (EquilibriumError, "no equilibrium"),
-    (PressureError, "too much pressure"),
-    (UnreachableError, "out of reach"),
-    (DivergenceError, "diverged"),
-    (InputError, "bad input"),
-)
-"""What is said of errors, the first that fits."""
-
-FAILED = "failed"
-"""Status of a case that met another error."""
 
 SECONDS = 2.0
 """Work of a chunk that is aimed at, on one core [s]: what a killed sweep loses at most for each process."""
@@ -78,7 +52,7 @@ def _cost(spec: Spec) -> float:
                 costs.append(2e-3 * share)
             else:
                 costs.append(0.03 * share * float(one.motion().time[-1]))
-        except ContarmError:  # said in its row
+        except Exception:  # said where it is run
             continue
     return max(costs)
 
@@ -89,7 +63,11 @@ def chunk_count(spec: Spec) -> int:
 
 
 def rows(spec: Spec, chunk: int) -> list[Row]:
-    """Run the cases of a chunk; return a row of the table for each, in order."""
+    """Run the cases of a chunk; return a row of the table for each, in order.
+
+    Raises:
+        ContarmError: a case met an error that says nothing of the case; names it.
+    """
     size = chunk_size(spec)
     first, last = chunk * size, min((chunk + 1) * size, spec.cases)
     every = spec.values(first, last)
@@ -97,7 +75,7 @@ def rows(spec: Spec, chunk: int) -> list[Row]:
     with engine_room():
         cases = [tried(case_of, spec, values) for values in every]
         made = [
-            {"case": number, **values, **_of_arm(case, asked), **_said(case, each, asked)}
+            {"case": number, **values, **_of_arm(case, asked), **_said(number, case, each, asked)}
             for number, values, case, each in zip(range(first, last), every, cases, told(spec, cases), strict=True)
         ]
     if spec.design == "sobol-indices":
@@ -113,15 +91,24 @@ def _of_arm(case: Case | Exception, asked: Sequence[Quantity]) -> Row:
     return {quantity.name: quantity.of(Told(case.arm)) for quantity in asked if quantity.of_arm}
 
 
-def _said(case: Case | Exception, found: Told | Exception, asked: Sequence[Quantity]) -> Row:
+def _said(number: int, case: Case | Exception, found: Told | Exception, asked: Sequence[Quantity]) -> Row:
     """Return the quantities, the status and the error of a case."""
+    made: Row = {}
+    if not isinstance(found, Exception):
+        try:
+            made, problem, stable = {quantity.name: quantity.of(found) for quantity in asked}, None, found.stable
+        except Exception as error:
+            found = error
     if isinstance(found, Exception):
+        if isinstance(found, MissingError):
+            raise found
+        if not of_case(found):
+            raise ContarmError(f"case {number}: {type(found).__name__}: {one_line(str(found))}") from found
         costly = [quantity for quantity in asked if quantity.costly]
-        return (_up_to_rest(case, costly) if costly and isinstance(found, WITHOUT_REST) else {}) | _failed(found)
-    try:
-        return {quantity.name: quantity.of(found) for quantity in asked} | {"status": OK}
-    except Exception as error:
-        return _failed(error)
+        made = _up_to_rest(case, costly) if costly and isinstance(found, WITHOUT_REST) else {}
+        problem, stable = found, False
+    status, error_text = status_of(problem, stable)
+    return made | {"status": status, "error": error_text or None}
 
 
 def _up_to_rest(case: Case | Exception, asked: Sequence[Quantity]) -> Row:
@@ -131,9 +118,3 @@ def _up_to_rest(case: Case | Exception, asked: Sequence[Quantity]) -> Row:
     lost = Lost(case.arm, case.poses().bend)
     found = {quantity.name: tried(quantity.of, lost) for quantity in asked}
     return {name: value for name, value in found.items() if not isinstance(value, Exception)}
-
-
-def _failed(error: Exception) -> Row:
-    status = next((status for kind, status in STATUS if isinstance(error, kind)), FAILED)
-    text = str(error) if status != FAILED else f"{type(error).__name__}: {error}"
-    return {"status": status, "error": one_line(text, 400)}

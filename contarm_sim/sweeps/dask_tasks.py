@@ -13,6 +13,7 @@ from typing import Any
 
 from contarm_sim.errors import ContarmError, one_line
 from contarm_sim.sweeps.chunks import SECONDS, chunk_size
+from contarm_sim.sweeps.made_with import CODE
 from contarm_sim.sweeps.on_worker import depends, portable, python_of, refuse_other
 from contarm_sim.sweeps.run import AHEAD, Done, Runner
 from contarm_sim.sweeps.spec import Spec
@@ -110,11 +111,12 @@ class _Sent:
         """
         while not self.workers():
             time.sleep(_PAUSE)
-        asked = [name for name in self._versions if name != "python"]
+        mine = {name: version for name, version in self._versions.items() if name != CODE}  # each task looks at that
+        asked = [name for name in mine if name != "python"]
         found = self._asked(lambda: self._client.get_versions(packages=asked))["workers"]
         for address, each in found.items():
             theirs = each["packages"]
-            refuse_other({**theirs, "python": python_of(theirs["python"])}, self._versions, f"the worker at {address}")
+            refuse_other({**theirs, "python": python_of(theirs["python"])}, mine, f"the worker at {address}")
 
     def share(self, left: int) -> int:
         """Return how many chunks make a task of a few seconds, as those took that are done; fewer towards the end."""

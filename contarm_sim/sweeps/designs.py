@@ -78,7 +78,7 @@ def points(design: Design, drawn: int, size: int, seed: int, first: int, last: i
     if design == "latin-hypercube":
         found = _hypercube(drawn, size, seed)[first:last]
     else:
-        engine = qmc.Sobol(size, scramble=True, seed=np.random.default_rng(seed))
+        engine = qmc.Sobol(size, scramble=True, seed=seed)
         if first:
             engine.fast_forward(first)
         with warnings.catch_warnings():  # it would rather have a power of two, which pieces are not

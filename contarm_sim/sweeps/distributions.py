@@ -11,7 +11,6 @@ Numbers are in SI units, texts carry their unit; a standard deviation in % is on
 
 from __future__ import annotations
 
-import difflib
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -19,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.errors import InputError
+from contarm_sim.errors import InputError, did_you_mean
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.parameters import as_number
 from contarm_sim.model.units import quantity
@@ -93,8 +92,6 @@ class Range(Varied):
         """
         if self.count is None:
             raise InputError(name, "a range without count", "count, in a grid: { from = 0.1, to = 1, count = 10 }")
-        if self.count == 1:
-            return [self.low]
         inside = self.at(np.arange(self.count) / (self.count - 1))[1:-1]
         return [self.low, *inside, self.high]
 
@@ -169,6 +166,8 @@ def varied_from(table: Any, name: str, unit: str) -> Varied:
         return _values(table["values"], name, unit)
     if "distribution" in table:
         return _distribution(table, name, unit)
+    if not {"from", "to"} & set(table) and set(table) & {key for keys in _KEYS.values() for key in keys}:
+        raise InputError(f"{name}.distribution", "missing", ", ".join(_KEYS))
     _refuse_others(table, _RANGE, name)
     return _range(table, name, unit)
 
@@ -186,8 +185,8 @@ def _range(table: dict[str, Any], name: str, unit: str) -> Range:
     scale, count = table.get("scale", "linear"), table.get("count")
     if scale not in ("linear", "log"):
         raise InputError(f"{name}.scale", scale, "linear, log")
-    if count is not None and (isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST_VALUES):
-        raise InputError(f"{name}.count", count, f"a whole number from 1 to {MOST_VALUES}")
+    if count is not None and (isinstance(count, bool) or not isinstance(count, int) or not 2 <= count <= MOST_VALUES):
+        raise InputError(f"{name}.count", count, f"a whole number from 2, both ends, to {MOST_VALUES}")
     if not low < high:
         raise InputError(name, f"an empty range, from {low:g} to {high:g}", "from below to")
     if scale == "log" and low <= 0:
@@ -229,7 +228,8 @@ def _deviation(table: dict[str, Any], mean: float, name: str, unit: str) -> floa
     else:
         std = _number(table, "std", name, unit)
     if not 0 < std < math.inf:
-        raise InputError(f"{name}.std", given, 'a standard deviation above 0, such as "5 %" of the mean')
+        such = '"5 %" of the mean' if mean else "a number: the mean is 0, of which % are nothing"
+        raise InputError(f"{name}.std", given, f"a standard deviation above 0, such as {such}")
     return std
 
 
@@ -251,5 +251,4 @@ def _in_si(value: Any, name: str, unit: str) -> Any:
 def _refuse_others(table: dict[str, Any], known: tuple[str, ...], name: str) -> None:
     for key in table:
         if key not in known:
-            near = difflib.get_close_matches(str(key)[:100], known, n=1, cutoff=0.0)[0]
-            raise InputError(f"{name}.{key}", "unknown", f"did you mean {near!r}? All: {', '.join(known)}")
+            raise InputError(f"{name}.{key}", "unknown", f"{did_you_mean(key, known)}All: {', '.join(known)}")

@@ -9,7 +9,7 @@ controller, path.name, path.duration, path.max_bend, timestep ...               
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from inspect import signature
 from typing import Any, Literal, get_args
 
@@ -20,6 +20,7 @@ from contarm_sim.mechanics import muscles
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.named import named_parameters
 from contarm_sim.model.parameters import as_number, as_numbers
+from contarm_sim.model.pneumatic_law import PneumaticLaw
 
 Run = Literal["rest", "equilibrium", "motion"]
 RUNS: tuple[Run, ...] = get_args(Run)
@@ -32,6 +33,9 @@ GRID, MAX_BEND = 4, math.radians(120)
 
 MOST_GRID = 40
 """Most bend angles of the poses at rest of a case."""
+
+_MOVING = ("damping_time", "joint_friction", "friction", "braid_friction", "valve_time", "servo_time")
+"""Ends of names of what changes nothing at rest."""
 
 _PROJECT = ("refuse", "nearest", "ray", "paper")
 
@@ -47,6 +51,7 @@ class Parameter:
         size: of a vector.
         choices: texts that it may be; empty for any.
         of_arm: whether an arm has it, or what the arm does.
+        idle: why it cannot vary, such as that it changes nothing of what a case does; or nothing.
     """
 
     name: str
@@ -55,6 +60,7 @@ class Parameter:
     size: int = 1
     choices: tuple[str, ...] = ()
     of_arm: bool = False
+    idle: str = ""
 
     @property
     def meant(self) -> str:
@@ -93,6 +99,9 @@ class Parameter:
 def known_names(arm: Arm, run: Run) -> dict[str, Parameter]:
     """Return what cases of a run may differ in, by name."""
     found = [_of_arm(name, named.unit, named.value(arm)) for name, named in named_parameters(arm).items()]
+    idle = dict.fromkeys(() if run == "motion" else _MOVING, "without effect where nothing moves")
+    idle["base_orientation"] = "without effect but in pictures"
+    found = [replace(one, idle=idle.get(one.name.rpartition(".")[2], "")) for one in found]
     found += {"rest": _rest, "equilibrium": _equilibrium, "motion": _motion}[run](arm)
     return {parameter.name: parameter for parameter in found}
 
@@ -130,13 +139,17 @@ def _rest(arm: Arm) -> list[Parameter]:
 
 def _equilibrium(arm: Arm) -> list[Parameter]:
     count = muscles.count(arm)
+    driven = [each for kind, unit in DRIVEN.items() for each in _vector(f"load.{kind}", unit, count)]
+    if not all(isinstance(law, PneumaticLaw) for law in arm.laws):
+        none = "of muscles that have no pressure"
+        driven = [replace(one, idle=none if one.unit == DRIVEN["pressures"] else "") for one in driven]
     return [
         *_vector("load.force", "N", 3, "xyz"),
         *_vector("load.moment", "N m", 3, "xyz"),
         Parameter("load.at", "-"),
         *_vector("load.follower_moment", "N m", 3, "xyz"),
         *_vector("load.actuation_moment", "N m", 2, "xy"),
-        *(each for kind, unit in DRIVEN.items() for each in _vector(f"load.{kind}", unit, count)),
+        *driven,
         *_bends(arm),
     ]
 

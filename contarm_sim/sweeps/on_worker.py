@@ -10,9 +10,9 @@ from functools import lru_cache
 from threading import Lock
 
 from contarm_sim.errors import ContarmError, one_line
+from contarm_sim.sweeps.made_with import changed, made_with
 from contarm_sim.sweeps.run import Done, work
 from contarm_sim.sweeps.spec import Spec
-from contarm_sim.sweeps.store import made_with
 
 Versions = Mapping[str, str | None]
 
@@ -36,10 +36,9 @@ def refuse_other(theirs: Versions, mine: Versions, who: str) -> None:
     Raises:
         ContarmError: says what differs.
     """
-    differing = [name for name, version in mine.items() if theirs.get(name) != version]
+    differing = changed(theirs, mine)
     if differing:
-        said = ", ".join(f"{name} {theirs.get(name) or 'missing'} there, {mine[name]} here" for name in differing)
-        raise ContarmError(f"{who} has other versions, so its numbers may differ: {said}")
+        raise ContarmError(f"{who} has other versions, so its numbers may differ: {', '.join(differing)}")
 
 
 def portable() -> Task:

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contarm_sim.errors import ContarmError, DivergenceError, InputError, one_line
+from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.sweeps.causes import Causes, causes
+from contarm_sim.sweeps.statuses import OK
 from contarm_sim.sweeps.uncertain import Uncertain, read_uncertain
 
 PERCENTS = (5, 50, 95)
@@ -25,8 +26,7 @@ class Outcomes:
 
     Attributes:
         uncertain: what was drawn.
-        status: of each case that was run: `ok`, `no equilibrium`, `unstable`, `diverged`, or `bad input`: what is
-            commanded is nothing for that arm.
+        status: of each case that was run, see `sweeps.statuses`.
         error: why there is no result, or "".
         interrupted: whether Ctrl-C left cases out.
     """
@@ -45,12 +45,12 @@ class Outcomes:
     @property
     def good(self) -> NDArray[np.bool_]:
         """Whether a case has a result, shape (cases run,)."""
-        return np.array([each == "ok" for each in self.status], dtype=bool)
+        return np.array([each == OK for each in self.status], dtype=bool)
 
     @property
     def failed(self) -> dict[str, int]:
         """How many cases have no result, by status."""
-        return dict(Counter(each for each in self.status if each != "ok"))
+        return dict(Counter(each for each in self.status if each != OK))
 
     def parameters(self) -> dict[str, Any]:
         """Return what was drawn of each parameter: unit, the nominal value, percentiles."""
@@ -91,13 +91,6 @@ def causes_document(found: Causes, names: tuple[str, ...]) -> dict[str, Any]:
         for name, first, one, total, two in rows
     }
     return about | {"degree": found.degree, "terms": found.terms, "parameters": by_name}
-
-
-def outcome(problem: ContarmError) -> tuple[str, str]:
-    """Return status and error text of a case without a result."""
-    rest = "bad input" if isinstance(problem, InputError) else "no equilibrium"
-    kind = "diverged" if isinstance(problem, DivergenceError) else rest
-    return kind, one_line(str(problem), 300)
 
 
 def uncertain_of(arm: Arm, given: Any) -> Uncertain:

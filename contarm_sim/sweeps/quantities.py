@@ -39,16 +39,16 @@ class Quantity:
 
 
 _DISTANCES = {
-    "tip_error": "tip to that of the constant-curvature arcs",
-    "discretisation": "part of the tip error: rigid links in place of arcs",
-    "servo": "part of the tip error: muscle lengths that are not met",
-    "shape": "part of the tip error: another shape at the same muscle lengths (sag, inertia, torsion)",
-    "backbone_error": "backbone to that of the arcs, anywhere along it",
+    "tip_error": "distance from the tip to that of the constant-curvature arcs",
+    "discretisation": "part of the tip error, by rigid links in place of arcs",
+    "servo": "part of the tip error, by muscle lengths that are not met",
+    "shape": "part of the tip error, by another shape at the same muscle lengths (sag, inertia, torsion)",
+    "backbone_error": "distance from the backbone to that of the arcs, anywhere along it",
 }
 
 _ROD = {
-    "sag": "what weight and payload bend an ideal rod by",
-    "unexplained": "what an ideal rod leaves unexplained of the shape",
+    "sag": "part of the shape that weight and payload explain, by an ideal rod",
+    "unexplained": "part of the shape that an ideal rod leaves unexplained",
 }
 
 
@@ -60,7 +60,7 @@ def _both(name: str, meaning: str, of: Callable[[Any], float | None]) -> Iterato
         found = of(told)
         return None if found is None else 100 * found / float(told.arm.length)
 
-    yield Quantity(f"{name}_percent", "%", f"{meaning}, of length", percent)
+    yield Quantity(f"{name}_percent", "%", f"{meaning}, in % of length", percent)
 
 
 def _largest(part: str) -> Callable[[Any], float | None]:
@@ -86,13 +86,13 @@ def _of_any() -> Iterator[Quantity]:
 
 def _of_samples(motion: bool) -> Iterator[Quantity]:
     for name, meaning in _DISTANCES.items():
-        yield from _both(f"{name}_max", f"largest distance, {meaning}", _largest(name))
+        yield from _both(f"{name}_max", f"largest {meaning}", _largest(name))
         if name == "tip_error":
-            yield from _both("tip_error_rms", f"root mean square distance, {meaning}", _rms)
-            yield from _both("tip_error_mean", f"mean distance, {meaning}", _mean)
-    rod = _ROD | ({"inertia": "what inertia and damping bend an ideal rod by"} if motion else {})
+            yield from _both("tip_error_rms", f"root mean square {meaning}", _rms)
+            yield from _both("tip_error_mean", f"mean {meaning}", _mean)
+    rod = _ROD | ({"inertia": "part of the shape that inertia and damping explain, by an ideal rod"} if motion else {})
     for name, meaning in rod.items():
-        yield from _both(f"{name}_max", f"largest distance, {meaning}", _rod(name))
+        yield from _both(f"{name}_max", f"largest {meaning}", _rod(name))
     yield Quantity("orientation_error_max", "rad", "largest angle between the tip and that of the arcs", _turned)
     yield Quantity("worst_bend_angle", "rad", "bend angle at the largest tip error; of several sections the first",
                    lambda told: float(arc.to_polar(told.worst_bend[:2])[0]))  # fmt: skip
@@ -101,12 +101,14 @@ def _of_samples(motion: bool) -> Iterator[Quantity]:
     yield Quantity("tension_min", "N", "least tension of any muscle", lambda t: _least(t.samples.muscle_tensions))
     yield Quantity("tension_max", "N", "largest tension of any muscle", lambda t: _most(t.samples.muscle_tensions))
     if motion:
-        yield from _both("target_error_max", "largest distance, tip to target", _largest("target_error"))
-        yield from _both("tip_error_end", "distance, tip to that of the arcs, at the end",
+        yield from _both("target_error_max", "largest distance from the tip to the target", _largest("target_error"))
+        yield from _both("tip_error_end", "distance from the tip to that of the arcs, at the end",
                          lambda told: float(told.comparison.tip_error[-1]))  # fmt: skip
         yield Quantity("timestep", "s", "time step of the engine", lambda told: told.step.timestep_s)
-        yield from _both("step_error_max", "largest distance that the time step moves the tip by, estimated",
+        yield from _both("step_error_max", "largest distance that the time step moves the tip by, an estimate",
                          lambda told: told.step.max_m)  # fmt: skip
+        yield Quantity("explained", "-", "whether the motion is explained, as contarm run has it",
+                       attrgetter("explained"), "truth")  # fmt: skip
 
 
 def _of_bends() -> Iterator[Quantity]:
@@ -123,15 +125,17 @@ def _bend_within(percent: float) -> Callable[[Any], float | None]:
 def _of_rest() -> Iterator[Quantity]:
     for place, axis in enumerate("xyz"):
         yield Quantity(f"tip_{axis}", "m", f"tip, along {axis} of the base", _tip(place))
-    yield from _both("tip_error", "distance, tip to that of the arcs asked for", lambda told: told.tip_error)
-    yield from _both("shape_error", "distance, tip to that of arcs with these muscle lengths", lambda t: t.shape_error)
+    yield from _both("tip_error", "distance from the tip to that of the arcs asked for", lambda told: told.tip_error)
+    yield from _both(
+        "shape_error", "distance from the tip to that of arcs with these muscle lengths", lambda t: t.shape_error
+    )
     yield Quantity("tension_min", "N", "least tension of any muscle", lambda t: _least(t.tensions))
     yield Quantity("tension_max", "N", "largest tension of any muscle", lambda t: _most(t.tensions))
     yield Quantity("tip_compliance", "m/N", "how far the tip gives way at most to a force", lambda t: t.compliance)
     yield Quantity("tip_stiffness", "N/m", "least stiffness of the tip against a force", lambda t: 1 / t.compliance)
     yield Quantity("smallest_eigenvalue", "N m/rad", "stiffness of the softest mode",
                    lambda told: float(told.of("smallest_eigenvalue")))  # fmt: skip
-    yield Quantity("stable", "-", "whether disturbances die out", lambda told: bool(told.of("stable")), "truth")
+    yield Quantity("stable", "-", "whether disturbances die out", lambda told: told.stable, "truth")
     yield Quantity("held", "-", "whether no length servo is at its limit", lambda told: told.held, "truth")
     yield Quantity("residual", "N m", "largest generalised force left", lambda told: float(told.of("residual")))
     yield Quantity("iterations", "-", "of Newton's method", lambda told: int(told.of("iterations")), "whole")

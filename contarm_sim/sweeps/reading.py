@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import tomllib
 from collections.abc import Mapping
 from importlib.resources import files
@@ -11,25 +10,25 @@ from pathlib import Path
 from typing import Any
 
 from contarm_sim.engine.backends import BACKENDS
-from contarm_sim.errors import InputError, in_short, one_line
+from contarm_sim.errors import InputError, did_you_mean, in_short, one_line
 from contarm_sim.inputs import as_path, read_text
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import arm_from_table, load_arm
 from contarm_sim.model.named import find, with_parameters
 from contarm_sim.model.presets import PRESETS
 from contarm_sim.sweeps.designs import DESIGNS, MOST_CASES, MOST_HYPERCUBE
-from contarm_sim.sweeps.distributions import Range, Varied, varied_from
+from contarm_sim.sweeps.distributions import Normal, Range, Varied, varied_from
 from contarm_sim.sweeps.distributions import Values as Listed
+from contarm_sim.sweeps.keys import by_full_names, refuse_unknown, whole_number
 from contarm_sim.sweeps.names import RUNS, Parameter, known_names
+from contarm_sim.sweeps.never import why_never
 from contarm_sim.sweeps.quantities import QUANTITIES
 from contarm_sim.sweeps.spec import Spec
 
 MADE = "made"
 """The table of a kept sweep that says what it was made with; no part of it."""
 
-_KEYS = ("run", "arm", "design", "cases", "points", "seed", "ask", "backend", "fixed", "vary", MADE)
-
-_LEAF = {"from", "to", "count", "scale", "values", "distribution", "mean", "std", "low", "high", "least", "most"}
+_KEYS = ("run", "arm", "design", "cases", "points", "seed", "ask", "backend", "fixed", "vary")
 
 _DRAWN = 256
 
@@ -74,10 +73,7 @@ def read(given: str | PathLike[str] | Mapping[str, Any] | Spec, backend: str | N
 
 
 def _spec(table: dict[str, Any], name: str, beside: Path) -> Spec:
-    for key in table:
-        if key not in _KEYS:
-            near = difflib.get_close_matches(str(key)[:100], _KEYS, n=1, cutoff=0.0)[0]
-            raise InputError(f"key {key!r}", "unknown", f"did you mean {near!r}? All: {', '.join(_KEYS[:-1])}")
+    refuse_unknown({key: value for key, value in table.items() if key != MADE}, _KEYS)
     run = _one_of("run", table.get("run", "rest"), RUNS)
     design = _one_of("design", table.get("design", "grid"), DESIGNS)
     backend = _one_of("backend", table.get("backend", "cpu"), BACKENDS)
@@ -85,36 +81,32 @@ def _spec(table: dict[str, Any], name: str, beside: Path) -> Spec:
         raise InputError("backend", backend, "cpu, where nothing moves")
     arm = _arm(table.get("arm", "paper"), beside)
     known = known_names(arm, run)
-    fixed = _fixed(_flat(table.get("fixed", {}), "fixed", known), known)
-    vary = _varied(_flat(table.get("vary", {}), "vary", known), known)
+    fixed = _fixed(by_full_names(table.get("fixed", {}), "fixed", known), known)
+    vary = _varied(by_full_names(table.get("vary", {}), "vary", known), known)
     for one in vary:
         if one in fixed:
             raise InputError(f"parameter {one!r}", "both in [fixed] and in [vary]", "in one of them")
         if one.rpartition(".")[0] in vary:
             raise InputError(f"parameter {one!r}", "varied beside the vector that it is of", "one of them")
+    never = {one: why_never(one, run, arm, fixed, vary) for one in QUANTITIES[run]}
+    asked = _asked(table.get("ask"), run, never)
     made = table.get(MADE)
     name = str(made.get("name", name)) if isinstance(made, Mapping) else name
-    seed = _whole("seed", table.get("seed", 0), 0, 2**63 - 1)
-    spec = Spec(
-        name, run, arm, design, _drawn(table, design), seed, _asked(table.get("ask"), run), fixed, vary, backend
-    )
+    seed = whole_number("seed", table.get("seed", 0), 0, 2**63 - 1)
+    spec = Spec(name, run, arm, design, _drawn(table, design), seed, asked, fixed, vary, backend)
     if not 1 <= spec.cases <= MOST_CASES:
-        raise InputError(
-            "cases", f"{spec.cases:,} of them", f'at most {MOST_CASES:,}: fewer values, or design = "sobol"'
-        )
+        raise InputError("number of cases", f"{spec.cases:,}", f"at most {MOST_CASES:,}: {_fewer(design)}")
     _check_values(spec)
     return spec
+
+
+def _fewer(design: str) -> str:
+    return 'fewer values, or design = "sobol"' if design == "grid" else "fewer points, or fewer parameters"
 
 
 def _one_of(name: str, given: Any, choices: tuple[Any, ...]) -> Any:
     if given not in choices:
         raise InputError(name, repr(given), ", ".join(choices))
-    return given
-
-
-def _whole(name: str, given: Any, least: int, most: int) -> int:
-    if isinstance(given, bool) or not isinstance(given, int) or not least <= given <= most:
-        raise InputError(name, given, f"a whole number from {least} to {most:,}")
     return given
 
 
@@ -128,7 +120,9 @@ def _drawn(table: Mapping[str, Any], design: str) -> int:
         if "cases" in table:
             raise InputError("cases", table["cases"], "left out: a grid has as many as its values make")
         return 0
-    found = _whole(wanted, table.get(wanted, _DRAWN), 1, MOST_HYPERCUBE if design == "latin-hypercube" else MOST_CASES)
+    found = whole_number(
+        wanted, table.get(wanted, _DRAWN), 1, MOST_HYPERCUBE if design == "latin-hypercube" else MOST_CASES
+    )
     if wanted == "points" and found & (found - 1):
         raise InputError(wanted, found, "a power of two, such as 256")
     return found
@@ -148,31 +142,12 @@ def _arm(given: Any, beside: Path) -> Arm:
     return load_arm(beside / as_path("arm", given, allowed))
 
 
-def _flat(table: Any, where: str, known: Mapping[str, Parameter], front: str = "") -> dict[str, Any]:
-    """Return a table by full names: TOML makes a table of `muscle.wall`."""
-    if not isinstance(table, Mapping):
-        raise InputError(where, table, f"a table: [{where}]")
-    found: dict[str, Any] = {}
-    for key, value in table.items():
-        name = f"{front}{key}"
-        if isinstance(value, Mapping) and value and _of_names(name, value, known):
-            found |= _flat(value, where, known, f"{name}.")
-        else:
-            found[name] = value
-    return found
-
-
-def _of_names(front: str, table: Mapping[str, Any], known: Mapping[str, Parameter]) -> bool:
-    """Tell a table of names, such as muscle = { wall = ..., count = ... }, from what one parameter may be."""
-    names = [f"{front}.{key}" for key in table]
-    known_ones = all(name in known or any(other.startswith(f"{name}.") for other in known) for name in names)
-    return known_ones or not _LEAF & set(table)
-
-
 def _fixed(table: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[str, Any]:
     made = {}
     for name, value in table.items():
         one = find(name, known, "[fixed]")
+        if not one.of_arm:
+            _refuse_idle(one)
         listed = varied_from([value], name, one.unit)
         assert isinstance(listed, Listed)
         made[name] = one.checked(listed.values[0])
@@ -185,6 +160,7 @@ def _varied(table: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[st
     made: dict[str, Varied] = {}
     for name, said in table.items():
         one = find(name, known, "[vary]")
+        _refuse_idle(one)
         if not isinstance(said, (list, tuple, Mapping)):
             raise InputError(name, said, "a list of values, a range or a distribution; one value is in [fixed]")
         varied = varied_from(dict(said) if isinstance(said, Mapping) else said, name, one.unit)
@@ -197,18 +173,24 @@ def _varied(table: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[st
     return made
 
 
-def _asked(given: Any, run: Any) -> tuple[str, ...]:
+def _refuse_idle(one: Parameter) -> None:
+    if one.idle:
+        raise InputError(f"parameter {one.name!r}", one.idle, "another; contarm sweep SPEC --names lists all")
+
+
+def _asked(given: Any, run: Any, never: Mapping[str, str]) -> tuple[str, ...]:
     """Return the names of quantities; all that a run tells without more work, unless some are asked for."""
     known = QUANTITIES[run]
     if given is None:
-        return tuple(name for name, quantity in known.items() if not quantity.costly)
+        return tuple(name for name, quantity in known.items() if not quantity.costly and not never[name])
     if not isinstance(given, (list, tuple)) or not given:
         raise InputError("ask", given, "a list of quantities")
     for name in given:
         if name not in known:
-            near = difflib.get_close_matches(str(name)[:100], list(known), n=1, cutoff=0.0)[0]
-            asked = f"did you mean {near!r}? All: {', '.join(known)}"
+            asked = f"{did_you_mean(name, known)}contarm sweep SPEC --names lists all"
             raise InputError(f"quantity {in_short(name)!r}", f"unknown to run = {run!r}", asked, "ask")
+        if never[name]:
+            raise InputError(f"quantity {name!r}", "one that no case has", never[name], "ask")
     return tuple(dict.fromkeys(given))
 
 
@@ -220,8 +202,9 @@ def _check_values(spec: Spec) -> None:
     with_parameters(spec.arm, base)
     options_of(spec, {name: value for name, value in spec.fixed.items() if name not in base})
     refuse_both({**spec.fixed, **spec.vary})
+    drawn = spec.extremes() if any(isinstance(varied, Normal) for varied in spec.vary.values()) else {}
     for name, varied in spec.vary.items():
-        ends = varied.values if isinstance(varied, Listed) else ()
+        ends = varied.values if isinstance(varied, Listed) else drawn.get(name, ())
         ends = (varied.low, varied.high) if isinstance(varied, Range) else ends
         for value in map(spec.known[name].drawn, ends):
             try:
@@ -231,4 +214,7 @@ def _check_values(spec: Spec) -> None:
                     options_of(spec, {name: value})
             except InputError as error:
                 if error.name.rpartition(".")[2] == name.rpartition(".")[2]:  # and not of something else beside it
+                    if isinstance(varied, Normal):
+                        said, advice = f"{value:.4g}, drawn in a case", "least and most cut a distribution off"
+                        raise InputError(name, said, f"{error.allowed}; {advice}", "[vary]") from None
                     raise error.located("[vary]") from None

@@ -59,7 +59,7 @@ def sweep(
     Raises:
         InputError: a sweep that cannot be, or a folder that is another's.
         OSError: a part cannot be written; those that are there are whole.
-        MissingError: pyarrow or joblib is not installed.
+        MissingError: pyarrow or loky is not installed.
     """
     spec = read(given)
     folder = default_folder(spec) if out is None else as_path("out", out, "a folder")
@@ -116,11 +116,10 @@ def by_processes(spec: Spec, chunks: Sequence[int], processes: int | None = None
         ContarmError: a worker was killed.
     """
     try:
-        from joblib import cpu_count
-        from joblib.externals import loky
+        import loky
     except ImportError:
-        raise MissingError("joblib", "sweep") from None
-    processes = min(processes or cpu_count(), len(chunks))
+        raise MissingError("loky", "sweep") from None
+    processes = min(processes or loky.cpu_count(), len(chunks))
     if processes < 2:
         yield from in_this_process(spec, chunks)
         return

@@ -95,7 +95,7 @@ def indices_of(sweep: Sweep, quantity: str) -> Indices:
     spec, names = sweep.spec, tuple(sweep.spec.vary)
     if spec.design != "sobol-indices" or len(names) < 2:
         raise InputError("design", f"{spec.design} of {len(names)}", "sobol-indices of two parameters or more")
-    points, matrix, values = (sweep.column(name) for name in ("point", "matrix", quantity))
+    points, matrix, values = sweep.column("point"), sweep.column("matrix"), sweep.values(quantity)
     kinds = ("A", "B", *(f"AB:{name}" for name in names))
     of = np.full((len(kinds), spec.drawn), np.nan)
     done = np.zeros(of.shape, dtype=bool)

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import arm_to_dict
 from contarm_sim.sweeps.designs import Design, Values, count_of, grids, of_grid, of_indices, of_points, points
@@ -19,6 +21,9 @@ from contarm_sim.sweeps.names import Parameter, Run, known_names
 
 FORMAT = 1
 """Number of the form that sweeps are kept in: another one cannot be resumed."""
+
+_AT_ONCE = 2**16
+"""Cases that are looked at together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +77,17 @@ class Spec:
             return of_indices(self.vary, self.known, self.drawn, self.seed, first, last)
         shares = points(self.design, self.drawn, len(self.vary), self.seed, first, last)
         return of_points(self.vary, self.known, shares)
+
+    def extremes(self) -> dict[str, list[Any]]:
+        """Return the least and the largest value of each parameter in all cases of a design that is drawn."""
+        size = len(self.vary)
+        columns = 2 * size if self.design == "sobol-indices" else size
+        low, high = np.ones(columns), np.zeros(columns)
+        for first in range(0, self.drawn, _AT_ONCE):
+            found = points(self.design, self.drawn, columns, self.seed, first, min(first + _AT_ONCE, self.drawn))
+            low, high = np.minimum(low, found.min(axis=0)), np.maximum(high, found.max(axis=0))
+        low, high = low.reshape(-1, size).min(axis=0), high.reshape(-1, size).max(axis=0)
+        return {name: one.at(np.array([low[k], high[k]])) for k, (name, one) in enumerate(self.vary.items())}
 
     def parameters(self) -> Iterator[Parameter]:
         """Yield what varies."""

@@ -26,7 +26,8 @@ from contarm_sim.motion.simulate_many import simulate_many
 from contarm_sim.paths.reference import section_lengths
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.sweeps.causes import Causes
-from contarm_sim.sweeps.outcomes import PERCENTS, Outcomes, causes_document, outcome, percentiles, uncertain_of
+from contarm_sim.sweeps.outcomes import PERCENTS, Outcomes, causes_document, percentiles, uncertain_of
+from contarm_sim.sweeps.statuses import status_of
 from contarm_sim.sweeps.uncertain import Uncertain
 
 SHOWN = 24
@@ -148,10 +149,10 @@ def uncertain_motion(
             asked = [replace(reference, length=section_lengths(each)) for each in arms]
             for run in simulate_many(arms, asked, driver, stepping=stepping):
                 if isinstance(run, ContarmError):
-                    said.append(outcome(run))
+                    said.append(status_of(run))
                     continue
                 tips[len(said)] = run.tip
-                said.append(("ok", ""))
+                said.append(status_of(None))
                 if len(bones) < SHOWN:
                     bones.append(run.stations[:, along].astype(np.float32))
             if on_done is not None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,20 +11,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contarm_sim.errors import ContarmError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles
 from contarm_sim.statics.continuation import Method
-from contarm_sim.statics.driving import DRIVEN, checked_values, commands
+from contarm_sim.statics.driving import checked_values, commands
 from contarm_sim.statics.equilibria import equilibria
 from contarm_sim.statics.equilibrium import Equilibrium, equilibrium
 from contarm_sim.sweeps.causes import Causes
-from contarm_sim.sweeps.outcomes import PERCENTS, Outcomes, causes_document, outcome, percentiles, uncertain_of
+from contarm_sim.sweeps.outcomes import PERCENTS, Outcomes, causes_document, percentiles, uncertain_of
+from contarm_sim.sweeps.statuses import status_of
 from contarm_sim.sweeps.uncertain import Uncertain
 
-_TOGETHER, _THREADS = 32, os.cpu_count() or 1
-"""Cases that are solved at a time, and threads that share them."""
+_TOGETHER = 32
+"""Cases that are solved at a time."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -137,17 +136,17 @@ def uncertain_pose(
     nominal, told = equilibrium(arm, load, method), _told(load, arm)
     tips = np.full((uncertain.cases, 3), np.nan)
     tensions = np.full((uncertain.cases, len(nominal.muscle_tensions)), np.nan)
-    at_limit, servos = np.zeros(uncertain.cases, dtype=bool), DRIVEN[told.muscles.kind][1] == "lengths"
+    at_limit, servos = np.zeros(uncertain.cases, dtype=bool), told.muscles.servos
     said, interrupted = list[tuple[str, str]](), False
     try:
         for first in range(0, uncertain.cases, _TOGETHER):
-            found = equilibria(uncertain.arms[first : first + _TOGETHER], told, method=method, threads=_THREADS)
+            found = equilibria(uncertain.arms[first : first + _TOGETHER], told, method=method)
             rows = slice(first, first + len(found))
             tips[rows], tensions[rows] = (
                 np.where(found.stable[:, None], values, np.nan) for values in (found.tip, found.muscle_tensions)
             )
             at_limit[rows] = servos & found.stable & ~found.held
-            said += [_status(found.failed.get(case), stable) for case, stable in enumerate(found.stable.tolist())]
+            said += [status_of(found.failed.get(case), stable) for case, stable in enumerate(found.stable.tolist())]
             if on_done is not None:
                 on_done(len(said), uncertain.cases)
     except KeyboardInterrupt:
@@ -155,13 +154,6 @@ def uncertain_pose(
     status, error = (tuple(each[i] for each in said) for i in (0, 1))
     run = len(said)
     return UncertainPose(uncertain, status, error, interrupted, nominal, tips[:run], tensions[:run], at_limit[:run])
-
-
-def _status(problem: ContarmError | None, stable: bool) -> tuple[str, str]:
-    """Return status and error text of a case."""
-    if problem is not None:
-        return outcome(problem)
-    return ("ok", "") if stable else ("unstable", "the arm would not stay in this pose")
 
 
 def _told(load: Load, arm: Arm) -> Load:

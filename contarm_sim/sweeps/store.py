@@ -13,31 +13,29 @@ import io
 import os
 import tomllib
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from contarm_sim.errors import InputError, MissingError
+from contarm_sim.errors import ContarmError, InputError, MissingError
 from contarm_sim.files import appearing, remove_leftovers, write_whole
 from contarm_sim.inputs import read_text
 from contarm_sim.stopping import unbroken
 from contarm_sim.sweeps.chunks import Row, chunk_count, chunk_size
+from contarm_sim.sweeps.made_with import changed, device_of, made_with
 from contarm_sim.sweeps.names import Parameter
 from contarm_sim.sweeps.quantities import QUANTITIES
 from contarm_sim.sweeps.reading import MADE, read
-from contarm_sim.sweeps.spec import FORMAT, Spec
+from contarm_sim.sweeps.spec import Spec
 from contarm_sim.sweeps.written import as_toml
-from contarm_sim.versions import versions
 
 SAID = "sweep.toml"
 """The file that says what a sweep is."""
 
 _LOCK = ".lock"
 
-_DEPENDS = ("contarm-sim", "mujoco", "numpy", "scipy")
-"""What a table was made with, all of it: the last digits depend on them."""
-
-Table = Any
+_DEVICE = b"device"
+"""Metadata of parts whose numbers depend on the device that motions were stepped on."""
 
 
 def require_pyarrow() -> None:
@@ -81,8 +79,10 @@ def encoded(spec: Spec, rows: list[Row]) -> bytes:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    file = io.BytesIO()
-    pq.write_table(pa.Table.from_pylist(rows, schema(spec)), file, compression="zstd")
+    form, device, file = schema(spec), device_of(spec), io.BytesIO()
+    if device:
+        form = form.with_metadata({**form.metadata, _DEVICE: device})
+    pq.write_table(pa.Table.from_pylist(rows, form), file, compression="zstd")
     return file.getvalue()
 
 
@@ -97,6 +97,7 @@ class Store:
     def __init__(self, folder: Path, spec: Spec) -> None:
         self.folder, self.spec = folder, spec
         self._size = chunk_size(spec)
+        self._device: bytes | None = None
 
     def missing(self) -> list[int]:
         """Return the numbers of chunks that are not there yet, or not in full."""
@@ -107,7 +108,15 @@ class Store:
 
         Raises:
             OSError: it cannot be written.
+            ContarmError: it was made on another device than parts that are there.
         """
+        import pyarrow.parquet as pq
+
+        device = pq.read_metadata(io.BytesIO(content)).metadata.get(_DEVICE)
+        if device != (self._device or device):
+            one, other = (each.decode() if each else "unknown" for each in (self._device, device))
+            raise ContarmError(f"the table is made by {one}, and a part by {other}: their numbers differ")
+        self._device = device
         with unbroken(), appearing(part_of(self.folder, chunk)) as scratch, open(scratch, "wb") as file:
             file.write(content)
             file.flush()
@@ -125,14 +134,26 @@ class Store:
         if not path.exists():
             return False
         try:
-            return bool(pq.read_metadata(path).num_rows == self.rows_of(chunk))
-        except (pa.ArrowException, OSError):  # a disk that lost what it was given
+            found = pq.read_metadata(path)
+            said, cases = found.metadata or {}, found.row_group(0).column(0).statistics
+        except (pa.ArrowException, OSError, IndexError):  # a disk that lost what it was given
             return False
+        first, count = chunk * self._size, self.rows_of(chunk)
+        own = said.get(b"sweep") == self.spec.key.encode() and found.num_rows == count
+        if not own or cases is None or (cases.min, cases.max) != (first, first + count - 1):
+            return False
+        self._device = said.get(_DEVICE)
+        return True
 
 
 def part_of(folder: Path, chunk: int) -> Path:
     """Return the file of a chunk."""
     return folder / "parts" / f"part-{chunk:06d}.parquet"
+
+
+def parts_of(folder: Path) -> list[Path]:
+    """Return the files of all chunks that are there, in order."""
+    return sorted((folder / "parts").glob("part-*.parquet"))
 
 
 @contextmanager
@@ -147,16 +168,43 @@ def opened(folder: Path, spec: Spec) -> Iterator[Store]:
     said, parts = folder / SAID, folder / "parts"
     if folder.exists() and not said.exists() and any(not entry.name.startswith(".") for entry in _entries(folder)):
         raise InputError("out", repr(str(folder)), "a new folder, or that of this sweep; it holds something else")
-    folder.mkdir(parents=True, exist_ok=True)
+    made = _folders(folder)
     with _locked(folder):
-        if said.exists():
+        if said.exists() and _any_part(parts):
             _same(folder, spec)
         else:
             write_whole(said, _said(spec))
         parts.mkdir(exist_ok=True)
         remove_leftovers(folder)
         remove_leftovers(parts)
-        yield Store(folder, spec)
+        try:
+            yield Store(folder, spec)
+        finally:
+            if not _any_part(parts):
+                _remove(folder, made)
+
+
+def _folders(folder: Path) -> list[Path]:
+    """Make a folder, and return what was made of it and of those above, innermost first."""
+    made = [each for each in (folder, *folder.parents) if not os.path.lexists(each)]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (NotADirectoryError, FileExistsError):
+        raise InputError("out", repr(str(folder)), "a folder; a file stands in its place") from None
+    return made
+
+
+def _any_part(parts: Path) -> bool:
+    return any(parts.glob("part-*.parquet"))
+
+
+def _remove(folder: Path, made: list[Path]) -> None:
+    """Remove a sweep without any part, and the folders that were made for it."""
+    with suppress(OSError):  # somebody put something there
+        for each in (folder / SAID, folder / _LOCK):
+            each.unlink(missing_ok=True)
+        for each in (folder / "parts", *made):
+            each.rmdir()
 
 
 def _entries(folder: Path) -> list[os.DirEntry[str]]:
@@ -199,22 +247,18 @@ def _said(spec: Spec) -> str:
     return head + as_toml(spec, made | made_with())
 
 
-def made_with() -> dict[str, str]:
-    """Return what a table is made with: the last digits depend on it."""
-    return {"format": str(FORMAT)} | {name: versions()[name] for name in _DEPENDS}
-
-
 def _same(folder: Path, spec: Spec) -> None:
     """Refuse a folder of another sweep, or of the same one made with other versions."""
     other, made = kept(folder)
     allowed = "another --out, or the folder without what is in it, or"
     if made.get("sweep") != spec.key:
-        said = ", ".join(_differing(spec.to_dict(), other.to_dict())) or "how it is kept"
-        raise InputError("out", repr(str(folder)), f"{allowed} the same sweep; what differs: {said}")
-    changed = [f"{name} {made.get(name, 'unknown')} there, {mine} here" for name, mine in made_with().items()
-               if made.get(name) != mine]  # fmt: skip
-    if changed:
-        raise InputError("out", repr(str(folder)), f"{allowed} the versions it was begun with: {', '.join(changed)}")
+        differs = list(_differing(spec.to_dict(), other.to_dict())) or ["how it is kept"]
+        held = f"it holds the sweep {other.name!r} ({other.cases:,} cases of {other.run})"
+        said = f"; what differs: {', '.join(differs)}" if len(differs) < 4 else ""
+        raise InputError("out", repr(str(folder)), f"{allowed} the same sweep; {held}{said}")
+    differing = changed(made, {**made_with(), "chunk": str(chunk_size(spec))})
+    if differing:
+        raise InputError("out", repr(str(folder)), f"{allowed} the versions it was begun with: {', '.join(differing)}")
 
 
 def _differing(mine: Mapping[str, Any], theirs: Mapping[str, Any], front: str = "") -> Iterator[str]:

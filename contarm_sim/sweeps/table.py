@@ -13,10 +13,18 @@ import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.inputs import as_path
+from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.named import find
-from contarm_sim.sweeps.chunks import OK, chunk_count
+from contarm_sim.sweeps.quantities import QUANTITIES
 from contarm_sim.sweeps.spec import Spec
-from contarm_sim.sweeps.store import kept, part_of, require_pyarrow, schema
+from contarm_sim.sweeps.statuses import OK, UNSTABLE
+from contarm_sim.sweeps.store import kept, parts_of, require_pyarrow, schema
+
+LACKING = {
+    "feasible": "need more than the muscles have",
+    "explained": "are not explained: too fast, lengths not reached, or too far from the model",
+}
+"""Quantities that are true or false, and what is said where they are false."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +53,7 @@ class Sweep:
         """The table as a `pyarrow.dataset`, which reads from the disk what is asked of it."""
         import pyarrow.dataset as ds
 
-        paths = [part_of(self.folder, chunk) for chunk in range(chunk_count(self.spec))]
-        return ds.dataset([str(path) for path in paths if path.exists()], schema=schema(self.spec), format="parquet")
+        return ds.dataset([str(path) for path in parts_of(self.folder)], schema=schema(self.spec), format="parquet")
 
     @cached_property
     def table(self) -> Any:
@@ -61,6 +68,13 @@ class Sweep:
             for each in batch.column(0).value_counts().to_pylist():
                 found[each["values"]] += each["counts"]
         return dict(sorted(found.items(), key=lambda item: (item[0] != OK, -item[1], item[0])))
+
+    @cached_property
+    def short(self) -> dict[str, int]:
+        """How many cases that went well are not `feasible`, or not `explained`; without those that none is."""
+        good = self.column("status") == OK
+        counts = {name: int((good & (self.column(name) == 0)).sum()) for name in LACKING if name in self.spec.ask}
+        return {name: count for name, count in counts.items() if count}
 
     def column(self, name: str) -> Any:
         """Return a column as a NumPy array, shape (cases,), of a vector (cases, size); NaN where there is no value.
@@ -77,9 +91,17 @@ class Sweep:
             return column.to_numpy() if not column.null_count else column.cast("float64").to_numpy()
         return np.array(column.to_pylist(), dtype=object)
 
+    def values(self, name: str) -> Array:
+        """Return a quantity in numbers, shape (cases,); NaN where there is none, and of poses that would not stay.
+
+        What the arm alone tells, and what is true or false, is told of these too.
+        """
+        one, values = QUANTITIES[self.spec.run][name], np.asarray(self.column(name), dtype=float)
+        return np.where((self.column("status") != UNSTABLE) | one.of_arm | (one.kind == "truth"), values, np.nan)
+
     def middle(self, name: str) -> list[Any]:
         """Return how many cases have a value of a quantity and, where any does, the least, the median, the largest."""
-        values = np.asarray(self.column(name), dtype=float)
+        values = self.values(name)
         values = values[np.isfinite(values)]
         return [len(values), *(np.percentile(values, (0, 50, 100)).tolist() if len(values) else [])]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from contarm_sim.engine.threads import at_most
 from contarm_sim.model.load import Load
 from contarm_sim.motion.rest import poses_at_rest
 from contarm_sim.motion.simulate_many import simulate_many
@@ -22,13 +23,23 @@ def told(spec: Spec, cases: Sequence[Case | Exception]) -> list[Told | Exception
     """Return what each case tells; where there is an error, that."""
     good = [place for place, case in enumerate(cases) if isinstance(case, Case)]
     found: list[Any] = list(cases)
-    for place, each in zip(good, _RUN[spec.run](spec, [found[place] for place in good]), strict=True):
+    with at_most(1):  # chunks are what processors share
+        each_told = _apart(spec, [found[place] for place in good])
+    for place, each in zip(good, each_told, strict=True):
         found[place] = each
     return found
 
 
+def _apart(spec: Spec, cases: list[Case]) -> list[Any]:
+    """Run cases together; where that fails as a whole, one by one, so that the error is said of its own case."""
+    found = tried(_RUN[spec.run], spec, cases)
+    if not isinstance(found, Exception):
+        return list(found)
+    return [found] if len(cases) == 1 else [each for case in cases for each in _apart(spec, [case])]
+
+
 def tried(function: Callable[..., Any], *given: Any) -> Any:
-    """Return what a function does, or the error that it raises: a case that fails leaves the others alone."""
+    """Return what a function does, or the error that it raises: of which case that is, is known to the caller."""
     try:
         return function(*given)
     except Exception as error:
@@ -64,7 +75,7 @@ def _motions(spec: Spec, cases: list[Case]) -> list[Any]:
     if good:
         references, steppings = zip(*(found[place] for place in good), strict=True)
         arms, controllers = zip(*((cases[place].arm, cases[place].controller) for place in good), strict=True)
-        flown = simulate_many(arms, references, controllers, stepping=steppings, threads=1, backend=spec.backend)
+        flown = simulate_many(arms, references, controllers, stepping=steppings, backend=spec.backend)
         for place, each in zip(good, flown, strict=True):
             found[place] = each if isinstance(each, Exception) else Followed(cases[place].arm, each)
     return found

@@ -7,8 +7,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from contarm_sim.errors import InputError
+from contarm_sim.errors import ContarmError, InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import muscles, routing, shape
 from contarm_sim.mechanics.pneumatics import pressure_for
@@ -18,6 +19,7 @@ from contarm_sim.results.summary import Spread
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.statics.equilibria import Equilibria
 from contarm_sim.studies.explained import RodParts, explain
+from contarm_sim.studies.judged_run import JudgedRun, judge_run
 from contarm_sim.studies.load_cases import beyond
 from contarm_sim.studies.scenarios import weight_over_stiffness
 from contarm_sim.studies.timestep import TimeStep, step_summary
@@ -29,6 +31,11 @@ class Told:
     """What is known of every case."""
 
     arm: Arm
+
+    @property
+    def stable(self) -> bool:
+        """Whether the arm stays where it is; of a pose at rest under a load it is found out."""
+        return True
 
     @property
     def weight_over_stiffness(self) -> float:
@@ -60,7 +67,20 @@ class Followed(Told):
     @cached_property
     def rod(self) -> RodParts:
         """What an ideal rod explains of the shape."""
-        return explain(self.samples, self.comparison).summary(self.arm)
+        return self._judged.rod if self._judged else explain(self.samples, self.comparison).summary(self.arm)
+
+    @cached_property
+    def _judged(self) -> JudgedRun | None:
+        """A motion as `contarm run` judges it; None of poses at rest, and where it cannot be."""
+        try:
+            return judge_run(self.samples) if self.samples.moving else None
+        except ContarmError:
+            return None
+
+    @property
+    def explained(self) -> bool | None:
+        """Whether the motion is explained, as `contarm run` has it."""
+        return None if self._judged is None else self._judged.judged.explained
 
     @cached_property
     def step(self) -> TimeStep:
@@ -132,6 +152,11 @@ class Rested(Told):
         """Return the row of an array."""
         return getattr(self.every, name)[self.row]
 
+    @property
+    def stable(self) -> bool:
+        """Whether disturbances die out."""
+        return bool(self.of("stable"))
+
     @cached_property
     def tensions(self) -> Array:
         """Tensions of the arm's muscles [N], shape (n,)."""
@@ -186,5 +211,14 @@ class Rested(Told):
 
 def highest(pressures: Array, arm: Arm) -> Any:
     """Return the highest pressure [Pa] of muscles that have any; None where none has."""
-    pressed = np.isfinite(muscles.each(arm, lambda group: group.law.pressure_limits[1]))
+    pressed = _pressed(arm)
     return float(pressures[..., pressed].max()) if pressed.any() else None
+
+
+def has_pressure(arm: Arm) -> bool:
+    """Whether some of an arm's muscles have pressure."""
+    return bool(_pressed(arm).any())
+
+
+def _pressed(arm: Arm) -> NDArray[np.bool_]:
+    return np.isfinite(muscles.each(arm, lambda group: group.law.pressure_limits[1]))

@@ -12,9 +12,8 @@ cases says more of a distribution than random ones do.
 
 from __future__ import annotations
 
-import difflib
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -27,7 +26,9 @@ from contarm_sim.inputs import quoted, read_text
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.named import Named, find, named_parameters, with_parameters
+from contarm_sim.sweeps.designs import points
 from contarm_sim.sweeps.distributions import Normal, Varied, varied_from
+from contarm_sim.sweeps.keys import by_full_names, refuse_unknown, whole_number
 
 CASES = 128
 """Arms that are drawn unless a file says otherwise."""
@@ -68,12 +69,7 @@ class Uncertain:
     @cached_property
     def shares(self) -> Array:
         """Sobol points, shape (cases, parameters): which share of its values is below that of a case."""
-        from scipy.stats import qmc
-
-        fitting = 1 << (self.cases - 1).bit_length()  # a power of two, which they are made for
-        points = qmc.Sobol(len(self.vary), seed=self.seed).random(fitting)[: self.cases]
-        tiny = 2.0**-32
-        return np.asarray(np.clip(points, tiny, 1 - tiny))
+        return points("sobol", self.cases, len(self.vary), self.seed, 0, self.cases)
 
     @cached_property
     def values(self) -> dict[str, list[Any]]:
@@ -131,36 +127,21 @@ def read_uncertain(given: str | Path | Mapping[str, Any], arm: Arm) -> Uncertain
 
 
 def _made(table: Mapping[str, Any], arm: Arm) -> Uncertain:
-    for key in table:
-        if key not in _KEYS:
-            near = difflib.get_close_matches(str(key)[:100], _KEYS, n=1, cutoff=0.0)[0]
-            raise InputError(str(key), "unknown", f"did you mean {near!r}? All: {', '.join(_KEYS)}")
-    cases = _whole("cases", table.get("cases", CASES), FEWEST, MOST)
-    seed = _whole("seed", table.get("seed", 0), 0, 2**32 - 1)
+    refuse_unknown(table, _KEYS)
+    cases = whole_number("cases", table.get("cases", CASES), FEWEST, MOST)
+    seed = whole_number("seed", table.get("seed", 0), 0, 2**32 - 1)
     asked = table.get("vary")
     if not isinstance(asked, Mapping) or not asked:
         raise InputError("vary", "missing" if asked is None else asked, f"a table of parameters, each {_EXAMPLE}")
     known, vary = named_parameters(arm), {}
-    for name, value in _flat(asked):
+    for name, value in by_full_names(asked, "vary", known).items():
         one = find(name, known)
+        if not isinstance(one.value(arm), (int, float)):
+            kind = "a text" if isinstance(one.value(arm), str) else "a vector"
+            raise InputError(name, f"{kind}, which cannot be uncertain", "parameters that are numbers")
         if not isinstance(value, Mapping) or "distribution" not in value:
             raise InputError(name, quoted(value), f"a distribution: {_EXAMPLE}")
         vary[name] = varied_from(dict(value), name, one.unit)
     made = Uncertain(arm, vary, cases, seed)
     assert made.arms  # refused here, before anything is simulated
     return made
-
-
-def _whole(name: str, value: Any, least: int, most: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-        raise InputError(name, value, f"a whole number from {least} to {most}")
-    return value
-
-
-def _flat(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield names with dots, and values: TOML takes muscle.wall for a table in a table."""
-    for key, value in table.items():
-        if isinstance(value, Mapping) and value and all(isinstance(each, Mapping) for each in value.values()):
-            yield from _flat(value, f"{before}{key}.")
-        else:
-            yield f"{before}{key}", value

@@ -13,8 +13,8 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.studies.scenarios import HANGING, weight_over_stiffness
 from contarm_sim.studies.trusted_bends import WITHIN
-from contarm_sim.sweeps.chunks import OK
 from contarm_sim.sweeps.names import MAX_BEND
+from contarm_sim.sweeps.statuses import OK
 from contarm_sim.sweeps.table import Sweep
 
 ERROR = "tip_error_max_percent"

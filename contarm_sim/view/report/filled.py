@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -31,20 +32,15 @@ MEANINGS = {
 
 
 def write_filled(folder: Path, template: str, arm: Arm, summary: dict[str, Any], **given: Any) -> None:
-    """Write report.html into a folder: a template with what it is given, and what all templates have."""
+    """Write report.html into a folder: a template with what all templates have, and what it is given."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     loader = PackageLoader("contarm_sim.view", "report/pages")
     pages = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
     pages.filters["ticked"] = ticked
-    text = pages.get_template(template).render(
-        arm=arm_words(arm),
-        toml=arm_to_toml(arm),
-        command=summary["command"],
-        versions=summary["versions"],
-        meanings=MEANINGS,
-        **given,
-    )
+    common = {"about": arm_words(arm), "toml": arm_to_toml(arm), "command": summary["command"],
+              "versions": summary["versions"], "meanings": MEANINGS}  # fmt: skip
+    text = pages.get_template(template).render(common | given)
     write_whole(folder / "report.html", text)
 
 
@@ -61,12 +57,16 @@ def safe_json(value: Any) -> str:
     return json.dumps(value, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def arm_words(arm: Arm) -> str:
-    """Describe an arm in a line: size, weight, what pulls."""
-    count = len(arm.sections)
-    sections = "" if count == 1 else f"{count} sections, "
-    said = f"{sections}{1e3 * arm.length:.4g} mm long, {1e3 * arm.mass:.4g} g, {arm.links} links"
-    if arm.payload:
-        said += f", payload {1e3 * arm.payload:.4g} g"
-    pull = ", ".join(f"{part:g}" for part in arm.gravity)
-    return f"{said}, {f'gravity ({pull}) m/s² in the base frame' if any(arm.gravity) else 'no gravity'}"
+def arm_words(arm: Arm, but: Iterable[str] = ()) -> str:
+    """Describe an arm in a line: size, weight, what pulls; but for parameters of these names."""
+    count, pull = len(arm.sections), ", ".join(f"{part:g}" for part in arm.gravity)
+    parts = {
+        "sections": "" if count == 1 else f"{count} sections",
+        "length": f"{1e3 * arm.length:.4g} mm long",
+        "mass": f"{1e3 * arm.mass:.4g} g",
+        "links": f"{arm.links} links",
+        "payload": f"payload {1e3 * arm.payload:.4g} g" if arm.payload else "",
+        "gravity": f"gravity ({pull}) m/s² in the base frame" if any(arm.gravity) else "no gravity",
+    }
+    left_out = {part for name in but for part in name.split(".")}
+    return ", ".join(said for name, said in parts.items() if said and name not in left_out)

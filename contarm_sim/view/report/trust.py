@@ -29,8 +29,18 @@ def paragraph(found: Trust) -> str:
     beyond = [load for load in found.loads if load.takes is not None]
     if not beyond:
         return f"{said}{wanted} it holds under each of these loads."
-    errors = ", ".join(f"{load.trusted.under.meaning} {_error(load)}" for load in beyond)
-    return f"{said}Up to {found.wanted_bend_deg:g} deg, the tip is off by at most this: {errors}."
+    upto, errors, restless = f"p to {found.wanted_bend_deg:g} deg", [], []
+    for load in beyond:
+        assert load.takes is not None
+        error, meaning = load.takes.error_percent, load.trusted.under.meaning
+        if error is None:
+            restless.append(meaning)
+        else:
+            errors.append(f"{meaning} {error:.3g} %")
+    sentences = [f"U{upto}, the tip is off by at most this: {', '.join(errors)}."] if errors else []
+    if restless:
+        sentences.append(f"Not every bend u{upto} has a pose at rest under {', '.join(restless)}.")
+    return said + " ".join(sentences)
 
 
 def _bend(found: Trust, load: TrustUnderLoad) -> str:
@@ -42,11 +52,6 @@ def _bend(found: Trust, load: TrustUnderLoad) -> str:
     return f"{bend.least_deg:.1f} deg" + (", beyond which it has no pose at rest" if bend.no_rest else "")
 
 
-def _error(load: TrustUnderLoad) -> str:
-    error = load.takes.error_percent if load.takes is not None else None
-    return "without a pose at rest" if error is None else f"{error:.3g} %"
-
-
 def remedies(found: Trust) -> list[str]:
     """Return a line for each load under which the wanted bend is too far: what it would take."""
     return [_what_it_takes(load) for load in found.loads if load.takes is not None]
@@ -56,7 +61,7 @@ def _what_it_takes(load: TrustUnderLoad) -> str:
     takes, arm = load.takes, load.trusted.under.arm
     assert takes is not None
     if takes.muscles is not None:
-        return f"{load.trusted.under.meaning}: muscles that do more{_muscles(takes.muscles, arm)}"
+        return f"{load.trusted.under.meaning}: stronger muscles{_muscles(takes.muscles, arm, ', for')}"
     ways = [_stiffness(takes.bending_stiffness, arm)] if takes.bending_stiffness.factor is not None else []
     changes = {"mass": takes.mass} | ({"payload": takes.payload} if takes.payload is not None else {})
     ways += [_mass(name, change) for name, change in changes.items() if change.factor is not None]
@@ -71,15 +76,15 @@ def _stiffness(change: Change, arm: Arm) -> str:
     return f"{change.factor:.3g} times the bending stiffness{value}{_muscles(change, arm)}"
 
 
-def _muscles(change: Change, arm: Arm) -> str:
+def _muscles(change: Change, arm: Arm, how: str = ", which takes") -> str:
     """Say what the muscles would have to do, where they cannot."""
     if change.muscles_do:
         return ""
     if change.peak_pressure_pa is not None:
         has = min(group.law.pressure_limits[1] for group in arm.groups)
-        return f", which takes {change.peak_pressure_pa / 1e3:.0f} kPa (the muscles have {has / 1e3:.0f})"
+        return f"{how} {change.peak_pressure_pa / 1e3:.0f} kPa (the muscles have {has / 1e3:.0f})"
     has = min(group.law.blocked_force for group in arm.groups)
-    return f", which takes {change.peak_tension_n:.0f} N (the muscles pull {has:.0f})"
+    return f"{how} {change.peak_tension_n:.0f} N (the muscles pull {has:.0f})"
 
 
 def _mass(name: str, change: Change) -> str:

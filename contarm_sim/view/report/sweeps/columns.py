@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import textwrap
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +15,7 @@ from contarm_sim.sweeps.effects import effect
 LEVELS = 24
 """A parameter with more different values is sorted into bins."""
 
-_READ = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg"), "Pa": (1e-3, "kPa"), "kg": (1e3, "g")}
+READ = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg"), "Pa": (1e-3, "kPa"), "kg": (1e3, "g")}
 """Units of the table, what numbers are multiplied by, and units that people read."""
 
 _OF_LENGTH = "_percent"
@@ -52,7 +51,7 @@ class Column:
     @property
     def shown(self) -> Array:
         """Numbers in the unit that people read."""
-        return np.asarray(self.values * _READ.get(self.unit, (1.0, ""))[0], dtype=float)
+        return np.asarray(self.values * READ.get(self.unit, (1.0, ""))[0], dtype=float)
 
     @property
     def label(self) -> str:
@@ -70,7 +69,7 @@ class Column:
         """The unit that people read; "-" for none."""
         if self.unit == "%" and self.name.endswith(_OF_LENGTH):
             return "% of length"
-        return _READ.get(self.unit, (1.0, self.unit.replace("^2", "²")))[1]
+        return READ.get(self.unit, (1.0, self.unit.replace("^2", "²")))[1]
 
     def wrapped(self, letters: int) -> str:
         """Return the label in lines of at most so many letters, where that can be."""
@@ -96,7 +95,8 @@ class Sorted:
     Attributes:
         place: the level or bin of each row, from 0, shape (K,).
         count: how many there are.
-        names: of the levels; of bins of their edges, one more.
+        names: of the levels; none of bins.
+        at: values of the levels, in the unit that people read; of bins their edges, one more; numbers of texts.
         centres: values of the levels, middles of bins, in the unit that people read; numbers of levels, of texts.
         binned: whether these are bins.
     """
@@ -104,6 +104,7 @@ class Sorted:
     place: NDArray[Any]
     count: int
     names: list[str]
+    at: Array
     centres: Array
     binned: bool
 
@@ -112,17 +113,17 @@ def sorted_into(column: Column, bins: int) -> Sorted:
     """Return the levels of a column, or so many bins of one with many different values."""
     if not column.numeric:
         levels, place = np.unique(column.values.astype(str), return_inverse=True)
-        return Sorted(place, len(levels), list(levels), np.arange(len(levels), dtype=float), False)
+        numbers = np.arange(len(levels), dtype=float)
+        return Sorted(place, len(levels), list(levels), numbers, numbers, False)
     shown = column.shown
     levels, place = np.unique(np.round(shown, 12), return_inverse=True)
     if len(levels) <= (1 if column.drawn else LEVELS):
-        return Sorted(place, len(levels), [in_digits(level) for level in levels], levels, False)
+        return Sorted(place, len(levels), [in_digits(level) for level in levels], levels, levels, False)
     low, high = float(shown.min()), float(shown.max())
     edges = np.geomspace(low, high, bins + 1) if column.log else np.linspace(low, high, bins + 1)
     place = np.clip(np.searchsorted(edges, shown, side="right") - 1, 0, bins - 1)
     middles = np.sqrt(edges[1:] * edges[:-1]) if column.log else 0.5 * (edges[1:] + edges[:-1])
-    named = edges if column.log else np.round(edges, 3 - math.floor(math.log10(high - low)))
-    return Sorted(place, bins, [in_digits(edge) for edge in named], middles, True)
+    return Sorted(place, bins, [], edges, middles, True)
 
 
 def in_digits(number: float) -> str:
@@ -147,13 +148,3 @@ def axes_of(columns: list[Column], values: Array) -> tuple[Column, Column, list[
     ranked = sorted(by_effect(columns, values), key=lambda column: not column.numeric)
     across, upwards, *others = ranked + [column for column in columns if column not in ranked]
     return across, upwards, others
-
-
-def name_places(axis: Any, groups: Sorted, most: int) -> None:
-    """Name levels, or edges of bins, on an axis of their numbers; at most so many of them, evenly."""
-    from matplotlib.ticker import NullLocator
-
-    places = np.arange(len(groups.names)) - 0.5 * groups.binned
-    step = -(-len(places) // max(most, 1))
-    axis.set_ticks(places[::step], groups.names[::step])
-    axis.set_minor_locator(NullLocator())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -14,10 +14,10 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.named import find, with_parameters
 from contarm_sim.results.document import document
-from contarm_sim.sweeps.chunks import OK
 from contarm_sim.sweeps.distributions import Normal, Range
 from contarm_sim.sweeps.effects import SURE, effect
 from contarm_sim.sweeps.sensitivity import Indices, indices_of
+from contarm_sim.sweeps.statuses import OK
 from contarm_sim.sweeps.table import Sweep
 from contarm_sim.sweeps.validity import Validity, chart_of
 from contarm_sim.view.report.sweeps.columns import Column, by_effect, in_digits
@@ -46,8 +46,8 @@ class Found:
 
     @cached_property
     def value(self) -> Column:
-        """The quantity of all cases that are done, NaN where there is none."""
-        return self._column(self.quantity)
+        """The quantity of all cases that are done, NaN where there is none, or of a pose that would not stay."""
+        return replace(self._column(self.quantity), values=self.sweep.values(self.quantity))
 
     @cached_property
     def columns(self) -> list[Column]:
@@ -214,7 +214,7 @@ def found_of(sweep: Sweep, quantity: str | None = None) -> Found:
     if len(sweep) == 0:
         raise InputError("sweep", str(sweep.folder), "a sweep with some case done; none is yet")
     if quantity is not None:
-        find(quantity, {name: name for name in asked}, "--quantity")
+        find(quantity, {name: name for name in asked}, "--quantity", "quantity")
         return Found(sweep, quantity)
     first = [name for name in FIRST if name in asked] or [name for name in asked if name not in _LABELS] or list(asked)
     first += [name for name in asked if name not in first]

@@ -11,16 +11,8 @@ from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.view.colours import FAINT, NOTE, error_map, failure_map, value_map
-from contarm_sim.view.report.sweeps.columns import (
-    Column,
-    Sorted,
-    axes_of,
-    bins_for,
-    by_effect,
-    in_digits,
-    name_places,
-    sorted_into,
-)
+from contarm_sim.view.report.sweeps.columns import Column, Sorted, axes_of, bins_for, by_effect, sorted_into
+from contarm_sim.view.report.sweeps.ticks import name_numbers, name_places
 from contarm_sim.view.style import INCH, Sheet
 
 _PANELS = 3
@@ -34,21 +26,22 @@ class Slice(NamedTuple):
     rows: NDArray[Any]
 
 
-def slices(others: Sequence[Column], grid: bool) -> list[Slice]:
-    """Return the rows that have a map each: levels of the first of the other parameters, the rest at middle levels.
+def slices(others: Sequence[Column], values: Array, grid: bool) -> list[Slice]:
+    """Return the rows that have a map each: levels of the first of the other parameters, the rest at one level.
 
-    None where the design is no grid: all rows belong together then.
+    That is the level with the most values, shape (K,), not NaN; of several, the one that was listed first. None where
+    the design is no grid: all rows belong together then.
     """
     if not others or not grid:
         return []
-    count = len(others[0].values)
-    groups = [sorted_into(column, 1) for column in others]
-    rows, said = np.ones(count, dtype=bool), []
-    for column, group in list(zip(others, groups, strict=True))[1:]:
-        middle = group.count // 2
-        rows &= group.place == middle
-        said.append(_at(column, group.names[middle]))
-    first = groups[0]
+    rows, said = np.ones(len(values), dtype=bool), []
+    for column in others[1:]:
+        group = sorted_into(column, 1)
+        known = np.bincount(group.place[rows & np.isfinite(values)], minlength=group.count)
+        level = max(dict.fromkeys(group.place.tolist()), key=lambda place: known[place])
+        rows &= group.place == level
+        said.append(_at(column, group.names[level]))
+    first = sorted_into(others[0], 1)
     levels = np.unique(np.linspace(0, first.count - 1, min(_PANELS, first.count)).round().astype(int))
     common = f", {', '.join(said)}" if said else ""
     return [Slice(f"{_at(others[0], first.names[k])}{common}", rows & (first.place == k)) for k in levels]
@@ -68,9 +61,16 @@ def draw_heat_map(sheet: Sheet, columns: list[Column], value: Column, failed: ND
         failed: rows without it because the case failed, shape (K,).
         grid: whether the design is a grid, so that others can stand at levels.
     """
-    x, y, others = axes_of(columns, np.log(value.shown) if value.log else value.shown)
+    from matplotlib.colors import LogNorm
+
+    scaled = np.log(value.shown) if value.log else value.shown
+    x, y, others = axes_of(columns, scaled)
     every = Slice("", np.ones(len(failed), dtype=bool))
-    parts = [part for part in slices(others, grid) if (part.rows & ~np.isnan(value.shown)).any()] or [every]
+    parts = [
+        part
+        for part in slices(by_effect(others, scaled), value.shown, grid)
+        if (part.rows & ~np.isnan(value.shown)).any()
+    ] or [every]
     bins = bins_for(len(failed), 2)
     across, upwards = sorted_into(x, bins), sorted_into(y, bins)
     cells = [_medians(across, upwards, value.shown, part.rows) for part in parts]
@@ -80,17 +80,22 @@ def draw_heat_map(sheet: Sheet, columns: list[Column], value: Column, failed: ND
     sheet.tall((96 if count == 1 else 80) if sheet.wide else (44 + 52 * count if count > 1 else 92))
     panels: Any = sheet.subplots(*((1, count) if sheet.wide else (count, 1)), squeeze=False, sharex=True, sharey=True)
     drawn: Any = None
-    for ax, part, cell, gone in zip(panels.flat, parts, cells, lost, strict=True):
-        drawn = _cells(ax, cell, norm, map_of(value))
+    for ax, part, medians, gone in zip(panels.flat, parts, cells, lost, strict=True):
+        drawn = _cells(ax, medians, norm, map_of(value))
         _cross_out(ax, gone)
         ax.set_title(textwrap.fill(part.title, 90 // count if sheet.wide else 44))
     _furnish(sheet, panels, (x, across), (y, upwards))
     bar = sheet.colorbar(drawn, ax=panels if sheet.wide else panels[-1, 0], aspect=30,
                          orientation="vertical" if sheet.wide else "horizontal")  # fmt: skip
     bar.set_label(value.label if sheet.wide else value.wrapped(40))
-    name_scale(bar, norm)
+    name_numbers(bar.ax.yaxis if sheet.wide else bar.ax.xaxis, np.array([norm.vmin, norm.vmax]),
+                 isinstance(norm, LogNorm), 8)  # fmt: skip
+    cell = across.place * upwards.count + upwards.place
+    several = any(np.bincount(cell[part.rows]).max() > 1 for part in parts)
+    median = ", median of the cases in each cell" if several else ""
     crossed = "; crossed out: every case there failed" if any(gone.any() for gone in lost) else ""
-    sheet.heading(f"{value.label}, median of the cases in each cell{crossed}")
+    blank = any((np.isnan(medians) & ~gone).any() for medians, gone in zip(cells, lost, strict=True))
+    sheet.heading(f"{value.label}{median}{crossed}{'; white: no case' if blank else ''}")
 
 
 def draw_share_map(sheet: Sheet, ax: Any, columns: list[Column], failed: NDArray[Any]) -> None:
@@ -127,28 +132,12 @@ def scale_of(value: Column, found: Array) -> Any:
     return Normalize(low, high if high > low else low + max(abs(low), 1e-9))
 
 
-def name_scale(bar: Any, norm: Any) -> None:
-    """Name values of a logarithmic scale of colours: at least two."""
-    from matplotlib.colors import LogNorm
-    from matplotlib.ticker import NullFormatter
-
-    if isinstance(norm, LogNorm):
-        low, high = float(norm.vmin or 0), float(norm.vmax or 1)
-        decades = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
-        firsts = (1,) if len(decades) > 3 else (1, 2, 5)
-        named = [first * 10.0**decade for decade in decades for first in firsts]
-        named = [value for value in named if low <= value <= high] or [low, high]
-        bar.set_ticks(named, labels=[in_digits(value) for value in named])
-        bar.ax.yaxis.set_minor_formatter(NullFormatter())
-        bar.ax.xaxis.set_minor_formatter(NullFormatter())
-
-
 def _cells(ax: Any, cell: Array, norm: Any, colours: Any) -> Any:
+    """Draw cells without gaps in a frame: pale ones are seen as part of the map."""
     edges = (np.arange(size + 1) - 0.5 for size in cell.shape)
     ax.grid(False)
-    return ax.pcolormesh(
-        *edges, np.ma.masked_invalid(cell.T), cmap=colours, norm=norm, edgecolor="white", linewidth=0.3
-    )
+    ax.spines[:].set_visible(True)
+    return ax.pcolormesh(*edges, np.ma.masked_invalid(cell.T), cmap=colours, norm=norm, edgecolor="face", linewidth=0.2)
 
 
 def _cross_out(ax: Any, gone: NDArray[Any]) -> None:
@@ -165,9 +154,8 @@ def _furnish(sheet: Sheet, panels: Any, across: tuple[Column, Sorted], upwards: 
              share: float = 0.85) -> None:  # fmt: skip
     """Name both axes, as many of their levels as there is room for."""
     width = share * INCH * sheet.get_figwidth() / panels.shape[1] - 8
-    letters = max(map(len, across[1].names)) + 1
-    name_places(panels[0, 0].xaxis, across[1], int(width / (1.75 * letters)))
-    name_places(panels[0, 0].yaxis, upwards[1], 12)
+    name_places(panels[0, 0].xaxis, *across, width)
+    name_places(panels[0, 0].yaxis, *upwards, INCH * sheet.get_figheight() / panels.shape[0] - 24)
     for ax in panels[-1]:
         ax.set_xlabel(across[0].wrapped(max(int(0.6 * width), 12)))
     for ax in panels[:, 0]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from contarm_sim.view.prints import PLAIN, Prints
-from contarm_sim.view.report.filled import write_filled
+from contarm_sim.view.report.filled import arm_words, write_filled
 from contarm_sim.view.report.pictures import figure, unshown
 from contarm_sim.view.report.sweeps import words
 from contarm_sim.view.report.sweeps.failures import draw_failures
@@ -21,9 +21,11 @@ from contarm_sim.view.style import Draw, save
 _CAPTIONS = {
     "validity": "The validity chart: how far the tip at rest is from the arc's at most, by the arm's weight over its "
     "stiffness, and by payload, bend and number of links. One arm is one vertical line.",
-    "heat_map": "Median of the cases in each cell, over the two parameters that have the largest effect; others stand "
-    "at the levels that are named, or are taken together.",
-    "marginals": "The same by each parameter alone, whatever the others are; that of the largest effect comes first.",
+    "heat_map": "Two numbers that vary, those of the largest effect, are the axes. In a grid, each map shows one level "
+    "of every other parameter, named above it; in other designs, a cell is the median of its cases.",
+    "marginals": "The same by each parameter alone; that of the largest effect comes first. Where cases of a grid "
+    "failed, levels are compared in those settings of the other parameters in which all levels have a result; "
+    "the number of these is above each.",
     "indices": "Sobol's indices: the share of the variance that each parameter causes alone, and together with others. "
     "Where a total is well above the first order, parameters interact.",
     "failures": "Where cases failed, and why: over two parameters, and by each alone.",
@@ -40,7 +42,7 @@ def figures_of(found: Found) -> dict[str, Draw]:
     if len(found.known):
         if len(columns) > 1:
             drawn["heat_map"] = lambda sheet: draw_heat_map(sheet, columns, found.value, failed, found.grid)
-        drawn["marginals"] = lambda sheet: draw_marginals(sheet, columns, found.value)
+        drawn["marginals"] = lambda sheet: draw_marginals(sheet, columns, found.value, found.grid)
     if indices is not None:
         drawn["indices"] = lambda sheet: draw_indices(sheet, indices, found.value)
     if failed.any():
@@ -61,6 +63,9 @@ def write_sweep_report(folder: Path, found: Found, summary: dict[str, Any], prin
         "sweep.html.j2",
         found.arm,
         summary,
+        about=f"{arm_words(found.arm, spec.vary)}; cases differ in {', '.join(spec.vary)}",
+        command=f"{words.command(found)}\n{summary['command']}",
+        meanings=words.meanings(found),
         title=f"contarm sweep-report: {spec.name}, {len(found.sweep):,} of {spec.cases:,} cases",
         headline=words.headline(found),
         lead=words.lead(found),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from typing import Any
 
 import numpy as np
@@ -9,12 +10,28 @@ import numpy as np
 from contarm_sim.sweeps.distributions import Normal, Range, Varied
 from contarm_sim.sweeps.distributions import Values as Listed
 from contarm_sim.sweeps.quantities import QUANTITIES
+from contarm_sim.sweeps.statuses import OK
+from contarm_sim.sweeps.store import SAID
+from contarm_sim.sweeps.table import LACKING
+from contarm_sim.view.report.filled import MEANINGS
 from contarm_sim.view.report.headline import Standing
 from contarm_sim.view.report.sweeps.columns import Column, in_digits
-from contarm_sim.view.report.sweeps.found import Found
+from contarm_sim.view.report.sweeps.found import EXTREMES, Found
 
 _LISTED = 8
 """More values are told by their ends."""
+
+_MEANINGS = {
+    "case": "one arm, in one world, at rest, under one load or along one path: a row of the table.",
+    "status": "what became of a case: ok if it has a result, or why it has none.",
+    "unstable": "there is a pose at rest, and the arm would not stay in it.",
+    "feasible": "the muscles have the tensions and pressures that the result takes.",
+    "Sobol’s index": "the share of a quantity’s variance that a parameter causes, alone (first order) or together with "
+    "others too (total).",
+    "controller": "paper and chain set muscle lengths by servos that push and pull at any force; servo pulls alone, no "
+    "harder than the muscles can; pressure does so by pressures; tip also brings the tip to its target.",
+}
+"""What words mean that pages of sweeps alone have."""
 
 _HARDLY = 0.02
 """A quantity that changes by less, over its largest value, is said to be about the same everywhere."""
@@ -64,21 +81,26 @@ def standings(found: Found) -> list[Standing]:
     """Say how much there is of it, and how much went well."""
     sweep = found.sweep
     done, cases = len(sweep), sweep.spec.cases
-    failed = done - sweep.counts.get("ok", 0)
+    failed = done - sweep.counts.get(OK, 0)
     if done < cases:
         share = f"{100 * done / cases:.0f} %"
         text = f"{done:,} of {cases:,} cases are done ({share}). What is below is of these, and may change."
         first = Standing("note", "The sweep is not finished.", f"{text} `contarm sweep` goes on with it.")
     else:
         first = Standing("good", "The sweep is complete.", f"{_count(cases)} are done.")
+    lacking = []
+    for name, count in sweep.short.items():
+        said, _, why = LACKING[name].partition(": ")
+        text = f"{why[:1].upper()}{why[1:]}. " if why else ""
+        title = f"{count:,} of {sweep.counts[OK]:,} {said}."
+        lacking.append(Standing("note", title, f"{text}They count as ok: `{name}` tells them apart."))
     if not failed:
-        return [first, Standing("good", "No case failed.", "All that are done have what was asked for.")]
-    reasons = ", ".join(f"{count:,} {status}" for status, count in sweep.counts.items() if status != "ok")
+        text = "All that are done have " + ("a result." if lacking else "what was asked for.")
+        return [first, Standing("good", "No case failed.", text), *lacking]
+    reasons = ", ".join(f"{count:,} {status}" for status, count in sweep.counts.items() if status != OK)
     state = "bad" if failed == done else "note"
-    return [
-        first,
-        Standing(state, f"{_count(failed)} failed.", f"{reasons}. They are in the table, most quantities are not."),
-    ]
+    text = f"{reasons}. They are in the table; what is below is without them."
+    return [first, Standing(state, f"{_count(failed)} failed.", text), *lacking]
 
 
 def remarks(found: Found) -> list[str]:
@@ -90,9 +112,24 @@ def remarks(found: Found) -> list[str]:
             f"Sobol's indices are from {indices.points} points; {indices.failed} are left out as a case of theirs "
             f"failed, and {indices.surplus} to have a power of two"
         )
+    shown = found.known
+    most = int(np.isclose(shown, shown.max(), rtol=1e-9, atol=0).sum()) if len(shown) else 0
+    if most > EXTREMES and shown.min() < shown.max():
+        lines.append(f"{_count(most - EXTREMES)} beside those of the table have the largest value too")
     if spec.design == "sobol-indices" and indices is None:
         lines.append(f"there are no Sobol's indices: {found.no_indices}")
     return lines
+
+
+def command(found: Found) -> str:
+    """Return the command that makes the table anew."""
+    return shlex.join(["contarm", "sweep", str(found.sweep.folder / SAID), "--out", "FOLDER"])
+
+
+def meanings(found: Found) -> dict[str, str]:
+    """Return what words of the page mean."""
+    common = {word: said for word, said in MEANINGS.items() if word not in ("converged", "motion", "dome")}
+    return _MEANINGS | (MEANINGS if found.sweep.spec.run == "motion" else common)
 
 
 def parameters(found: Found) -> list[tuple[str, str]]:

@@ -1,4 +1,4 @@
-"""A chunk of cases, solved together; what does not come to rest so is solved alone."""
+"""A bunch of cases, solved together; what does not come to rest so is solved alone."""
 
 from __future__ import annotations
 
@@ -13,19 +13,20 @@ from contarm_sim.errors import ContarmError, InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
-from contarm_sim.statics.cases import Chunk
+from contarm_sim.statics.cases import Bunch
 from contarm_sim.statics.continuation import Method
 from contarm_sim.statics.driving import DRIVEN, checked_values, commands
 from contarm_sim.statics.equilibrium import checked_guess, equilibrium, reused
 from contarm_sim.statics.failures import possible
 from contarm_sim.statics.poses import Poses, Starts, written
 from contarm_sim.statics.solver import tolerance
+from contarm_sim.statics.stiffness import solved
 from contarm_sim.statics.together import Together
 
 
 @dataclass
-class Found:
-    """What was found of the C cases of a chunk: rows of `Equilibria`, by name, and why cases have none."""
+class Solutions:
+    """What was found of the C cases of a bunch: rows of `Equilibria`, by name, and why cases have none."""
 
     arrays: dict[str, Array]
     failed: dict[int, ContarmError] = field(default_factory=dict)
@@ -51,22 +52,22 @@ def empty(count: int, size: Sequence[int], details: bool) -> dict[str, Array]:
     return out | {"iterations": np.zeros(count, dtype=int)}
 
 
-def solve_chunk(chunk: Chunk, method: Method, details: bool) -> Found:
-    """Solve the cases of a chunk; inside an `engine_room`."""
-    kind = chunk.loads[0].muscles.kind
+def solve_bunch(bunch: Bunch, method: Method, details: bool) -> Solutions:
+    """Solve the cases of a bunch; inside an `engine_room`."""
+    kind = bunch.loads[0].muscles.kind
     pull_only, actuation = DRIVEN[kind]
-    plant = reused(chunk.arms[0], pull_only, actuation)
-    count = len(chunk.places)
-    found = Found(empty(count, (len(plant.centres), len(plant.index.zero), plant.model.nv), details))
-    starts, ready = _starts(plant, chunk, found.failed)
+    plant = reused(bunch.arms[0], pull_only, actuation)
+    count = len(bunch.places)
+    found = Solutions(empty(count, (len(plant.centres), len(plant.index.zero), plant.model.nv), details))
+    starts, ready = _starts(plant, bunch, found.failed)
     left = np.ones(count, dtype=bool)
     left[list(found.failed)] = False
     if method != "pseudo-transient" and len(ready):
-        _together(plant, chunk, starts, ready, found, left)
+        _together(plant, bunch, starts, ready, found, left)
     for case in np.flatnonzero(left).tolist():
-        guess = None if chunk.guesses is None else chunk.guesses[case]
+        guess = None if bunch.guesses is None else bunch.guesses[case]
         try:
-            one = equilibrium(chunk.arms[case], chunk.loads[case], method, guess)
+            one = equilibrium(bunch.arms[case], bunch.loads[case], method, guess)
         except ContarmError as error:
             found.failed[case] = error
             for array in found.arrays.values():
@@ -77,23 +78,23 @@ def solve_chunk(chunk: Chunk, method: Method, details: bool) -> Found:
     return found
 
 
-def _starts(plant: Plant, chunk: Chunk, failed: dict[int, ContarmError]) -> tuple[Starts, NDArray[np.intp]]:
-    """Return the cases to be solved, and which of the chunk they are; those with wrong inputs are noted as failed."""
+def _starts(plant: Plant, bunch: Bunch, failed: dict[int, ContarmError]) -> tuple[Starts, NDArray[np.intp]]:
+    """Return the cases to be solved, and which of the bunch they are; those with wrong inputs are noted as failed."""
     plant.reset()
-    count, M = len(chunk.places), len(plant.index.zero) if plant.model.nu else 0
+    count, M = len(bunch.places), len(plant.index.zero) if plant.model.nu else 0
     qpos, control = np.tile(plant.data.qpos, (count, 1)), np.zeros((count, M))
     own: dict[int, int] = {}
-    which = np.array([own.setdefault(id(arm), len(own)) for arm in chunk.arms])
+    which = np.array([own.setdefault(id(arm), len(own)) for arm in bunch.arms])
     alike: dict[tuple[int, str], list[int]] = {}
-    for case, load in enumerate(chunk.loads):
+    for case, load in enumerate(bunch.loads):
         alike.setdefault((int(which[case]), load.muscles.kind), []).append(case)
     firsts = np.unique(which, return_index=True)[1]
-    arms = [chunk.arms[first] for first in firsts.tolist()]
+    arms = [bunch.arms[first] for first in firsts.tolist()]
     for (number, kind), cases in alike.items():
         if kind != "off":
-            _command(plant, arms[number], chunk.loads, cases, (qpos, control), failed)
-    if chunk.guesses is not None:
-        for case, guess in enumerate(chunk.guesses):
+            _command(plant, arms[number], bunch.loads, cases, (qpos, control), failed)
+    if bunch.guesses is not None:
+        for case, guess in enumerate(bunch.guesses):
             qpos[case] = checked_guess(guess, plant.data.qpos.shape)
     told = []
     for arm in arms:
@@ -129,11 +130,11 @@ def _command(
 
 
 def _together(
-    plant: Plant, chunk: Chunk, starts: Starts, ready: NDArray[np.intp], found: Found, left: NDArray[np.bool_]
+    plant: Plant, bunch: Bunch, starts: Starts, ready: NDArray[np.intp], found: Solutions, left: NDArray[np.bool_]
 ) -> None:
     """Solve cases together, as far as that goes; those that are found are no longer `left`."""
     poses = Poses(plant, starts)
-    newton = Together(poses, [chunk.loads[case] for case in ready.tolist()], starts.tolerance)
+    newton = Together(poses, [bunch.loads[case] for case in ready.tolist()], starts.tolerance)
     out, index, details = found.arrays, plant.index, "growth" in found.arrays
     servos = plant.actuation == "lengths"
 
@@ -166,4 +167,4 @@ def _detail(
     for i in np.flatnonzero(~symmetric).tolist():
         out["smallest_eigenvalue"][cases[i]] = np.linalg.eigvals(K[i]).real.min()
     J = np.array([poses.tip_jacobian(row) for row in rows.tolist()])
-    out["tip_compliance"][cases] = J @ np.linalg.solve(K, J.swapaxes(-1, -2))
+    out["tip_compliance"][cases] = J @ solved(K, J.swapaxes(-1, -2))
