@@ -15,7 +15,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load, Muscles
 from contarm_sim.statics.continuation import Method
-from contarm_sim.statics.driving import DRIVEN, checked_values, commands
+from contarm_sim.statics.driving import checked_values, commands
 from contarm_sim.statics.equilibria import equilibria
 from contarm_sim.statics.equilibrium import Equilibrium, equilibrium
 from contarm_sim.sweeps.causes import Causes
@@ -136,7 +136,7 @@ def uncertain_pose(
     nominal, told = equilibrium(arm, load, method), _told(load, arm)
     tips = np.full((uncertain.cases, 3), np.nan)
     tensions = np.full((uncertain.cases, len(nominal.muscle_tensions)), np.nan)
-    at_limit, servos = np.zeros(uncertain.cases, dtype=bool), DRIVEN[told.muscles.kind][1] == "lengths"
+    at_limit, servos = np.zeros(uncertain.cases, dtype=bool), told.muscles.servos
     said, interrupted = list[tuple[str, str]](), False
     try:
         for first in range(0, uncertain.cases, _TOGETHER):
