@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any
 
@@ -79,7 +80,7 @@ def plain(values: dict[str, Any]) -> dict[str, Any]:
     return {key: list(value) if isinstance(value, tuple) else value for key, value in given.items()}
 
 
-def refuse_unknown(values: dict[str, Any], known: list[str], prefix: str, where: str | None = None) -> None:
+def refuse_unknown(values: Mapping[str, Any], known: Sequence[str], prefix: str = "", where: str | None = None) -> None:
     """Refuse keys that are not known.
 
     Raises:

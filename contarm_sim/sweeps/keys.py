@@ -1,26 +1,13 @@
-"""Tables of TOML files as sweeps and sampled arms have them: keys, full names of parameters, whole numbers."""
+"""Tables of TOML files as sweeps and sampled arms have them: full names of parameters, whole numbers."""
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 from contarm_sim.errors import InputError
 
 _LEAF = {"from", "to", "count", "scale", "values", "distribution", "mean", "std", "low", "high", "least", "most"}
-
-
-def refuse_unknown(table: Mapping[str, Any], known: tuple[str, ...]) -> None:
-    """Refuse keys that are unknown.
-
-    Raises:
-        InputError: names the nearest.
-    """
-    for key in table:
-        if key not in known:
-            near = difflib.get_close_matches(str(key)[:100], known, n=1, cutoff=0.0)[0]
-            raise InputError(f"key {key!r}", "unknown", f"did you mean {near!r}? All: {', '.join(known)}")
 
 
 def whole_number(name: str, given: Any, least: int, most: int) -> int:

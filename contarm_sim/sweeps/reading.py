@@ -14,12 +14,13 @@ from contarm_sim.errors import InputError, did_you_mean, in_short, one_line
 from contarm_sim.inputs import as_path, read_text
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import arm_from_table, load_arm
+from contarm_sim.model.muscle_table import refuse_unknown
 from contarm_sim.model.named import find, with_parameters
 from contarm_sim.model.presets import PRESETS
 from contarm_sim.sweeps.designs import DESIGNS, MOST_CASES, MOST_HYPERCUBE
 from contarm_sim.sweeps.distributions import Normal, Range, Varied, varied_from
 from contarm_sim.sweeps.distributions import Values as Listed
-from contarm_sim.sweeps.keys import by_full_names, refuse_unknown, whole_number
+from contarm_sim.sweeps.keys import by_full_names, whole_number
 from contarm_sim.sweeps.names import RUNS, Parameter, known_names
 from contarm_sim.sweeps.never import why_never
 from contarm_sim.sweeps.quantities import QUANTITIES

@@ -25,10 +25,11 @@ from contarm_sim.errors import InputError
 from contarm_sim.inputs import quoted, read_text
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.muscle_table import refuse_unknown
 from contarm_sim.model.named import Named, find, named_parameters, with_parameters
 from contarm_sim.sweeps.designs import points
 from contarm_sim.sweeps.distributions import Normal, Varied, varied_from
-from contarm_sim.sweeps.keys import by_full_names, refuse_unknown, whole_number
+from contarm_sim.sweeps.keys import by_full_names, whole_number
 
 CASES = 128
 """Arms that are drawn unless a file says otherwise."""
