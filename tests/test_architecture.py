@@ -31,15 +31,18 @@ MAY = {
                "engine", "statics", "control"},
     "studies": {"display", "errors", "inputs", "model", "kinematics", "mechanics", "paths", "results", "engine",
                 "statics", "control", "motion"},
+    "identify": {"brevity", "display", "errors", "stopping", "files", "inputs", "versions", "model", "kinematics",
+                 "mechanics", "paths", "results", "engine", "statics", "control", "motion"},
     "sweeps": {"display", "errors", "stopping", "files", "inputs", "versions", "model", "kinematics", "mechanics",
                "paths", "results", "engine", "statics", "control", "motion", "studies"},
     "view": {"brevity", "display", "errors", "stopping", "libmujoco", "files", "inputs", "versions", "model",
              "kinematics", "mechanics", "mjcf", "paths", "results", "engine", "statics", "control", "motion",
-             "studies", "sweeps"},
+             "studies", "identify", "sweeps"},
     "envs": {"errors", "libmujoco", "model", "kinematics", "mechanics", "mjcf", "paths", "engine", "statics", "control",
              "view"},
     "cli": {"errors", "stopping", "files", "inputs", "versions", "processors", "model", "kinematics", "mechanics",
-            "mjcf", "paths", "results", "statics", "control", "motion", "studies", "sweeps", "view", "envs"},
+            "mjcf", "paths", "results", "statics", "control", "motion", "studies", "identify", "sweeps", "view",
+            "envs"},
 }  # fmt: skip
 
 # The one door upwards: results show themselves in notebooks, see display.py; only where they are asked to.

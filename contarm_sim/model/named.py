@@ -3,11 +3,13 @@
 length, mass, bending_stiffness, ...      of the section; of several sections, the same for all of them
 muscle_radius, muscle.braid_friction      of its muscles and their law
 section_2.mass, section_2.muscle.wall     of one of several sections
+section_2.muscle.angle_3                  of one of its muscles, counted from muscle.offset
 payload, gravity, gravity.z               of the world; a component of a vector
 """
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from contextlib import nullcontext
@@ -53,9 +55,23 @@ class Named:
 
     def value(self, arm: Arm) -> Any:
         """Return the value that an arm has; of several sections that of the first."""
-        part = arm.world if self.kind == "world" else getattr(arm, self.kind)[self.owners[0]]
-        found = getattr(part, self.field)
+        part = self._part(arm)
+        found = _angles(part) if self.field == "at" else getattr(part, self.field)
         return found if self.component is None else found[self.component]
+
+    def interval(self, arm: Arm) -> tuple[float, float]:
+        """Return the bounds as declared, infinite where there are none: least (or above), and below."""
+        part = self._part(arm)
+        declared = next(item for item in fields(part) if item.name == self.field)
+        bounds = declared.metadata.get("bounds") or {}
+        low, high = (
+            next((bounds[key] for key in ("above", "least") if bounds.get(key) is not None), -math.inf),
+            math.inf,
+        )
+        return low, high if bounds.get("below") is None else bounds["below"]
+
+    def _part(self, arm: Arm) -> Any:
+        return arm.world if self.kind == "world" else getattr(arm, self.kind)[self.owners[0]]
 
 
 def named_parameters(arm: Arm) -> dict[str, Named]:
@@ -69,6 +85,9 @@ def named_parameters(arm: Arm) -> dict[str, Named]:
         for short, field in _ROUTED.items():
             unit = declared[field].metadata.get("unit", _UNITS.get(field, "-"))
             found[before + short] = Named(before + short, unit, "routings", owners, field)
+        for place in range(min(arm.routings[k].count for k in owners)):
+            name = f"{before}muscle.angle_{place + 1}"
+            found[name] = Named(name, "rad", "routings", owners, "at", place)
         for item in fields(arm.laws[owners[0]]):
             if all(hasattr(arm.laws[k], item.name) for k in owners):
                 name = f"{before}muscle.{item.name}"
@@ -124,7 +143,8 @@ def with_parameters(arm: Arm, values: Mapping[str, Any]) -> Arm:
             with said_of(owner) if several else nullcontext():
                 part = parts[one.kind][owner]
                 none = one.field.endswith("friction") and value == 0
-                changes = {one.field: None if none else value}
+                new = _changed(_angles(part), one.component, value) if one.field == "at" else value
+                changes = {one.field: None if none else new}
                 parts[one.kind][owner] = rerouted(part, changes) if one.kind == "routings" else replace(part, **changes)
     return replace(
         arm,
@@ -133,6 +153,11 @@ def with_parameters(arm: Arm, values: Mapping[str, Any]) -> Arm:
         laws=tuple(parts["laws"]),
         world=world,
     )
+
+
+def _angles(routing: Routing) -> tuple[float, ...]:
+    """Return the muscles' own angles [rad], counted from `offset`."""
+    return tuple(angle - routing.offset for angle in routing.angles) if routing.at is None else routing.at
 
 
 def _changed(before: Any, component: int | None, value: Any) -> Any:

@@ -1,0 +1,153 @@
+"""What a fit comes to: the arm, its parameters with intervals, what data do not determine, and what is left over."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from contarm_sim.display import Shown
+from contarm_sim.identify.freedom import Free
+from contarm_sim.identify.recording import Recording
+from contarm_sim.identify.rig import Rig
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
+
+Status = Literal["determined", "at bound", "only with others", "not seen"]
+"""Of a parameter: found, found at one of its bounds, seen only in a combination with others, or without any effect.
+
+Of the last two no value is returned: the fitted arm keeps what it started with.
+"""
+
+
+@dataclass(frozen=True, repr=False)
+class Parameter(Shown):
+    """A free parameter and what became of it; SI units.
+
+    Attributes:
+        free: its name, bounds and prior.
+        unit: of its values.
+        start: value that it started from.
+        value: found; NaN where the data do not determine it.
+        sd: standard deviation; of a parameter with a logarithm in the vector, of value times the logarithm's.
+        low, high: 95 % interval, from the Jacobian; NaN where not determined.
+        boot_low, boot_high: the same from a bootstrap over blocks; NaN where none was asked for.
+        status: see `Status`.
+        said: in a few words, what else is to be known: the combination that is determined, the bound.
+    """
+
+    free: Free
+    unit: str
+    start: float
+    value: float
+    sd: float
+    low: float
+    high: float
+    boot_low: float
+    boot_high: float
+    status: Status
+    said: str = ""
+
+    @property
+    def name(self) -> str:
+        """Of the parameter."""
+        return self.free.name
+
+
+@dataclass(frozen=True, repr=False)
+class Combination(Shown):
+    """A direction of the parameters that the data do not determine.
+
+    Attributes:
+        names: parameters that take part, the largest part first.
+        weights: parts of each, in the fit's vector (logarithms of positive parameters), of length 1 together.
+        sd: what the data leave along it; inf where they see nothing.
+        said: in words, such as "bending_stiffness and muscle.stiffness may grow together by any factor".
+    """
+
+    names: tuple[str, ...]
+    weights: tuple[float, ...]
+    sd: float
+    said: str
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Left(Shown):
+    """What is left over of one recording: measured less predicted, T samples of K markers, frame of the measurements.
+
+    Attributes:
+        recording: in its fitted rig.
+        predicted: where the markers were predicted [m], shape (T, K, 3).
+        held_out: whether a sample was kept from the fit, shape (T,).
+    """
+
+    recording: Recording
+    predicted: Array
+    held_out: Array
+
+    @property
+    def error(self) -> Array:
+        """Measured less predicted [m], shape (T, K, 3); NaN where nothing was seen."""
+        return self.recording.positions - self.predicted
+
+    def rms(self, rows: Array | None = None, marker: int | None = None, centred: bool = False) -> float:
+        """Return the root mean square distance [m] of what was measured from what was predicted.
+
+        Args:
+            rows: mask of samples, shape (T,); default all.
+            marker: of one alone; default all.
+            centred: without the mean offset of each marker.
+        """
+        error = self.error if rows is None else self.error[rows]
+        if marker is not None:
+            error = error[:, [marker]]
+        if centred:
+            error = error - np.nanmean(error, axis=0)
+        return float(np.sqrt(np.nanmean((error**2).sum(axis=-1))))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(Shown):
+    """What a fit of P parameters to recordings came to.
+
+    Attributes:
+        arm: fitted.
+        rigs: fitted, one for each recording.
+        parameters: what became of the free ones.
+        undetermined: combinations that the data do not determine, the worst first.
+        correlation: of the parameters' errors, shape (P, P); NaN where one is not determined.
+        singular_values: of the Jacobian by scaled parameters, over the noise, shape (P,), the largest first.
+        left: what is left over, of each recording.
+        noise: of one coordinate [m], as it was found or given.
+        cost: weighted, at the end and from each start, the best first.
+        converged: whether the search ended by itself.
+        evaluations: predictions of all recordings.
+        seconds: that it took.
+        method: `least-squares` or `cma`.
+        message: of the solver.
+    """
+
+    arm: Arm
+    rigs: tuple[Rig, ...]
+    parameters: tuple[Parameter, ...]
+    undetermined: tuple[Combination, ...]
+    correlation: Array
+    singular_values: Array
+    left: tuple[Left, ...]
+    noise: float
+    cost: tuple[float, ...]
+    converged: bool
+    evaluations: int
+    seconds: float
+    method: str
+    message: str
+
+    @property
+    def rig(self) -> Rig:
+        """The rig of the first recording."""
+        return self.rigs[0]
+
+    def __repr__(self) -> str:
+        known = sum(one.status in ("determined", "at bound") for one in self.parameters)
+        return f"Fit({known} of {len(self.parameters)} parameters, rms {1e3 * self.left[0].rms():.3g} mm)"

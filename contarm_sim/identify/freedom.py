@@ -1,0 +1,229 @@
+"""Which parameters of an arm and of its rig a fit may change, and the vector that it changes.
+
+bending_stiffness, section_2.mass, ...     of the arm, by the names of `model.named`; one value for all sections, or one
+section_*.bending_stiffness                one for each section
+frame.x, frame.turn_z                      of the rig: the base's position [m] and turn [rad]
+marker_1.offset.z, marker.offset.z         of one marker or, one value for all, of each
+marker_2.xi
+actuation.gain_3, actuation.gain           of one channel, or one value for all
+actuation.slack_4, actuation.slack         of one muscle, or one value for all
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from contarm_sim.brevity import Told
+from contarm_sim.errors import InputError
+from contarm_sim.identify.rig import Rig
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.named import find, named_parameters, with_parameters
+
+_AXES = "xyz"
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Free(Told):
+    """A parameter that a fit may change.
+
+    Attributes:
+        name: see the module.
+        low, high: bounds, SI units; None: as wide as the parameter allows.
+        mean, sd: of a normal prior, known from elsewhere, SI units; None: no prior. `sd` alone is about the value that
+            the arm or rig has; `mean` alone is refused.
+
+    Raises:
+        InputError: bounds that leave nothing, or a spread that is not above 0.
+    """
+
+    name: str
+    low: float | None = None
+    high: float | None = None
+    mean: float | None = None
+    sd: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.low is not None and self.high is not None and not self.low < self.high:
+            raise InputError(f"bounds of {self.name}", (self.low, self.high), "a lower and a higher number")
+        if self.sd is not None and not self.sd > 0:
+            raise InputError(f"prior of {self.name}", self.sd, "a spread above 0")
+        if self.mean is not None and self.sd is None:
+            raise InputError(f"prior of {self.name}", self.mean, "a mean and a spread")
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """The free parameters of an arm in a rig, one number each.
+
+    Positive parameters go into the vector by their logarithm: a stiffness may be wrong by a factor.
+
+    Attributes:
+        arm, rig: where they start from.
+        free: the parameters, `section_*` written out.
+        units: of each.
+        logarithmic: whether the vector has the logarithm.
+    """
+
+    arm: Arm
+    rig: Rig
+    free: tuple[Free, ...]
+    units: tuple[str, ...]
+    logarithmic: tuple[bool, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the parameters."""
+        return tuple(one.name for one in self.free)
+
+    def values(self, arm: Arm | None = None, rig: Rig | None = None) -> Array:
+        """Return the parameters' values of an arm in a rig, SI units, shape (P,); default where they start from."""
+        known, arm = named_parameters(self.arm), self.arm if arm is None else arm
+        rig = self.rig if rig is None else rig
+        return np.array([_value(name, known, arm, rig) for name in self.names], dtype=float)
+
+    def vector(self, values: Array) -> Array:
+        """Return the vector of parameters' values, shape (..., P)."""
+        return np.where(self.logarithmic, np.log(np.maximum(values, 1e-300)), values)
+
+    def of_vector(self, vector: Array) -> Array:
+        """Return the parameters' values of a vector, shape (..., P)."""
+        inside = np.where(self.logarithmic, np.minimum(vector, 700.0), 0.0)
+        return np.where(self.logarithmic, np.exp(inside), vector)
+
+    def applied(self, values: Array) -> tuple[Arm, Rig]:
+        """Return the arm and the rig that have these values, shape (P,).
+
+        Raises:
+            InputError: values that an arm or a rig cannot have.
+        """
+        known = named_parameters(self.arm)
+        of_arm = {name: x for name, x in zip(self.names, values.tolist(), strict=True) if name in known}
+        rig = self.rig
+        for name, value in zip(self.names, values.tolist(), strict=True):
+            if name not in known:
+                rig = _in_rig(rig, name, value)
+        return with_parameters(self.arm, of_arm) if of_arm else self.arm, rig
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Return the lowest and the highest vector, shape (P,) each."""
+        known = named_parameters(self.arm)
+        low, high = np.full(len(self.free), -np.inf), np.full(len(self.free), np.inf)
+        for place, one in enumerate(self.free):
+            least, below = _allowed(one.name, known, self.arm)
+            low[place] = least if one.low is None else max(one.low, least)
+            high[place] = below if one.high is None else min(one.high, below)
+        return self.vector(low), self.vector(high)
+
+
+def freedom(arm: Arm, rig: Rig, free: Sequence[Free | str]) -> Freedom:
+    """Return the free parameters of an arm in a rig.
+
+    Raises:
+        InputError: none, one twice, an unknown name (with the nearest known one), a parameter that is no number, or a
+            start outside its bounds.
+    """
+    given = [one if isinstance(one, Free) else Free(name=one) for one in free]
+    if not given:
+        raise InputError("free", "nothing", "one parameter or more")
+    known = free_names(arm, rig)
+    every = [one for each in given for one in _written_out(each, len(arm.sections))]
+    for one in every:
+        find(one.name, known)
+    twice = [one.name for place, one in enumerate(every) if one.name in [other.name for other in every[:place]]]
+    if twice:
+        raise InputError("free", twice[0], "each parameter once")
+    of_arm = named_parameters(arm)
+    logarithmic = tuple(_allowed(one.name, of_arm, arm)[0] == 0 for one in every)
+    made = Freedom(arm, rig, tuple(every), tuple(known[one.name] for one in every), logarithmic)
+    start = made.values()
+    for one, value in zip(every, start.tolist(), strict=True):
+        low, high = -math.inf if one.low is None else one.low, math.inf if one.high is None else one.high
+        if not low <= value <= high:
+            raise InputError(one.name, value, f"a start within its bounds, {low:g} to {high:g}")
+    return made
+
+
+def free_names(arm: Arm, rig: Rig) -> dict[str, str]:
+    """Return the units of all parameters that a fit may change, by name."""
+    found = {}
+    for name, one in named_parameters(arm).items():
+        value = one.value(arm)
+        if isinstance(value, float):
+            found[name] = one.unit
+    found |= {f"frame.{axis}": "m" for axis in _AXES} | {f"frame.turn_{axis}": "rad" for axis in _AXES}
+    for owner in ("marker", *(f"marker_{k + 1}" for k in range(len(rig.markers)))):
+        found |= {f"{owner}.offset.{axis}": "m" for axis in _AXES} | {f"{owner}.xi": "-"}
+    unit = {"windings": "m", "tensions": "N", "pressures": "Pa", "none": "-"}[rig.actuation.drive]
+    gains, muscles = len(rig.actuation.gains), len(rig.actuation.slack)
+    found |= {f"actuation.gain{part}": f"{unit}/command" for part in ("", *(f"_{k + 1}" for k in range(gains)))}
+    found |= {f"actuation.slack{part}": unit for part in ("", *(f"_{k + 1}" for k in range(muscles)))}
+    return found
+
+
+def _written_out(one: Free, sections: int) -> list[Free]:
+    if not one.name.startswith("section_*."):
+        return [one]
+    rest = one.name.removeprefix("section_*.")
+    if sections == 1:
+        return [replace(one, name=rest)]
+    return [replace(one, name=f"section_{k + 1}.{rest}") for k in range(sections)]
+
+
+def _allowed(name: str, known: dict[str, Any], arm: Arm) -> tuple[float, float]:
+    """Return what a parameter is above or at least, and what it is below; 0 where it is positive."""
+    one = known.get(name)
+    if one is None:
+        return (0.0, 1.0) if name.endswith(".xi") else (-math.inf, math.inf)
+    low, high = one.interval(arm)
+    return low, high
+
+
+def _value(name: str, known: dict[str, Any], arm: Arm, rig: Rig) -> float:
+    if name in known:
+        return float(known[name].value(arm))
+    part, _, rest = name.partition(".")
+    if part == "frame":
+        vector = rig.turn if rest.startswith("turn_") else rig.position
+        return vector[_AXES.index(rest[-1])]
+    if part.startswith("marker"):
+        marker = rig.markers[int(part[7:] or 1) - 1]
+        return marker.xi if rest == "xi" else marker.offset[_AXES.index(rest[-1])]
+    kind, number = _numbered(rest)
+    return (rig.actuation.gains if kind == "gain" else rig.actuation.slack)[number or 0]
+
+
+def _in_rig(rig: Rig, name: str, value: float) -> Rig:
+    part, _, rest = name.partition(".")
+    if part == "frame":
+        field = "turn" if rest.startswith("turn_") else "position"
+        return replace(rig, **{field: _put(getattr(rig, field), _AXES.index(rest[-1]), value)})
+    if part.startswith("marker"):
+        own = range(len(rig.markers)) if part == "marker" else (int(part[7:]) - 1,)
+        markers = list(rig.markers)
+        for place in own:
+            old = markers[place]
+            change = {"xi": value} if rest == "xi" else {"offset": _put(old.offset, _AXES.index(rest[-1]), value)}
+            markers[place] = replace(old, **change)
+        return replace(rig, markers=tuple(markers))
+    kind, number = _numbered(rest)
+    field = "gains" if kind == "gain" else "slack"
+    old = getattr(rig.actuation, field)
+    new: Any = (value,) * len(old) if number is None else _put(old, number, value)
+    return replace(rig, actuation=replace(rig.actuation, **{field: new}))
+
+
+def _numbered(rest: str) -> tuple[str, int | None]:
+    found = re.fullmatch(r"([a-z]+)(?:_(\d+))?", rest)
+    assert found is not None  # names are those of `free_names`
+    return found[1], int(found[2]) - 1 if found[2] else None
+
+
+def _put(values: tuple[float, ...], place: int, value: float) -> Any:
+    return (*values[:place], value, *values[place + 1 :])

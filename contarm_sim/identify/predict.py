@@ -1,0 +1,82 @@
+"""Where markers are predicted to be: many arms, each in its rig, under the commands of one recording.
+
+A fit asks for a whole population at once: its present arm, and one with each parameter changed a little.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+
+from contarm_sim.identify.recording import Recording
+from contarm_sim.identify.rig import Rig
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.load import Load, Wrench
+from contarm_sim.statics.equilibria import equilibria
+from contarm_sim.statics.places import Places
+
+
+class Predictor(Protocol):
+    """Predicts a recording's markers."""
+
+    recording: Recording
+
+    def __call__(self, arms: Sequence[Arm], rigs: Sequence[Rig]) -> Array:
+        """Return where the markers are measured, if these are the arms in their rigs [m], shape (B, T, K, 3).
+
+        NaN where an arm has no pose. The first arm is the one that the others differ from a little.
+        """
+        ...
+
+
+class AtRest:
+    """Predicts static poses, each for itself: what came before a sample does not matter.
+
+    Args:
+        recording: what was commanded.
+        threads: that share the work; 0: one a processor.
+    """
+
+    def __init__(self, recording: Recording, threads: int = 0) -> None:
+        self.recording, self._threads = recording, threads
+        self._near: Array | None = None
+
+    def __call__(self, arms: Sequence[Arm], rigs: Sequence[Rig]) -> Array:
+        """Return where the markers are measured [m], shape (B, T, K, 3), see `Predictor`."""
+        recording = self.recording
+        out = np.empty((len(arms), len(recording), len(recording.rig.markers), 3))
+        for place, (arm, rig) in enumerate(zip(arms, rigs, strict=True)):
+            own, loads = under(arm, rig, recording)
+            found = equilibria(own, loads, guess=self._near, threads=self._threads)
+            out[place] = markers_at(arm, rig, found.frames)
+            if place == 0:
+                self._near = np.where(np.isfinite(found.qpos), found.qpos, 0.0)
+        return out
+
+
+def under(arm: Arm, rig: Rig, recording: Recording) -> tuple[list[Arm], list[Load]]:
+    """Return the arm with what its tip carries, and its load, at each sample of a recording."""
+    held = rig.holds(arm)
+    if recording.payload is None:
+        arms = [held] * len(recording)
+    else:
+        carrying = {kg: held.in_world(replace(held.world, payload=kg)) for kg in set(recording.payload.tolist())}
+        arms = [carrying[kg] for kg in recording.payload.tolist()]
+    values, actuation = rig.actuation.values(recording.commands), rig.actuation
+    wrenches: list[tuple[Wrench, ...]] = [()] * len(recording)
+    if recording.force is not None:
+        forces = recording.force @ rig.rotation
+        wrenches = [(Wrench(xi=recording.force_xi, force=tuple(force)),) for force in forces.tolist()]
+    loads = [Load(muscles=actuation.muscles(told), wrenches=own) for told, own in zip(values, wrenches, strict=True)]
+    return arms, loads
+
+
+def markers_at(arm: Arm, rig: Rig, frames: Array) -> Array:
+    """Return where markers are measured [m], shape (T, K, 3), from the stations' frames, shape (T, N + 1, 4, 4)."""
+    places = Places(arm, [marker.xi for marker in rig.markers])
+    about = frames[:, places.stations]
+    return rig.measured(places.between(about[..., :3, 3], about[..., :3, :3]))
