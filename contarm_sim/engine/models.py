@@ -26,8 +26,10 @@ from contarm_sim.model.arm import Arm
 KEPT = 16
 """Most models kept."""
 
-_WRITTEN = ("bending_stiffness", "torsional_stiffness", "damping_time")
-"""Parameters of sections that are written; of the world, gravity, base and an unequal payload are.
+_WRITTEN = ("bending_stiffness", "torsional_stiffness", "damping_time", "friction_moment", "friction_stiffness")
+"""Parameters of sections that are written, or that the engine knows nothing of: friction in the backbone.
+
+Of the world, gravity, base and an unequal payload are written.
 
 So is the mass of one section. That of several moves the middle of the links between them: there it is compiled.
 """
