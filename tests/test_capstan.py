@@ -66,17 +66,17 @@ def _bending(path):
 @pytest.mark.parametrize(("path", "allowed"), [("parallel", 1e-9), ("spans", 0.03)])
 def test_an_arm_at_rest_has_the_tensions_of_the_capstan(path, allowed):
     """Wound in, the tension falls towards the end by the angle that the tendon turned by; let out, it rises."""
-    arm, taut = _bending(path), np.zeros(9)
-    taut[6] = -1.0
+    arm = _bending(path)
     ways = [*np.linspace(0, 0.012, 7), 0.008, 0.004]
-    found = settle(arm, [Load(muscles=Muscles(kind="setpoints", values=tuple(taut * x))) for x in ways])
+    told = [(0.05,) * 6 + (-wound, 0.05, 0.05) for wound in ways]  # all others let out
+    found = settle(arm, [Load(muscles=Muscles(kind="setpoints", values=values)) for values in told])
     assert not found.failed
     pairs = found.qpos[0].reshape(len(ways), -1, 2)
     turned = np.hypot(*pairs.transpose(2, 0, 1)).sum(axis=-1)
     start, end = found.start_tensions[0, :, 6], found.end_tensions[0, :, 6]
     for place, sign in ((6, 1.0), (8, -1.0)):
         assert found.grip[0, place, 6] == sign
-        assert turned[place] > 0.3
+        assert turned[place] > 0.1
         assert np.log(start[place] / end[place]) == pytest.approx(sign * 0.15 * turned[place], rel=allowed)
 
 
