@@ -12,11 +12,17 @@ from contarm_sim.errors import InputError
 from contarm_sim.identify.losses import THRESHOLD, Loss, rho
 from contarm_sim.identify.predict import Predictor
 from contarm_sim.identify.recording import Recording
-from contarm_sim.identify.shared import Shared
+from contarm_sim.identify.shared import Shared, prior_of
 from contarm_sim.kinematics.arrays import Array
 
-STEP = 2e-4
-"""Step of finite differences, over a parameter's typical change."""
+STEP, WIDE_STEP = 2e-4, 2e-3
+"""Steps of finite differences from one side and from both, over a parameter's typical change."""
+
+TETHER = 20.0
+"""Spread of a prior that every parameter has about its start, over its typical change.
+
+So weak that it moves nothing that data determine; it keeps what they do not from running off.
+"""
 
 LOST = 1.0
 """Residual of a coordinate that has no prediction, over the length of the arm."""
@@ -33,7 +39,7 @@ class Progress:
         phase: what it does, such as `start 2 of 8`, `search`, `intervals`.
         evaluation: predictions of all recordings until now.
         rms: least distance until now of what is fitted from what is predicted [m], root mean square.
-        of: most searches, or None where nobody knows; `phase` counts them.
+        of: predictions at which the phase ends, or None where nobody knows.
     """
 
     phase: str
@@ -58,6 +64,8 @@ class Problem:
         base: the vector that the others have, shape (P,).
         evaluations: predictions of all recordings until now.
         lost: coordinates of the last vector that have no prediction.
+        latest: derivatives of errors by all parameters where they were last found, shape (M, P); None before.
+        of: evaluations at which the present phase ends, where that is known.
         best: the best vector of the present search, shape (P,), and its cost; None before the first.
     """
 
@@ -82,6 +90,13 @@ class Problem:
         self.evaluations, self.lost, self.noise = 0, 0, 1.0
         self.phase, self._said, self._rms = "search", on_progress, np.inf
         self.best: tuple[Array, float] | None = None
+        self.of: int | None = None
+        self.latest: Array | None = None
+        known = [place for place, one in enumerate(every.free) if one.sd is not None]
+        priors = np.array([prior_of(every, place) for place in known]).reshape(-1, 2)
+        self._known = np.array([*range(len(every.free)), *known])
+        self._means = np.concatenate([every.start, priors[:, 0]])
+        self._spreads = np.concatenate([TETHER * every.typical, priors[:, 1]])
 
     @property
     def blocks(self) -> NDArray[np.str_]:
@@ -129,21 +144,8 @@ class Problem:
         return np.where(np.isfinite(errors), errors, LOST * self.length)
 
     def priors(self, vector: Array) -> Array:
-        """Return how far priors are off, over their spreads, shape (Q,)."""
-        values, start = self.every.of_vector(vector), self.every.of_vector(self.every.start)
-        return np.array([
-            (values[place] - (start[place] if one.mean is None else one.mean)) / one.sd
-            for place, one in enumerate(self.every.free) if one.sd is not None
-        ])  # fmt: skip
-
-    def prior_jacobian(self, vector: Array) -> Array:
-        """Return the derivative of `priors` by the vector, shape (Q, P)."""
-        slopes = np.where(self.every.logarithmic, self.every.of_vector(vector), 1.0)
-        rows = [(place, one.sd) for place, one in enumerate(self.every.free) if one.sd is not None]
-        out = np.zeros((len(rows), len(slopes)))
-        for row, (place, sd) in enumerate(rows):
-            out[row, place] = slopes[place] / sd
-        return out
+        """Return how far a vector is off what is known beforehand, over the spreads, shape (Q,)."""
+        return (vector[self._known] - self._means) / self._spreads
 
     def cost(self, errors: Array, vector: Array, noise: float | None = None) -> float:
         """Return half the weighted sum of losses of errors [m], shape (M,), and of priors."""
@@ -152,7 +154,7 @@ class Problem:
         return 0.5 * float(losses.sum() + (self.priors(vector) ** 2).sum())
 
     def residuals(self, moved: Array) -> Array:
-        """Return errors over the noise, and priors, shape (M + Q,), of what moves; remembers the best."""
+        """Return errors over the noise, and `priors`, shape (M + Q,), of what moves; remembers the best."""
         vector = self.full(moved)
         errors = self.errors(vector[None])[0]
         self.lost = int(np.isnan(errors).sum())
@@ -170,7 +172,7 @@ class Problem:
     def tell(self) -> None:
         """Tell how far the fit is."""
         if self._said is not None:
-            self._said(Progress(self.phase, self.evaluations, self._rms))
+            self._said(Progress(self.phase, self.evaluations, self._rms, self.of))
 
     def slopes(self, moved: Array, central: bool = False) -> Array:
         """Return the derivatives of errors by what moves [m], shape (M, active), all in one population.
@@ -181,7 +183,7 @@ class Problem:
             moved: where they are taken, shape (active,).
             central: from both sides, except at a bound.
         """
-        steps, vector = STEP * self.every.typical, self.full(moved)
+        steps, vector = (WIDE_STEP if central else STEP) * self.every.typical, self.full(moved)
         places = np.flatnonzero(self.active)
         up = np.where(vector + steps <= self.every.high, steps, 0.0)
         down = np.where(vector - steps >= self.every.low, -steps, 0.0) if central else np.where(up > 0, 0.0, -steps)
@@ -196,12 +198,15 @@ class Problem:
             total[k] += np.sign(step) * np.nan_to_num(errors[1 + row] - errors[0])
             width[k] += abs(step)
         self.tell()
-        return np.asarray((total / np.maximum(width, 1e-300)[:, None]).T)
+        self.latest = np.zeros((self.size, len(vector)))
+        self.latest[:, places] = (total / np.maximum(width, 1e-300)[:, None]).T
+        return self.latest[:, places]
 
     def jacobian(self, moved: Array) -> Array:
         """Return the derivatives of `residuals`, shape (M + Q, active)."""
-        priors = self.prior_jacobian(self.full(moved))[:, self.active]
-        return np.concatenate([self.slopes(moved) / self.noise, priors])
+        priors = np.zeros((len(self._known), len(self.base)))
+        priors[range(len(priors)), self._known] = 1 / self._spreads
+        return np.concatenate([self.slopes(moved) / self.noise, priors[:, self.active]])
 
     def scipy_loss(self, squares: Array) -> Array:
         """Return the loss of `residuals` over the threshold, as scipy wants it; priors have none."""

@@ -15,6 +15,9 @@ from contarm_sim.kinematics.arrays import Array
 Method = Literal["least-squares", "cma"]
 METHODS: tuple[Method, ...] = get_args(Method)
 
+STOPPED = "stopped early"
+"""What the message of a fit begins with that Ctrl-C ended."""
+
 ROUNDS = 6
 """Most times that the noise is estimated anew."""
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from contarm_sim.errors import InputError
 from contarm_sim.identify.freedom import Free, Freedom, free_names, freedom
 from contarm_sim.identify.recording import Recording
 from contarm_sim.identify.rig import Rig
@@ -105,6 +106,22 @@ def shared(arm: Arm, recordings: Sequence[Recording], free: Sequence[Free | str]
         arm, tuple(one.rig for one in recordings), frees, tuple(own), places, units, logarithmic, np.array(starts),
         np.array(lows), np.array(highs), np.array(typical),
     )  # fmt: skip
+
+
+def prior_of(every: Shared, place: int) -> tuple[float, float]:
+    """Return the mean and the spread of a parameter's prior in the vector; of a logarithm, to first order.
+
+    Raises:
+        InputError: a mean that the parameter cannot have.
+    """
+    one, start, logarithmic = every.free[place], float(every.start[place]), every.logarithmic[place]
+    assert one.sd is not None
+    if not logarithmic:
+        return start if one.mean is None else one.mean, one.sd
+    mean = float(np.exp(start)) if one.mean is None else one.mean
+    if not mean > 0:
+        raise InputError(f"prior of {one.name}", mean, "a mean above 0, as the parameter is")
+    return float(np.log(mean)), one.sd / mean
 
 
 def _typical(length: float, free: Free, unit: str, logarithmic: bool, start: float, low: float, high: float) -> float:

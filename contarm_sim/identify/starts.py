@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import ndtri
 
-from contarm_sim.identify.shared import Shared
+from contarm_sim.identify.shared import Shared, prior_of
 from contarm_sim.kinematics.arrays import Array
 
 
@@ -18,14 +18,13 @@ def starts_of(every: Shared, count: int, seed: int = 0) -> Array:
     generator, size = np.random.default_rng(seed), len(every.free)
     strata = np.array([generator.permutation(count - 1) for _ in range(size)]).T if count > 1 else np.zeros((0, size))
     levels = (strata + generator.uniform(size=strata.shape)) / max(count - 1, 1)
-    drawn = every.start + every.typical * ndtri(np.clip(levels, 1e-9, 1 - 1e-9))
+    normal = ndtri(np.clip(levels, 1e-9, 1 - 1e-9))
+    drawn = every.start + every.typical * normal
     for place, one in enumerate(every.free):
-        logarithmic = every.logarithmic[place]
         if one.sd is not None:
-            mean = float(every.of_vector(every.start)[place]) if one.mean is None else one.mean
-            value = mean + one.sd * ndtri(np.clip(levels[:, place], 1e-9, 1 - 1e-9))
-            drawn[:, place] = np.log(np.maximum(value, 1e-2 * abs(mean) + 1e-300)) if logarithmic else value
-        elif one.low is not None and one.high is not None and (one.low > 0 or not logarithmic):
+            mean, sd = prior_of(every, place)
+            drawn[:, place] = mean + sd * normal[:, place]
+        elif one.low is not None and one.high is not None and (one.low > 0 or not every.logarithmic[place]):
             low, high = every.low[place], every.high[place]
             drawn[:, place] = low + (high - low) * levels[:, place]
     return np.clip(np.vstack([every.start, drawn]), every.low, every.high)
