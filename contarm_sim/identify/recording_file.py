@@ -67,7 +67,8 @@ def load_recording(path: str | Path, arm: Arm | None = None) -> Recording:
         ]
         return _recording(parts, spec, arm, file.stem)
     except InputError as error:
-        raise error.located(error.where or str(file)) from None
+        own = error.where in (None, spec.get("name", file.stem))
+        raise error.located(str(file) if own else error.where) from None
 
 
 def recording_from_frame(frame: Any, spec: dict[str, Any], arm: Arm | None = None) -> Recording:
@@ -231,15 +232,25 @@ def _time(columns: Columns, spec: dict[str, Any], kind: Kind, blocks: list[str])
     else:
         raise InputError("time", given, "a table with column and unit, or rate [Hz]")
     cut = spec["block"].get("seconds") if isinstance(spec.get("block"), dict) else None
-    if cut is not None:
-        length = one_number(cut, "s", "block.seconds")
-        if not length > 0:
-            raise InputError("block.seconds", cut, "a time above 0")
-        begin: dict[str, float] = {}
-        number_of = [int((now - begin.setdefault(block, now)) // length) + 1
-                     for now, block in zip(values.tolist(), blocks, strict=True)]  # fmt: skip
-        blocks = [f"{one}/{k}" if one else str(k) for one, k in zip(blocks, number_of, strict=True)]
-    return values, blocks
+    if cut is None:
+        return values, blocks
+    length = one_number(cut, "s", "block.seconds")
+    if not length > 0:
+        raise InputError("block.seconds", cut, "a time above 0")
+    return values, _cut(values, blocks, length)
+
+
+def _cut(time: Array, blocks: list[str], length: float) -> list[str]:
+    """Return blocks cut into pieces of a length [s]; what is left over is of the last piece."""
+    names = np.array(blocks)
+    out = list(blocks)
+    for block in dict.fromkeys(blocks):
+        rows = np.flatnonzero(names == block)
+        since = time[rows] - time[rows].min()
+        last = max(1, round(float(since.max()) / length))
+        for row, piece in zip(rows.tolist(), np.minimum(since // length, last - 1).tolist(), strict=True):
+            out[row] = f"{block}/{piece + 1:.0f}" if block else f"{piece + 1:.0f}"
+    return out
 
 
 def _origin(spec: dict[str, Any], first: _Piece) -> float:
