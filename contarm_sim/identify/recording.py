@@ -123,7 +123,7 @@ class Recording(Shown):
             raise InputError(f"sample {number + 1}, positions", "inf", "finite numbers, NaN where unseen", self.name)
         if self.payload is not None and self.payload.min() < 0:
             number = int(np.argmin(self.payload))
-            raise InputError(f"sample {number + 1}, payload", self.payload[number], "0 kg or more", self.name)
+            raise InputError(f"sample {number + 1}, payload", float(self.payload[number]), "0 kg or more", self.name)
         if not 0 <= self.force_xi <= 1:
             raise InputError("force_xi", self.force_xi, "a number from 0 (base) to 1 (tip)", self.name)
         channels = max(self.rig.actuation.channels, default=-1) + 1

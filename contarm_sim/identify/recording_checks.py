@@ -137,15 +137,16 @@ def outliers(recording: Recording) -> NDArray[np.bool_]:
     """
     out = np.zeros_like(recording.seen)
     runs = [np.flatnonzero(recording.blocks == block) for block in dict.fromkeys(recording.blocks.tolist())]
+    along = recording.time if recording.kind == "motion" else np.arange(len(recording), dtype=float)
     told = np.zeros(len(recording))
     for rows in runs:
-        told[rows] = _off_line(recording.commands[rows])
+        told[rows] = _off_line(recording.commands[rows], along[rows])
     turns = told > _JUMP * np.median(told)
     for k in range(len(recording.rig.markers)):
         off = np.zeros(len(recording))
         for rows in runs:
             own = rows[recording.seen[rows, k]]
-            off[own] = _off_line(recording.positions[own, k])
+            off[own] = _off_line(recording.positions[own, k], along[own])
         usual = float(np.median(off[recording.seen[:, k]]))
         padded = np.concatenate([[0, 0], off, [0, 0]])
         near = np.max([padded[shift : shift + len(off)] for shift in (0, 1, 3, 4)], axis=0)
@@ -159,12 +160,24 @@ def _spread(points: Array) -> float:
     return float(np.percentile(np.linalg.norm(points - np.median(points, axis=0), axis=1), 90))
 
 
-def _off_line(points: Array) -> Array:
-    """Return how far points are from the cubic through the two before and the two after, shape (T,); 0 at the ends."""
+def _off_line(points: Array, along: Array) -> Array:
+    """Return how far points are from the cubic through the two before and the two after, shape (T,); 0 at the ends.
+
+    Args:
+        along: where each is, shape (T,): its time, or its number. Where the four are far apart, nothing is said: 0.
+    """
     off = np.zeros(len(points))
-    if len(points) >= 5 and points.shape[1]:
-        line = (4 * (points[1:-3] + points[3:-1]) - points[:-4] - points[4:]) / 6
-        off[2:-2] = np.linalg.norm(points[2:-2] - line, axis=1)
+    if len(points) < 5 or not points.shape[1]:
+        return off
+    near = [slice(0, -4), slice(1, -3), slice(3, -1), slice(4, None)]
+    here, there = along[2:-2], [along[part] for part in near]
+    line = np.zeros_like(points[2:-2])
+    for one, own in zip(near, there, strict=True):
+        others = [other for other in there if other is not own]
+        weight = np.prod([(here - other) / (own - other) for other in others], axis=0)
+        line += weight[:, None] * points[one]
+    close = there[3] - there[0] <= 8 * np.median(np.diff(along))
+    off[2:-2] = np.where(close, np.linalg.norm(points[2:-2] - line, axis=1), 0.0)
     return off
 
 

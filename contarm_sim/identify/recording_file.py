@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -18,11 +19,12 @@ from contarm_sim.identify.recording_commands import Commanded, commanded
 from contarm_sim.identify.recording_measured import Measured, mark_frozen, measured
 from contarm_sim.identify.rig import Rig
 from contarm_sim.identify.rig_file import frame_of, read_toml
-from contarm_sim.identify.spec_keys import in_si, numbers, one_number, table, whole
+from contarm_sim.identify.spec_keys import choice, in_si, numbers, one_number, table, whole
 from contarm_sim.inputs import as_path
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.muscle_table import refuse_unknown
+from contarm_sim.model.parameters import as_number
 
 KEYS = (
     "name", "source", "licence", "kind", "data", "names", "skip", "time", "block", "commands", "markers", "frame",
@@ -99,9 +101,8 @@ def _files(data: Any) -> list[dict[str, Any]]:
 def _recording(
     parts: list[tuple[Columns, dict[str, Any]]], spec: dict[str, Any], arm: Arm | None, usual: str
 ) -> Recording:
-    kind, name = spec.get("kind"), spec.get("name", usual)
-    if kind not in KINDS:
-        raise InputError("kind", "missing" if kind is None else repr(kind), " or ".join(KINDS))
+    kind: Any = choice(spec.get("kind"), "kind", KINDS)
+    name = spec.get("name", usual)
     if not isinstance(name, str) or not name.strip():
         raise InputError("name", name, "a text")
     pieces = [_piece(columns, own, spec, kind, arm, len(parts) > 1) for columns, own in parts]
@@ -151,6 +152,8 @@ def _piece(
     gaps = table(gaps, "gaps", ["values", "valid", "frozen"])
     values = gaps.get("values", [])
     values = values if isinstance(values, list) else [values]
+    if not all(isinstance(one, str) or math.isfinite(as_number(one)) for one in values):
+        raise InputError("gaps.values", values, "numbers and texts that say that one is missing, such as [-9999]")
     blocks = _blocks(columns, own, spec.get("block"), several)
     time, blocks = _time(columns, spec, kind, blocks)
     found = measured(columns, spec, {**gaps, "values": values}, arm)
