@@ -1,0 +1,165 @@
+"""Where a free swing starts: the sample that it is followed from, and the arm's shape and speed there, from markers.
+
+A hand lets go gradually, so a swing is followed from the sample at which the fastest marker has reached a share of its
+peak speed. The shape there is the least bent, and most evenly bent, that goes through the markers: the joint angles q
+that minimise
+
+    sum over markers |p(q) - measured|^2 / s^2 + L/6 int k^2 ds + L^3/54 int k'^2 ds,
+
+k the curvature, L the arm's length, s = 0.003 L: a joint bend of a radian in a sixth of the arm counts as much as s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from contarm_sim.engine.index import ArmIndex
+from contarm_sim.engine.plants import Plants
+from contarm_sim.identify.rig import Rig
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
+from contarm_sim.statics.places import Places
+
+CLOSE = 0.003
+"""Distance from a marker that counts as much as one of the shape's terms [lengths]."""
+
+STEPS = 12
+"""Most steps of Gauss and Newton."""
+
+NEAR = 2
+"""Samples before and after one that its speed is found from."""
+
+HELD = 0.1
+"""Share of the peak speed below which a hand still holds the arm."""
+
+
+def speeds(time: Array, positions: Array) -> Array:
+    """Return the speed of the fastest marker at each sample [m/s], shape (T,); 0 where none is seen there.
+
+    Args:
+        time: [s], shape (T,).
+        positions: [m], shape (T, K, 3), NaN where a marker was not seen.
+    """
+    out = np.zeros(len(time))
+    for marker in range(positions.shape[1]):
+        seen = np.isfinite(positions[:, marker]).all(axis=-1)
+        if np.count_nonzero(seen) > 2:
+            velocity = np.gradient(positions[seen, marker], time[seen], axis=0)
+            out[seen] = np.maximum(out[seen], np.linalg.norm(velocity, axis=-1))
+    return out
+
+
+def start_of(time: Array, positions: Array, share: float) -> tuple[int, int]:
+    """Return the samples of one block: the one that a swing is followed from, and the last at which it was held.
+
+    Args:
+        time, positions: as of `speeds`.
+        share: of the peak speed.
+    """
+    speed = speeds(time, positions)
+    peak = speed.max()
+    if peak == 0:
+        return 0, 0
+    start = int(np.argmax(speed >= share * peak))
+    slow = np.flatnonzero(speed[: start + 1] < HELD * peak)
+    return start, int(slow[-1]) if len(slow) else start
+
+
+def velocities(time: Array, positions: Array, sample: int) -> Array:
+    """Return the markers' velocities at a sample [m/s], shape (K, 3): slopes of parabolas through the samples about it.
+
+    NaN where a marker is seen less than twice there.
+    """
+    about = slice(max(0, sample - NEAR), sample + NEAR + 1)
+    out = np.full(positions.shape[1:], np.nan)
+    for marker in range(positions.shape[1]):
+        own = positions[about, marker]
+        seen = np.isfinite(own).all(axis=-1)
+        if np.count_nonzero(seen) > 1:
+            powers = np.arange(3 if np.count_nonzero(seen) > 3 else 2)
+            elapsed = (time[about][seen] - time[sample])[:, None] ** powers
+            out[marker] = np.linalg.lstsq(elapsed, own[seen], rcond=None)[0][1]
+    return out
+
+
+class ShapesFromMarkers:
+    """Finds joint angles and rates of P arms at once from what was measured of their markers.
+
+    Args:
+        plants: P arms, whose poses this uses.
+        rigs: of each.
+    """
+
+    def __init__(self, plants: Plants, rigs: Sequence[Rig]) -> None:
+        self._plants, self._rigs = plants, rigs
+        xi = [[marker.xi for marker in rig.markers] for rig in rigs]
+        self._places = [Places(arm, own) for arm, own in zip(plants.arms, xi, strict=True)]
+        self._stations = np.array([places.stations for places in self._places])
+        self._bent = np.stack([_bending_cost(arm, plants.index) for arm in plants.arms])
+        self._anchors, self._axes = plants.batch.bind("xanchor"), plants.batch.bind("xaxis")
+        self._close = CLOSE * np.array([arm.length for arm in plants.arms])
+
+    def angles(self, positions: Array, start: Array | None = None) -> Array:
+        """Return joint angles [rad], shape (P, D).
+
+        Args:
+            positions: of the markers in the frame of the measurements [m], shape (P, K, 3); NaN: not seen.
+            start: to begin from; default straight.
+        """
+        q = np.zeros((len(self._rigs), self._bent.shape[-1])) if start is None else start.copy()
+        for _ in range(STEPS):
+            left, J = self._left(q, positions)
+            change = self._solved(J, left, -np.einsum("pij,pj->pi", self._bent, q))
+            largest = np.abs(change).max(axis=1, keepdims=True)
+            q += change * np.minimum(1.0, 0.5 / np.maximum(largest, 1e-300))
+            if largest.max() < 1e-9:
+                break
+        return q
+
+    def rates(self, q: Array, velocities: Array) -> Array:
+        """Return rates of joint angles [rad/s], shape (P, D), that the markers' velocities [m/s] tell of."""
+        _, J = self._left(q, velocities)
+        turned = np.stack([v @ rig.rotation for v, rig in zip(velocities, self._rigs, strict=True)])
+        return self._solved(J, np.where(np.isfinite(turned), turned, 0.0), 0.0)
+
+    def _solved(self, J: Array, left: Array, pull: Array | float) -> Array:
+        weight = self._close[:, None, None] ** -2
+        flat = J.reshape(len(J), -1, J.shape[-1])
+        normal = weight * flat.transpose(0, 2, 1) @ flat + self._bent
+        right = weight[..., 0] * np.einsum("pki,pk->pi", flat, left.reshape(len(J), -1)) + pull
+        return np.asarray(np.linalg.solve(normal, right[..., None])[..., 0])
+
+    def _left(self, q: Array, positions: Array) -> tuple[Array, Array]:
+        """Return what is measured less what angles give, base frame, shape (P, K, 3), and the latter's derivative."""
+        plants = self._plants
+        plants.qpos[:] = q
+        plants.forward()
+        rotations = plants.rotations
+        out, J = np.zeros(positions.shape), np.zeros((*positions.shape, q.shape[1]))
+        for p, (rig, places) in enumerate(zip(self._rigs, self._places, strict=True)):
+            frames = places.between(plants.centres[p, places.stations], rotations[p, places.stations])
+            offsets = np.array([marker.offset for marker in rig.markers])
+            points = frames[:, :3, 3] + (frames[:, :3, :3] @ offsets[..., None])[..., 0]
+            measured = (positions[p] - rig.position) @ rig.rotation
+            seen = np.isfinite(measured).all(axis=-1)
+            out[p, seen] = (measured - points)[seen]
+            moved = np.cross(self._axes[p], points[:, None] - self._anchors[p])  # (K, D, 3)
+            carried = plants.index.station_of_dof <= places.stations[..., None]  # (K, 2, D)
+            share = np.stack([1 - places.part, places.part], axis=-1)
+            J[p] = (moved * (share[..., None] * carried).sum(axis=1)[..., None]).transpose(0, 2, 1)
+            J[p, ~seen] = 0.0
+        return out, J
+
+
+def _bending_cost(arm: Arm, index: ArmIndex) -> Array:
+    """Return what is quadratic in joint angles of the cost of a shape, shape (D, D)."""
+    pitch = np.array([section.link_pitch for section in arm.sections])[index.section_of_joint]
+    cost = np.diag(arm.length / 6 / pitch)
+    for hinges in index.bending.values():
+        h = pitch[hinges]
+        change = np.diff(np.diag(1 / h), axis=0)  # of curvature from joint to joint
+        between = 0.5 * (h[1:] + h[:-1])
+        cost[np.ix_(hinges, hinges)] += arm.length**3 / 54 * change.T @ (change / between[:, None])
+    return cost
