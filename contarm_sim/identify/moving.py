@@ -59,6 +59,12 @@ class _Pair:
     arm: Arm
     load: Load
 
+    @property
+    def geometry(self) -> object:
+        """What its shape by the markers depends on."""
+        rig, lengths = self.rig, tuple(section.length for section in self.arm.sections)
+        return id(self.block), lengths, rig.markers, rig.position, rig.orientation, rig.turn
+
 
 class InMotion:
     """Predicts motions: a rollout for each block.
@@ -168,16 +174,17 @@ class InMotion:
             if rollouts.friction is not None:
                 rollouts.friction.start(np.nan_to_num(rest))
             return rest, np.zeros(rest.shape)
-        positions = self.recording.positions
-        shapes = ShapesFromMarkers(plants, [one.rig for one in pairs])
+        alike: dict[object, int] = {}  # shapes are the same for arms of the same geometry in the same rig
+        of = [alike.setdefault(one.geometry, len(alike)) for one in pairs]
+        first = [pairs[of.index(k)] for k in range(len(alike))]
+        shapes = ShapesFromMarkers(self._plants([one.arm.without_memory for one in first]), [one.rig for one in first])
         if rollouts.friction is not None:
             rollouts.friction.start(np.nan_to_num(equilibria(arms, loads, threads=self._threads).qpos))
-            held = shapes.angles(np.stack([self._held[one.block.held] for one in pairs]))
-            rollouts.friction.follow(held)
-        qpos = shapes.angles(np.stack([positions[one.block.rows[0]] for one in pairs]))
-        qvel = shapes.rates(qpos, np.stack([one.block.velocities for one in pairs]))
-        plants.restart(None, qpos, np.zeros((len(pairs), plants.index.actuators.shape[1])))
-        return qpos, qvel
+            rollouts.friction.follow(shapes.angles(np.stack([self._held[one.block.held] for one in first]))[of])
+        qpos = shapes.angles(np.stack([self.recording.positions[one.block.rows[0]] for one in first]))
+        qvel = shapes.rates(qpos, np.stack([one.block.velocities for one in first]))
+        plants.restart(None, qpos[of], np.zeros((len(pairs), plants.index.actuators.shape[1])))
+        return qpos[of], qvel[of]
 
     def _controls(self, pairs: list[_Pair], step: float, last: int) -> Callable[[int], Array] | None:
         """Return what gives controls at steps, shape (P, M); None where nothing drives the muscles."""

@@ -96,7 +96,12 @@ class ShapesFromMarkers:
         self._plants, self._rigs = plants, rigs
         xi = [[marker.xi for marker in rig.markers] for rig in rigs]
         self._places = [Places(arm, own) for arm, own in zip(plants.arms, xi, strict=True)]
-        self._stations = np.array([places.stations for places in self._places])
+        self._offsets = np.array([[marker.offset for marker in rig.markers] for rig in rigs])
+        self._turns = np.array([rig.rotation for rig in rigs])
+        part = np.array([places.part for places in self._places])[..., None]
+        stations = np.array([places.stations for places in self._places])[..., None]
+        below = plants.index.station_of_dof <= stations  # (P, K, 2, D)
+        self._carried = (1 - part) * below[:, :, 0] + part * below[:, :, 1]
         self._bent = np.stack([_bending_cost(arm, plants.index) for arm in plants.arms])
         self._anchors, self._axes = plants.batch.bind("xanchor"), plants.batch.bind("xaxis")
         self._close = CLOSE * np.array([arm.length for arm in plants.arms])
@@ -121,7 +126,7 @@ class ShapesFromMarkers:
     def rates(self, q: Array, velocities: Array) -> Array:
         """Return rates of joint angles [rad/s], shape (P, D), that the markers' velocities [m/s] tell of."""
         _, J = self._left(q, velocities)
-        turned = np.stack([v @ rig.rotation for v, rig in zip(velocities, self._rigs, strict=True)])
+        turned = velocities @ self._turns
         return self._solved(J, np.where(np.isfinite(turned), turned, 0.0), 0.0)
 
     def _solved(self, J: Array, left: Array, pull: Array | float) -> Array:
@@ -137,20 +142,16 @@ class ShapesFromMarkers:
         plants.qpos[:] = q
         plants.forward()
         rotations = plants.rotations
-        out, J = np.zeros(positions.shape), np.zeros((*positions.shape, q.shape[1]))
+        points, measured = np.empty(positions.shape), np.empty(positions.shape)
         for p, (rig, places) in enumerate(zip(self._rigs, self._places, strict=True)):
             frames = places.between(plants.centres[p, places.stations], rotations[p, places.stations])
-            offsets = np.array([marker.offset for marker in rig.markers])
-            points = frames[:, :3, 3] + (frames[:, :3, :3] @ offsets[..., None])[..., 0]
-            measured = (positions[p] - rig.position) @ rig.rotation
-            seen = np.isfinite(measured).all(axis=-1)
-            out[p, seen] = (measured - points)[seen]
-            moved = np.cross(self._axes[p], points[:, None] - self._anchors[p])  # (K, D, 3)
-            carried = plants.index.station_of_dof <= places.stations[..., None]  # (K, 2, D)
-            share = np.stack([1 - places.part, places.part], axis=-1)
-            J[p] = (moved * (share[..., None] * carried).sum(axis=1)[..., None]).transpose(0, 2, 1)
-            J[p, ~seen] = 0.0
-        return out, J
+            points[p] = frames[:, :3, 3] + np.einsum("kij,kj->ki", frames[:, :3, :3], self._offsets[p])
+            measured[p] = (positions[p] - rig.position) @ self._turns[p]
+        seen = np.asarray(np.isfinite(measured).all(axis=-1))[..., None]
+        arms, axes = points[:, :, None] - self._anchors[:, None], self._axes[:, None]
+        moved = np.stack([axes[..., i - 2] * arms[..., i - 1] - axes[..., i - 1] * arms[..., i - 2] for i in range(3)])
+        J = np.where(seen[..., None], moved.transpose(1, 2, 0, 3) * self._carried[:, :, None], 0.0)
+        return np.where(seen, measured - points, 0.0), J
 
 
 def _bending_cost(arm: Arm, index: ArmIndex) -> Array:
