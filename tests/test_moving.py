@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from contarm_sim import Arm
+from contarm_sim.engine.friction import BackboneFriction
+from contarm_sim.engine.models import built
 from contarm_sim.errors import InputError
 from contarm_sim.identify.moving import InMotion
 from contarm_sim.identify.recording import Recording
@@ -64,3 +66,32 @@ def test_many_arms_are_predicted_as_one(swings):
 def test_recordings_at_rest_are_refused(swings):
     with pytest.raises(InputError, match="kind is 'static'"):
         InMotion(replace(swings, kind="static"))
+
+
+def test_friction_loses_the_area_of_its_loop():
+    """An elastic and perfectly plastic joint, bent to and fro by u: a cycle takes 4 M (u - M/k), in any plane."""
+    arm = Arm(links=2, friction_moment=0.02, friction_stiffness=0.05)
+    index, k, moment, u = built(arm, "none").index, arm.section.sticking_stiffness, 0.02, 0.4
+    friction = BackboneFriction([arm], index)
+    for plane in (0.0, 0.7):
+        way = np.concatenate([np.linspace(0, u, 101), np.linspace(u, -u, 201), np.linspace(-u, u, 201)])
+        bends = way[:, None] * [np.cos(plane), np.sin(plane)]
+        held = []
+        for bend in bends:
+            qpos = np.zeros((1, 4))
+            qpos[0, [index.bending["x"][0], index.bending["y"][0]]] = bend
+            friction.start(qpos) if not held else friction.follow(qpos)
+            held.append(friction.moment[0, 0] @ [np.cos(plane), np.sin(plane)])
+        assert held[1] == pytest.approx(k * way[1])
+        assert np.trapezoid(held[100:], way[100:]) == pytest.approx(4 * moment * (u - moment / k), rel=1e-3)
+        assert np.abs(friction.moment[0, 1]).max() == 0
+
+
+def test_a_joint_that_sticks_swings_as_if_it_were_stiffer(swings):
+    """Where nothing slides, friction is a spring beside the backbone's, stretched from where the arm rests."""
+    sticking = replace(ARM, friction_moment=1e6, friction_stiffness=0.03)
+    stiffer = replace(ARM, bending_stiffness=0.08, damping_time=0.03 * 5 / 8)
+    part = swings.part(swings.blocks == "swing 0")
+    found, expected = (InMotion(part, timestep=1e-3)([arm], [RIG])[0] for arm in (sticking, stiffer))
+    seen = np.isfinite(found)
+    np.testing.assert_allclose(found[seen], expected[seen], rtol=0, atol=1e-7)

@@ -213,6 +213,20 @@ class Arm(FlatArm, Shown):
         parts = (replace(section, friction_moment=None, friction_stiffness=None) for section in self.sections)
         return replace(self, sections=tuple(parts))
 
+    def refuse_memory(self, what: str) -> None:
+        """Refuse friction in the backbone, where it would be left out without a word.
+
+        Args:
+            what: would leave it out.
+
+        Raises:
+            InputError: says so.
+        """
+        for number, section in enumerate(self.sections):
+            if section.friction_moment is not None:
+                allowed = f"omitted: {what} without friction in the backbone; fits and replays of recordings know it"
+                raise InputError("friction_moment", section.friction_moment, allowed, self._said_of(number))
+
     @cached_property
     def groups(self) -> tuple[MuscleGroup, ...]:
         """The muscles, one group for each section that has any, from the base to the tip."""
