@@ -15,7 +15,7 @@ from contarm_sim.errors import InputError
 from contarm_sim.identify.predict import under
 from contarm_sim.identify.recording import Recording
 from contarm_sim.identify.rig import Drive, Rig
-from contarm_sim.identify.starts import ShapesFromMarkers, start_of, velocities
+from contarm_sim.identify.swing_start import ShapesFromMarkers, smoothed, start_of
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Drive as LoadDrive
@@ -39,14 +39,14 @@ class _Block:
     Attributes:
         rows: of the recording, the first is the start, shape (T,).
         time: since the start [s], shape (T,).
-        held: row at which a hand still held the arm.
-        velocities: of the markers at the start [m/s], shape (K, 3); NaN: not known.
+        start: positions [m] and velocities [m/s] of the markers at the start, shape (2, K, 3); NaN: not known.
+        held: their positions while a hand still held the arm [m], shape (K, 3).
     """
 
     rows: NDArray[np.intp]
     time: Array
-    held: int
-    velocities: Array
+    start: Array
+    held: Array
 
 
 @dataclass(frozen=True)
@@ -70,8 +70,8 @@ class InMotion:
     """Predicts motions: a rollout for each block.
 
     A commanded motion starts at rest under its first command. A free swing (`drive` is `none`) starts from the shape
-    and the speed that its markers have where the hand has let go, see `starts`; friction in the backbone then holds
-    what the way from rest to the shape that was held, and on to the start, leaves of it.
+    and the speed that its markers have where the hand has let go, see `swing_start`; friction in the backbone then
+    holds what the way from rest to the shape that was held, and on to the start, leaves of it.
 
     Args:
         recording: of a motion.
@@ -97,13 +97,13 @@ class InMotion:
         followed = np.zeros(len(recording), dtype=bool)
         followed[np.concatenate([one.rows for one in self._blocks])] = True
         self.recording = replace(recording, positions=np.where(followed[:, None, None], recording.positions, np.nan))
-        self._held = {one.held: recording.positions[one.held] for one in self._blocks}
 
     def _block(self, recording: Recording, name: str) -> _Block:
         rows = np.flatnonzero(recording.blocks == name)
         time, positions = recording.time[rows], recording.positions[rows]
         start, held = start_of(time, positions, recording.release) if self._swings else (0, 0)
-        return _Block(rows[start:], time[start:] - time[start], int(rows[held]), velocities(time, positions, start))
+        begin, before = np.stack(smoothed(time, positions, start)), smoothed(time, positions, held)[0]
+        return _Block(rows[start:], time[start:] - time[start], begin, before)
 
     def __call__(self, arms: Sequence[Arm], rigs: Sequence[Rig]) -> Array:
         """Return where the markers are measured [m], shape (B, T, K, 3), see `Predictor`; NaN before a swing starts."""
@@ -180,9 +180,9 @@ class InMotion:
         shapes = ShapesFromMarkers(self._plants([one.arm.without_memory for one in first]), [one.rig for one in first])
         if rollouts.friction is not None:
             rollouts.friction.start(np.nan_to_num(equilibria(arms, loads, threads=self._threads).qpos))
-            rollouts.friction.follow(shapes.angles(np.stack([self._held[one.block.held] for one in first]))[of])
-        qpos = shapes.angles(np.stack([self.recording.positions[one.block.rows[0]] for one in first]))
-        qvel = shapes.rates(qpos, np.stack([one.block.velocities for one in first]))
+            rollouts.friction.follow(shapes.angles(np.stack([one.block.held for one in first]))[of])
+        qpos = shapes.angles(np.stack([one.block.start[0] for one in first]))
+        qvel = shapes.rates(qpos, np.stack([one.block.start[1] for one in first]))
         plants.restart(None, qpos[of], np.zeros((len(pairs), plants.index.actuators.shape[1])))
         return qpos[of], qvel[of]
 

@@ -33,7 +33,7 @@ class Recording(Shown):
         payload: that the tip carries [kg], shape (T,); None: what the arm says.
         force: that acts on the backbone at `force_xi`, in the frame of the measurements [N], shape (T, 3); None: none.
         release: share of the fastest marker's peak speed at which a hand has let go: free swings are followed from
-            there, see `starts`.
+            there, see `swing_start`.
         name: what messages and figures call it.
 
     Raises:

@@ -65,7 +65,7 @@ def ringdown(time: Array, positions: Array, direction: Array | None = None) -> R
     t, own = time[seen] - time[0], positions[seen]
     middle = np.median(own, axis=0)
     if direction is None:
-        direction = np.linalg.svd(own - middle, full_matrices=False)[2][0]
+        direction = _line(own - middle)
     s = (own - middle) @ direction
     spread = float(np.abs(s).max())
     if not spread > 0:
@@ -77,6 +77,16 @@ def ringdown(time: Array, positions: Array, direction: Array | None = None) -> R
     x = found.x
     left = spread * float(np.sqrt(np.mean((_cosine(x, t) - s / spread) ** 2)))
     return Ringdown(abs(float(x[3])), float(x[2]), spread * float(np.hypot(x[0], x[1])), direction, left)
+
+
+def _line(away: Array) -> Array:
+    """Return the direction of the line through the origin that points are near to, shape (3,); outliers count less."""
+    weights, direction = np.ones(len(away)), np.zeros(3)
+    for _ in range(10):
+        direction = np.linalg.eigh((away.T * weights) @ away)[1][:, -1]
+        beside = np.linalg.norm(away - np.outer(away @ direction, direction), axis=1)
+        weights = 1 / (beside**2 + (0.05 * np.abs(away).max()) ** 2 + 1e-300)
+    return direction
 
 
 def _cosine(x: Array, t: Array) -> Array:

@@ -28,8 +28,8 @@ CLOSE = 0.003
 STEPS = 12
 """Most steps of Gauss and Newton."""
 
-NEAR = 2
-"""Samples before and after one that its speed is found from."""
+NEAR = 3
+"""Samples before and after one that place and speed there are found from."""
 
 HELD = 0.1
 """Share of the peak speed below which a hand still holds the arm."""
@@ -37,6 +37,8 @@ HELD = 0.1
 
 def speeds(time: Array, positions: Array) -> Array:
     """Return the speed of the fastest marker at each sample [m/s], shape (T,); 0 where none is seen there.
+
+    Positions are medians of five, so that a sample that jumps is not a speed.
 
     Args:
         time: [s], shape (T,).
@@ -46,7 +48,9 @@ def speeds(time: Array, positions: Array) -> Array:
     for marker in range(positions.shape[1]):
         seen = np.isfinite(positions[:, marker]).all(axis=-1)
         if np.count_nonzero(seen) > 2:
-            velocity = np.gradient(positions[seen, marker], time[seen], axis=0)
+            padded = np.pad(positions[seen, marker], ((2, 2), (0, 0)), mode="edge")
+            middle = np.median(np.lib.stride_tricks.sliding_window_view(padded, 5, axis=0), axis=-1)
+            velocity = np.gradient(middle, time[seen], axis=0)
             out[seen] = np.maximum(out[seen], np.linalg.norm(velocity, axis=-1))
     return out
 
@@ -67,21 +71,30 @@ def start_of(time: Array, positions: Array, share: float) -> tuple[int, int]:
     return start, int(slow[-1]) if len(slow) else start
 
 
-def velocities(time: Array, positions: Array, sample: int) -> Array:
-    """Return the markers' velocities at a sample [m/s], shape (K, 3): slopes of parabolas through the samples about it.
+def smoothed(time: Array, positions: Array, sample: int) -> tuple[Array, Array]:
+    """Return the markers' positions [m] and velocities [m/s] at a sample, shape (K, 3) each, from parabolas about it.
 
-    NaN where a marker is seen less than twice there.
+    Through the samples nearest to it at which a marker is seen, those far off the others counting little; NaN where
+    there are less than four.
     """
-    about = slice(max(0, sample - NEAR), sample + NEAR + 1)
-    out = np.full(positions.shape[1:], np.nan)
+    out = np.full((2, *positions.shape[1:]), np.nan)
+    about = np.arange(max(0, sample - 3 * NEAR), min(len(time), sample + 3 * NEAR + 1))
     for marker in range(positions.shape[1]):
-        own = positions[about, marker]
-        seen = np.isfinite(own).all(axis=-1)
-        if np.count_nonzero(seen) > 1:
-            powers = np.arange(3 if np.count_nonzero(seen) > 3 else 2)
-            elapsed = (time[about][seen] - time[sample])[:, None] ** powers
-            out[marker] = np.linalg.lstsq(elapsed, own[seen], rcond=None)[0][1]
-    return out
+        seen = about[np.isfinite(positions[about, marker]).all(axis=-1)]
+        own = seen[np.argsort(np.abs(time[seen] - time[sample]), kind="stable")[: 2 * NEAR + 1]]
+        if len(own) > 3:
+            out[:, marker] = _parabola(time[own] - time[sample], positions[own, marker])[:2]
+    return out[0], out[1]
+
+
+def _parabola(time: Array, points: Array) -> Array:
+    """Return the coefficients of parabolas through points, shape (3, 3), the constant first; outliers count little."""
+    powers, weights = time[:, None] ** np.arange(3), np.ones(len(time))
+    for _ in range(8):
+        found = np.linalg.lstsq(weights[:, None] * powers, weights[:, None] * points, rcond=None)[0]
+        off = np.linalg.norm(points - powers @ found, axis=1)
+        weights = 1 / np.sqrt(1 + (off / (3 * np.median(off) + 1e-12)) ** 2)
+    return np.asarray(found)
 
 
 class ShapesFromMarkers:
