@@ -89,6 +89,7 @@ def redraw_figures() -> None:
         for name in ("spiral.gif", "social.png", "two-sections.gif", "sampled.png"):
             (folder / name).replace(IMAGES / name)
     subprocess.run([sys.executable, ROOT / "scripts" / "drawings.py"], check=True)
+    subprocess.run([sys.executable, ROOT / "scripts" / "hysteresis.py"], check=True, stdout=subprocess.DEVNULL)
 
 
 def _sweeps(folder: Path) -> None:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from contarm_sim import Load, Muscles, presets
+from contarm_sim import Load, Muscles, Tendon, presets
 from contarm_sim.mechanics.capstan import at_disks, spread
 from contarm_sim.statics.memory import settle
 
@@ -59,7 +59,7 @@ def _bending(path):
     return replace(
         arm, gravity=(0.0, 0.0, 0.0), sections=[replace(section, links=6) for section in arm.sections],
         routings=[replace(routing, path=path) for routing in arm.routings],
-        laws=[replace(law, friction_coefficient=0.15) for law in arm.laws],
+        laws=[Tendon(diameter=0.002, friction_coefficient=0.15)] * 3,
     )  # fmt: skip
 
 

@@ -122,5 +122,5 @@ def structure(arm: Arm, actuation: Actuation) -> tuple[Any, ...]:
 
 
 def _compiled(arm: Arm, actuation: Actuation, spec: Spec) -> Built:
-    model = spec(arm, actuation, TIMESTEP).compile()
+    model = spec(arm.without_memory, actuation, TIMESTEP).compile()
     return Built(model, ArmIndex.of(model, arm))

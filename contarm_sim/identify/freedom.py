@@ -62,7 +62,8 @@ class Free(Told):
 class Freedom:
     """The free parameters of an arm in a rig, one number each.
 
-    Positive parameters go into the vector by their logarithm: a stiffness may be wrong by a factor.
+    Positive parameters go into the vector by their logarithm (a stiffness may be wrong by a factor), unless they start
+    at 0.
 
     Attributes:
         arm, rig: where they start from.
@@ -135,19 +136,33 @@ def freedom(arm: Arm, rig: Rig, free: Sequence[Free | str]) -> Freedom:
     known = free_names(arm, rig)
     every = [one for each in given for one in _written_out(each, len(arm.sections))]
     for one in every:
+        _check_start(one.name, arm)
         find(one.name, known)
     twice = [one.name for place, one in enumerate(every) if one.name in [other.name for other in every[:place]]]
     if twice:
         raise InputError("free", twice[0], "each parameter once")
     of_arm = named_parameters(arm)
-    logarithmic = tuple(_allowed(one.name, of_arm, arm)[0] == 0 for one in every)
-    made = Freedom(arm, rig, tuple(every), tuple(known[one.name] for one in every), logarithmic)
-    start = made.values()
+    units, linear = tuple(known[one.name] for one in every), (False,) * len(every)
+    start = Freedom(arm, rig, tuple(every), units, linear).values()
+    positive = [_allowed(one.name, of_arm, arm)[0] == 0 for one in every]
+    made = Freedom(arm, rig, tuple(every), units, tuple(p and x > 0 for p, x in zip(positive, start, strict=True)))
     for one, value in zip(every, start.tolist(), strict=True):
         low, high = -math.inf if one.low is None else one.low, math.inf if one.high is None else one.high
         if not low <= value <= high:
             raise InputError(one.name, value, f"a start within its bounds, {low:g} to {high:g}")
     return made
+
+
+def _check_start(name: str, arm: Arm) -> None:
+    """Refuse a parameter that the arm leaves out, such as friction: there is nothing to start from.
+
+    Raises:
+        InputError: says what would do.
+    """
+    given = named_parameters(arm).get(name)
+    if given is not None and given.value(arm) is None:
+        last = name.split(".")[-1]
+        raise InputError(name, "omitted", f"a value in the arm's file to start from, such as {last} = 0.05")
 
 
 def free_names(arm: Arm, rig: Rig) -> dict[str, str]:

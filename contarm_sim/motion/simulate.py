@@ -81,27 +81,14 @@ def checked(
         InputError: they are not, or do not belong together.
     """
     expect("arm", arm, Arm)
+    arm.refuse_memory("simulated motions are")
     expect("reference", reference, Reference)
     reference.check_arm(arm)
-    check_friction(arm)
     if stepping is not None:
         expect("stepping", stepping, Stepping)
     if len(reference) > 1 and not reference.moving:
         raise InputError("reference", "poses at rest, all at time 0", "one with times; poses_at_rest is for these")
     return resolved(controller)
-
-
-def check_friction(arm: Arm) -> None:
-    """Refuse friction that motions do not have.
-
-    Raises:
-        InputError: tendons rub along their bends.
-    """
-    for group in arm.groups:
-        given = getattr(group.law, "friction_coefficient", None)
-        if given is not None:
-            allowed = "omitted in motion: friction along bends is of slow poses alone (`settle`, fits of static recordings)"
-            raise InputError("muscle.friction_coefficient", given, allowed)
 
 
 def flight(
