@@ -262,3 +262,14 @@ def test_memory_is_used_where_something_rubs():
     assert remembers(_rubbing("along"), ["muscle.friction_coefficient"])
     with pytest.raises(InputError, match=r"friction_coefficient = 0\.05"):
         remembers(SMALL, ["muscle.friction_coefficient"])
+
+
+def test_motions_refuse_friction_along_tendons_and_single_poses_leave_it_out():
+    arm = _rubbing("along")
+    with pytest.raises(InputError, match=r"muscle\.friction_coefficient is 0\.1; allowed: omitted"):
+        arm.refuse_memory("simulated motions are")
+    assert arm.without_memory == SMALL
+    _, loads = _circle(2, 0.2)
+    assert (equilibria(arm, loads).qpos == equilibria(SMALL, loads).qpos).all()
+    with pytest.raises(InputError, match=r"friction_coefficient = 0\.05"):
+        freedom(SMALL, Rig(actuation=Actuation(channels=tuple(range(9)))), ["muscle.friction_coefficient"])
