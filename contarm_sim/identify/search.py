@@ -8,8 +8,10 @@ from typing import Literal, get_args
 import numpy as np
 
 from contarm_sim.errors import MissingError
-from contarm_sim.identify.losses import THRESHOLD, noise_of
+from contarm_sim.identify.intervals import noise_of
+from contarm_sim.identify.losses import THRESHOLD
 from contarm_sim.identify.residuals import LEAST_NOISE, Problem
+from contarm_sim.identify.starts import spreads
 from contarm_sim.kinematics.arrays import Array
 
 Method = Literal["least-squares", "cma"]
@@ -24,8 +26,14 @@ ROUNDS = 6
 SETTLED = 0.05
 """Change of the noise, as a share, at which it is left as it is."""
 
-COARSE, FINE = 1e-3, 1e-7
-"""Change of the cost, as a share, at which a search ends: before the noise is settled, and at last."""
+COARSE, FINE = 1e-2, 1e-3
+"""Change of the cost at which a search ends: as a share, before the noise is settled; at last, as it is.
+
+A cost that is higher by 0.5 is one standard deviation off.
+"""
+
+INSIDE = 1e-3
+"""How far inside of its bounds a search begins, over a parameter's typical change."""
 
 MOST = 60
 """Most steps of one search by least squares."""
@@ -66,44 +74,50 @@ def searched(problem: Problem, start: Array, noise: float | None, method: Method
     Raises:
         MissingError: `cma` is not installed.
     """
-    problem.base, problem.best = start.copy(), None
+    problem.base = start.copy()
     moved = start[problem.active]
-    problem.noise = _estimate(problem, start) if noise is None else noise
+    _renewed(problem, moved, noise)
     if method == "cma":
         moved = _evolved(problem, moved, seed)
-        if noise is None:
-            problem.noise = _estimate(problem, problem.full(moved))
+        _renewed(problem, moved, noise)
     for turn in range(ROUNDS):
-        last = noise is not None or turn == ROUNDS - 1
-        moved, converged, message = _least_squares(problem, moved, FINE if last else COARSE)
-        if last:
-            break
-        found = _estimate(problem, problem.full(moved))
-        settled = abs(found - problem.noise) <= SETTLED * problem.noise
-        problem.noise = found
+        settled = noise is not None or turn == ROUNDS - 1
+        before = problem.noise
+        moved, converged, message = _least_squares(problem, moved, settled)
         if settled:
-            moved, converged, message = _least_squares(problem, moved, FINE)
             break
+        _renewed(problem, moved, noise)
+        if abs(problem.noise - before) <= SETTLED * before:
+            noise = problem.noise
     vector = problem.full(moved)
     errors = problem.errors(vector[None])[0]
     return Found(vector, errors, problem.noise, converged, message)
 
 
-def _estimate(problem: Problem, vector: Array) -> float:
-    errors = problem.filled(problem.errors(vector[None])[0])
-    problem.best = None  # costs of another noise do not compare
-    return noise_of(errors, int(problem.active.sum()), LEAST_NOISE * problem.length)
+def _renewed(problem: Problem, moved: Array, noise: float | None) -> None:
+    """Estimate the noise where a search stands, unless it is given; costs are then of that noise."""
+    vector = problem.full(moved)
+    errors = problem.errors(vector[None])[0]
+    if noise is None:
+        noise = noise_of(problem.filled(errors), int(problem.active.sum()), problem.loss)
+    problem.noise = max(noise, LEAST_NOISE * problem.length)
+    problem.best = None
+    problem.note(vector, errors)
 
 
-def _least_squares(problem: Problem, moved: Array, tolerance: float) -> tuple[Array, bool, str]:
+def _least_squares(problem: Problem, moved: Array, settled: bool) -> tuple[Array, bool, str]:
     from scipy.optimize import least_squares
 
+    assert problem.best is not None
+    tolerance = max(FINE / max(problem.best[1], 1.0), 1e-9) if settled else COARSE
     low, high = problem.every.low[problem.active], problem.every.high[problem.active]
+    # from clearly inside: SciPy would begin at 1e-10 of a bound, where a mass of 0 is none that the engine takes
+    inside = np.minimum(INSIDE * problem.every.typical[problem.active], 0.25 * (high - low))
     found = least_squares(
-        problem.residuals, np.clip(moved, low, high), problem.jacobian, (low, high), x_scale="jac",
+        problem.residuals, np.clip(moved, low + inside, high - inside), problem.jacobian, (low, high), x_scale="jac",
         loss=problem.scipy_loss, f_scale=THRESHOLD, ftol=tolerance, xtol=1e-9, gtol=1e-12, max_nfev=MOST,
     )  # fmt: skip
-    return found.x, bool(found.success), str(found.message)
+    return problem.best[0][problem.active], bool(found.success), str(found.message)
 
 
 def _evolved(problem: Problem, moved: Array, seed: int) -> Array:
@@ -111,7 +125,7 @@ def _evolved(problem: Problem, moved: Array, seed: int) -> Array:
         from cma import CMAEvolutionStrategy
     except ImportError:
         raise MissingError("cma", "fit") from None
-    typical = problem.every.typical[problem.active]
+    typical = spreads(problem.every)[problem.active]
     low = (problem.every.low[problem.active] - moved) / typical
     high = (problem.every.high[problem.active] - moved) / typical
     options = {
