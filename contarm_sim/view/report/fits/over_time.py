@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -80,7 +81,7 @@ def _shade(ax: Any, left: Left, axis: Array) -> None:
     starts = [0, *(np.flatnonzero(named[1:] != named[:-1]) + 1).tolist(), len(named)]
     if len(starts) - 1 > _BLOCKS:
         return
-    for first, end in list(zip(starts[:-1], starts[1:], strict=True))[1::2]:
+    for first, end in list(itertools.pairwise(starts))[1::2]:
         ax.axvspan(axis[first], axis[min(end, len(named) - 1)], color=FAINT, alpha=0.35, linewidth=0, zorder=0)
 
 

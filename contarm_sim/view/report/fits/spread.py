@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -81,7 +82,7 @@ def draw_by_command(sheet: Sheet, left: Left) -> None:
 def _medians(across: Array, values: Array) -> tuple[Array, Array]:
     known = np.isfinite(values)
     edges = np.quantile(across[known], np.linspace(0, 1, min(12, max(known.sum() // 10, 2))))
-    rows = [known & (across >= a) & (across <= b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    rows = [known & (across >= a) & (across <= b) for a, b in itertools.pairwise(edges)]
     return 0.5 * (edges[1:] + edges[:-1]), np.array([np.median(values[own]) if own.any() else np.nan for own in rows])
 
 
