@@ -1,4 +1,4 @@
-"""A recording of an arm that differs from its data sheet, fitted; what is found predicts commands that were held out."""
+"""A recording of an arm that differs from its data sheet, fitted; it predicts commands that were held out."""
 
 from dataclasses import replace
 

@@ -209,21 +209,21 @@ def _told() -> Any:
 
 def _deliver(found: Fit, target: Path, prints: Prints, as_json: bool) -> int:
     """Write the folder, whole or not at all, print what was found, and return the exit code."""
-    from contarm_sim.cli.study import deliver, signed
-    from contarm_sim.cli.terminal import say
-    from contarm_sim.identify.fit_folder import fit_document, write_fit
-    from contarm_sim.stopping import came, exit_code, unbroken
+    from contarm_sim.cli.study import deliver
+    from contarm_sim.cli.terminal import command_line, say
+    from contarm_sim.identify.fit_folder import save_fit
+    from contarm_sim.stopping import came, exit_code
     from contarm_sim.view.report.fits.page import write_fit_report
+    from contarm_sim.view.report.fits.summary import summary_of
     from contarm_sim.view.report.fits.words import negative
 
-    with unbroken():  # one Ctrl-C ends the search, and is no reason to lose what it found
-        summary = signed(fit_document(found))
+    summary = summary_of(found, command_line())
 
-        def draw(folder: Path) -> None:
-            write_fit(folder, found)
-            write_fit_report(folder, found, summary, prints)
+    def draw(folder: Path) -> None:
+        save_fit(found, folder)
+        write_fit_report(folder, found, summary, prints)
 
-        deliver(target, summary, as_json, lambda: show(found), draw)
+    deliver(target, summary, as_json, lambda: show(found), draw)
     if came() is not None:
         say("contarm: interrupted; what was found so far is kept")
         return exit_code()
@@ -239,11 +239,10 @@ def show(found: Fit) -> None:
     from contarm_sim.view.report.fits import words
 
     table("", words.parameter_columns(found), words.rows_of(found))
-    lost = words.undetermined(found)
-    if lost:
-        click.echo("not determined by the data:")
-        for one in lost:
-            click.echo(click.wrap_text(f"- {one}", min(width(), 120), "", "  "))
+    for title, lines in (("of single parameters:", words.notes(found)),
+                         ("not determined by the data:", words.undetermined(found))):  # fmt: skip
+        if lines:
+            click.echo("\n".join([title, *(click.wrap_text(line, min(width(), 120), "- ", "  ") for line in lines)]))
     table("", words.error_columns(), words.error_rows(found))
     for remark in words.remarks(found):
         click.echo(click.wrap_text(f"{remark[0].upper()}{remark[1:]}.", min(width(), 120)))

@@ -208,3 +208,12 @@ def _ways(command: Array, named: NDArray[Any], still: float) -> NDArray[Any]:
 
 def _median(values: Array) -> float:
     return float(np.median(values)) if len(values) >= _FEW else float("nan")
+
+
+def gaps(left: Left) -> dict[int, float]:
+    """Return by channel, from 1, how much errors differ between growing and falling commands [m], where known."""
+    found = driven(left)
+    if found is None or left.recording.kind != "static":
+        return {}
+    own = {channel: hysteresis(left, found, place) for place, channel in enumerate(found.channels)}
+    return {channel: one.gap for channel, one in own.items() if one is not None and np.isfinite(one.gap)}

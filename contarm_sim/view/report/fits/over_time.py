@@ -82,7 +82,8 @@ def _shade(ax: Any, left: Left, axis: Array) -> None:
     if len(starts) - 1 > _BLOCKS:
         return
     for first, end in list(itertools.pairwise(starts))[1::2]:
-        ax.axvspan(axis[first], axis[min(end, len(named) - 1)], color=FAINT, alpha=0.35, linewidth=0, zorder=0)
+        half = 0.5 * float(axis[1] - axis[0])
+        ax.axvspan(axis[first] - half, axis[end - 1] + half, color=FAINT, alpha=0.35, linewidth=0, zorder=0)
 
 
 def draw_paths(sheet: Sheet, left: Left) -> None:

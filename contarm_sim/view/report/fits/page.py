@@ -19,7 +19,7 @@ from contarm_sim.view.report.fits.over_time import draw_over_time, draw_paths
 from contarm_sim.view.report.fits.parameters import draw_parameters
 from contarm_sim.view.report.fits.spread import draw_by_command, draw_distribution, draw_history, draw_starts
 from contarm_sim.view.report.pictures import figure, unshown
-from contarm_sim.view.style import Draw, save
+from contarm_sim.view.style import Draw, Sheet, save
 
 _PREDICTED = {"paths": draw_paths, "blocks": draw_blocks, "over_time": draw_over_time,
               "distribution": draw_distribution, "by_command": draw_by_command, "history": draw_history}  # fmt: skip
@@ -45,14 +45,18 @@ CAPTIONS = {
 }
 
 
+def numbered(stem: str, place: int, fit: Fit) -> str:
+    """Return the stem of a figure of one of several recordings, from 0; other figures have their own."""
+    return f"{stem}_{place + 1}" if stem in _PREDICTED and len(fit.left) > 1 else stem
+
+
 def figures_of(fit: Fit) -> dict[str, Draw]:
     """Return what draws each figure that this fit has, by the stem of its files."""
     drawn: dict[str, Draw] = {"parameters": lambda sheet: draw_parameters(sheet, fit)}
     for place, left in enumerate(fit.left):
         for stem, draw in _PREDICTED.items():
             if _has(stem, left):
-                named = f"{stem}_{place + 1}" if len(fit.left) > 1 else stem
-                drawn[named] = lambda sheet, draw=draw, left=left: draw(sheet, left)  # type: ignore[misc]
+                drawn[numbered(stem, place, fit)] = _of(draw, left)
     if np.isfinite(fit.correlation).any() and len(fit.parameters) > 1:
         drawn["correlation"] = lambda sheet: draw_correlation(sheet, fit)
     if np.isfinite(fit.singular_values).any():
@@ -60,6 +64,10 @@ def figures_of(fit: Fit) -> dict[str, Draw]:
     if len(fit.cost) > 1:
         drawn["starts"] = lambda sheet: draw_starts(sheet, fit)
     return drawn
+
+
+def _of(draw: Callable[[Sheet, Left], object], left: Left) -> Draw:
+    return lambda sheet: draw(sheet, left)
 
 
 def _has(stem: str, left: Left) -> bool:
@@ -93,7 +101,10 @@ def write_fit_report(folder: Path, fit: Fit, summary: dict[str, Any], prints: Pr
     for stem, draw in stems.items():
         on_figure(stem)
         save(folder, stem, draw, prints)
-    plain = {stem: stem.rstrip("0123456789").removesuffix("_") for stem in stems}
+    own = [[stem for stem in (numbered(one, place, fit) for one in _PREDICTED) if stem in stems]
+           for place in range(len(fit.left))]  # fmt: skip
+    captions = CAPTIONS | {numbered(stem, place, fit): CAPTIONS[stem] for stem in _PREDICTED
+                           for place in range(len(fit.left))}  # fmt: skip
     write_filled(
         folder,
         "fit.html.j2",
@@ -107,18 +118,15 @@ def write_fit_report(folder: Path, fit: Fit, summary: dict[str, Any], prints: Pr
         remarks=words.remarks(fit),
         parameter_columns=words.parameter_columns(fit),
         parameters=words.rows_of(fit),
+        notes=words.notes(fit),
         undetermined=words.undetermined(fit),
         error_columns=words.error_columns(),
         errors=words.error_rows(fit),
         how=words.how(fit),
-        recordings=[
-            (left.recording.name, [stem for stem in stems if plain[stem] in _PREDICTED
-                                   and (len(fit.left) == 1 or stem.endswith(f"_{place + 1}"))])
-            for place, left in enumerate(fit.left)
-        ],
+        recordings=list(zip([left.recording.name for left in fit.left], own, strict=True)),
         several=len(fit.left) > 1,
         stems=list(stems),
-        captions={stem: CAPTIONS[plain[stem]] for stem in stems},
+        captions=captions,
         figures={stem: figure(folder, stem) for stem in stems},
         unshown=unshown(folder, stems),
-    )  # fmt: skip
+    )

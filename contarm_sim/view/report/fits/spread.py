@@ -13,6 +13,8 @@ from contarm_sim.view.colours import BLUE, GREEN, NOTE, PURPLE
 from contarm_sim.view.report.fits.bars import LOOKS
 from contarm_sim.view.report.fits.left_over import Hysteresis, distances, driven, hysteresis, parts, repeatability, rms
 from contarm_sim.view.report.fits.over_time import COLOURS, MARKS, reach
+from contarm_sim.view.report.fits.words import AGREE
+from contarm_sim.view.report.sweeps.ticks import name_numbers
 from contarm_sim.view.style import Sheet
 
 _CHANNELS = 9
@@ -101,9 +103,7 @@ def draw_history(sheet: Sheet, left: Left) -> None:
     most = max(reach(np.abs(1e3 * one.along))[0] for _, one in shown)
     for ax, (number, one) in zip(panels.flat, shown, strict=False):
         _way(ax, one)
-        gap = (
-            "" if np.isnan(one.gap) else f": gap {1e3 * one.gap:.2g} mm" if sheet.wide else f": {1e3 * one.gap:.2g} mm"
-        )
+        gap = "" if np.isnan(one.gap) else f": {'gap ' if sheet.wide else ''}{1e3 * one.gap:.2f} mm"
         ax.set_title(f"channel {number}{gap}")
     panels[0, 0].set_ylim(-most, most)
     for ax in panels.flat[len(shown) :]:
@@ -141,19 +141,21 @@ def _outlined() -> list[Any]:
 
 def draw_starts(sheet: Sheet, fit: Fit) -> None:
     """Draw what the searches from several starts end at."""
-    costs = np.array(fit.cost, dtype=float)
+    costs = np.array([cost for cost in fit.cost if np.isfinite(cost)])
     ax: Any = sheet.subplots()
     sheet.tall(62)
-    number = np.arange(1, len(costs) + 1)
-    ax.plot(number, costs / costs.min(), "o", color=BLUE, markersize=5)
+    over = costs / costs.min()
+    ax.plot(np.arange(1, len(costs) + 1), over, "o", color=BLUE, markersize=5)
     ax.axhline(1.0, color=NOTE, linewidth=1.0, linestyle=(0, (4, 2)))
-    if costs.max() > 3 * costs.min():
+    if over.max() > 3:
         ax.set_yscale("log")
-        from contarm_sim.view.report.sweeps.ticks import name_numbers
-
-        name_numbers(ax.yaxis, costs / costs.min(), True, 6)
+        name_numbers(ax.yaxis, over, True, 6)
+    else:
+        ax.set_ylim(0.99, max(1.1, 1.05 * over.max()))
+    ax.set_xlim(0.5, len(costs) + 0.5)
     ax.xaxis.get_major_locator().set_params(integer=True)
     ax.set_xlabel("start, that of the lowest cost first")
     ax.set_ylabel("cost at its end,\nover the lowest [-]")
-    same = int((costs <= costs.min() * 1.001).sum())
-    sheet.heading(f"What {len(costs)} starts end at: {same} at the lowest cost")
+    same, failed = int((over <= 1 + AGREE).sum()), len(fit.cost) - len(costs)
+    more = f"; {failed} found no pose" if failed else ""
+    sheet.heading(f"What {len(fit.cost)} starts end at: {same} within {100 * AGREE:g} % of the lowest cost{more}")

@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.identify.fitted import Fit, Left, Parameter
+from contarm_sim.identify.fitted import Fit, Parameter
 from contarm_sim.view.report.fits.left_over import (
     FITTED,
     HELD_OUT,
-    driven,
-    hysteresis,
+    gaps,
     parts,
     repeatability,
     rms,
@@ -43,7 +42,7 @@ MEANINGS = {
 }
 """What words of the page mean."""
 
-_AGREE = 1e-3
+AGREE = 1e-2
 """Costs of two starts that differ by less [share] are the same optimum."""
 
 _WORSE = 1.5
@@ -107,8 +106,12 @@ def _row(one: Parameter) -> list[str]:
         f"{digits(a, spread)} to {digits(b, spread)}" if math.isfinite(a) and math.isfinite(b) else "-"
         for a, b in ((low, high), (factor * one.boot_low, factor * one.boot_high))
     )  # fmt: skip
-    said = f"{one.status}: {one.said}" if one.said else one.status
-    return [one.name, unit or "-", plain(factor * one.start), found, between, boot, said]
+    return [one.name, unit or "-", plain(factor * one.start), found, between, boot, one.status]
+
+
+def notes(fit: Fit) -> list[str]:
+    """Say what else is known of single parameters."""
+    return [f"{one.name}: {one.said}" for one in fit.parameters if one.said]
 
 
 def undetermined(fit: Fit) -> list[str]:
@@ -212,12 +215,12 @@ def _search(fit: Fit) -> Standing:
     how = f"{fit.method}, {fit.evaluations:,} evaluations in {fit.seconds:.3g} s."
     if not fit.converged:
         return Standing("bad", "The search did not converge.", f"{_sentence(fit.message)} {how}")
-    costs = np.array(fit.cost)
-    if len(costs) < 2:
+    costs = np.array([cost for cost in fit.cost if math.isfinite(cost)])
+    if len(fit.cost) < 2:
         return Standing("note", "The search converged, from one start.", f"More starts tell whether it is alone. {how}")
-    same = int((costs <= costs.min() * (1 + _AGREE)).sum())
+    same = int((costs <= costs.min() * (1 + AGREE)).sum())
     state = "good" if same > 1 else "note"
-    title = f"The search converged; {same} of {len(costs)} starts end at the best."
+    title = f"The search converged; {same} of {len(fit.cost)} starts end at the best."
     return Standing(state, title, how if same > 1 else f"One start alone ends there: there may be better ones. {how}")
 
 
@@ -246,15 +249,6 @@ def remarks(fit: Fit) -> list[str]:
             said.append(f"errors{of} depend on which way a command went: most with channel {channel}, by "
                         f"{millimetres(abs(own[channel]))} mm between growing and falling")  # fmt: skip
     return said
-
-
-def gaps(left: Left) -> dict[int, float]:
-    """Return by channel, from 1, how much errors differ between growing and falling commands [m], where known."""
-    found = driven(left)
-    if found is None or left.recording.kind != "static":
-        return {}
-    own = {channel: hysteresis(left, found, place) for place, channel in enumerate(found.channels)}
-    return {channel: one.gap for channel, one in own.items() if one is not None and math.isfinite(one.gap)}
 
 
 def _count(number: int, what: str) -> str:
