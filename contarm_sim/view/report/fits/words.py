@@ -65,7 +65,7 @@ def digits(number: float, spread: float) -> str:
         return plain(number)
     places = 1 - math.floor(math.log10(spread))
     rounded = round(number, places) + 0.0
-    if abs(rounded) >= 1e5 or 0 < abs(number) < 1e-4 or places > 7:
+    if abs(rounded) >= 1e5 or 0 < max(abs(number), spread) < 1e-4 or places > 7:
         known = max(1, min(1 + math.floor(math.log10(max(abs(number), spread) / spread)) + 1, 8))
         return f"{number:.{known}g}"
     return f"{rounded:.{max(places, 0)}f}"
