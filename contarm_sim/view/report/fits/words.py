@@ -37,8 +37,8 @@ MEANINGS = {
     "is named is determined. The arm keeps the start.",
     "not seen": "the parameter changes nothing in the recording. The arm keeps the start.",
     "block": "samples that are not independent: a pattern, a trial.",
-    "repeatability": "how far samples of the same command are from their mean, rms: what no model without memory can "
-    "predict.",
+    "repeatability": "how far samples of the same command are from their mean, rms: what a model without memory "
+    "cannot predict.",
 }
 """What words of the page mean."""
 
