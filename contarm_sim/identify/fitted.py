@@ -109,7 +109,7 @@ class Left(Shown):
             told[f"rms_{name}_centred"] = self.rms(rows, centred=True)
         return told
 
-    def rms(self, rows: Array | None = None, marker: int | None = None, centred: bool = False) -> float:
+    def rms(self, rows: NDArray[np.bool_] | None = None, marker: int | None = None, centred: bool = False) -> float:
         """Return the root mean square distance [m] of what was measured from what was predicted.
 
         Args:
