@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -114,7 +115,8 @@ def test_intervals_are_drawn_where_they_are_and_the_lost_have_none(fit):
     said = {label.get_text() for axes in sheet.axes for child in axes.child_axes for label in child.get_yticklabels()}
     assert {"only with others", "not seen", "2.10 ± 0.39 mm"} <= said
     one = next(one for one in fit.parameters if one.name == "section_2.bending_stiffness")
-    bars = [segment[:, 0] for bar in sheet.axes[0].collections for segment in bar.get_segments()]
+    drawn_bars: list[Any] = list(sheet.axes[0].collections)
+    bars = [segment[:, 0] for bar in drawn_bars for segment in bar.get_segments()]
     ends = [one.low / one.start, one.high / one.start]
     assert any(len(x) == 2 and np.allclose(sorted(x), ends) for x in bars)
     drawn_with = [type(one).__name__ for axes in sheet.axes for one in axes.containers].count("ErrorbarContainer")
@@ -125,7 +127,8 @@ def test_what_was_held_out_has_its_colour(fit):
     from matplotlib.colors import to_hex
 
     sheet = drawn(figures_of(fit)["blocks"])
-    bars = [(bar.get_height(), to_hex(bar.get_facecolor())) for bar in sheet.axes[0].patches]
+    patches: list[Any] = list(sheet.axes[0].patches)
+    bars = [(bar.get_height(), to_hex(bar.get_facecolor())) for bar in patches]
     (left,) = fit.left
     names = list(dict.fromkeys(left.recording.blocks.tolist()))
     size = 1e3 * rms(left, left.recording.blocks == names[-1]).rms
