@@ -9,6 +9,7 @@ import numpy as np
 from contarm_sim.identify.fitted import Left
 from contarm_sim.view.colours import BLUE, NOTE, ORANGE
 from contarm_sim.view.report.fits.left_over import FITTED, HELD_OUT, blocks, parts, repeatability, rms
+from contarm_sim.view.report.fits.words import millimetres
 from contarm_sim.view.style import INCH, Sheet
 
 LOOKS = {FITTED: {"color": BLUE}, HELD_OUT: {"color": ORANGE, "hatch": "////", "edgecolor": "white"}}
@@ -43,7 +44,7 @@ def draw_blocks(sheet: Sheet, left: Left) -> None:
     limit = repeatability(left)
     if limit:
         ax.axhline(1e3 * limit[0], color=NOTE, linewidth=1.1, linestyle=(0, (4, 2)),
-                   label=f"same command repeats to {1e3 * limit[0]:.2g} mm")  # fmt: skip
+                   label=f"same command repeats to {millimetres(limit[0])} mm")  # fmt: skip
     handles, labels = ax.get_legend_handles_labels()
     handles, labels = (
         [*handles[bool(limit) :], *handles[: bool(limit)]],
@@ -54,7 +55,7 @@ def draw_blocks(sheet: Sheet, left: Left) -> None:
     sheet.legend(handles, labels, loc="outside lower center", ncols=3 if sheet.wide else 2)
     worst = max(((name, size.rms) for name, size, _ in every if size), key=lambda pair: pair[1])
     sheet.heading(f"Errors by block{' and by marker' if several else ''}; largest in {worst[0]}, "
-                  f"{1e3 * worst[1]:.2g} mm rms")  # fmt: skip
+                  f"{millimetres(worst[1])} mm rms")  # fmt: skip
 
 
 def _markers(ax: Any, left: Left) -> None:

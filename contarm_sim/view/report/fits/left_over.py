@@ -22,8 +22,8 @@ DRIVEN = {"windings": ("winding", 1e3, "mm"), "tensions": ("tension", 1.0, "N"),
 _STILL = 1e-3
 """A command that changes by less [share of its range] is said to stay."""
 
-_SAME = 1e-6
-"""Commands that differ by less [share of their range] are the same."""
+_SAME = 0.01
+"""Commands that differ by less [share of the largest range of any] are the same."""
 
 _BINS, _FEW = 8, 5
 """Bins of a command, and samples that each needs for a median."""
@@ -124,24 +124,27 @@ def driven(left: Left) -> Driven | None:
 
 
 def repeatability(left: Left) -> tuple[float, int] | None:
-    """Return how far [m] samples of the same command are from their mean, rms, and how many such samples there are.
+    """Return how far [m] a marker is from its mean each time that the same command comes, rms, and how many times.
 
-    No model without memory has a smaller error in these; None where no command comes twice, or in a motion.
+    A command that is held counts once. None where no command comes twice, or in a motion.
     """
     recording = left.recording
-    if recording.kind != "static" or not recording.commands.shape[1]:
+    commands, positions = recording.commands, recording.positions
+    if recording.kind != "static" or not commands.shape[1] or not len(commands):
         return None
-    commands = recording.commands
-    size = np.maximum(np.ptp(commands, axis=0), 1e-300)
-    keys = np.round((commands - commands.min(axis=0)) / size / _SAME)
-    _, place = np.unique(keys, axis=0, return_inverse=True)
+    grid = max(_SAME * float(np.ptp(commands, axis=0).max()), 1e-300)
+    _, place = np.unique(np.round(commands / grid), axis=0, return_inverse=True)
+    visit = np.concatenate([[0], np.cumsum(place[1:] != place[:-1])])
+    first = np.concatenate([[0], np.flatnonzero(np.diff(visit)) + 1])
     squares, free, used = 0.0, 0, 0
-    positions = recording.positions
     for marker in range(positions.shape[1]):
         seen = np.isfinite(positions[:, marker]).all(axis=-1)
-        count = np.bincount(place[seen], minlength=place.max() + 1)
-        for group in np.flatnonzero(count > 1):
-            own = positions[seen & (place == group), marker]
+        count = np.bincount(visit[seen], minlength=len(first))
+        totals = [np.bincount(visit[seen], x, len(first)) for x in positions[seen, marker].T]
+        means = np.stack(totals, axis=1)[count > 0] / count[count > 0, None]
+        of = place.reshape(-1)[first][count > 0]
+        for command in np.flatnonzero(np.bincount(of) > 1):
+            own = means[of == command]
             squares += float(((own - own.mean(axis=0)) ** 2).sum())
             free += len(own) - 1
             used += len(own)

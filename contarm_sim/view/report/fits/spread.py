@@ -42,7 +42,7 @@ def draw_distribution(sheet: Sheet, left: Left) -> None:
         ax.axvline(1e3 * found.rms, color=COLOURS[part], linewidth=1.2, linestyle=("-", (0, (5, 2)))[place])
     limit = repeatability(left)
     if limit:
-        of = f" rms ({limit[1]:,} samples)" if sheet.wide else ""
+        of = f" rms ({limit[1]:,} times)" if sheet.wide else ""
         label = f"same command repeats to {1e3 * limit[0]:.3g} mm{of}"
         ax.axvline(1e3 * limit[0], color=NOTE, linewidth=1.4, linestyle=":", label=label)
     ax.set_xlim(0, most)
