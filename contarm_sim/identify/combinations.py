@@ -90,7 +90,8 @@ class Direction:
         follow = listed([self.determined(place) for place in members])
         verb = "is" if len(members) == 1 else "are"
         others = listed([self.names[place] for place in members])
-        return f"{name} may change by {amount} together with {others}: only {follow} {verb} determined"
+        with_it = "changes with it" if len(members) == 1 else "change with it"
+        return f"{name} may change by {amount} if {others} {with_it}: only {follow} {verb} determined"
 
     def determined(self, member: int) -> str:
         """Return what is determined of a member that follows the held one alone."""
