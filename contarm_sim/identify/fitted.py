@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.display import Shown
 from contarm_sim.identify.freedom import Free
@@ -84,7 +85,7 @@ class Left(Shown):
 
     recording: Recording
     predicted: Array
-    held_out: Array
+    held_out: NDArray[np.bool_]
 
     @property
     def error(self) -> Array:

@@ -62,7 +62,8 @@ class Free(Told):
 class Freedom:
     """The free parameters of an arm in a rig, one number each.
 
-    Positive parameters go into the vector by their logarithm: a stiffness may be wrong by a factor.
+    Positive parameters go into the vector by their logarithm (a stiffness may be wrong by a factor), unless they start
+    at 0.
 
     Attributes:
         arm, rig: where they start from.
@@ -140,9 +141,10 @@ def freedom(arm: Arm, rig: Rig, free: Sequence[Free | str]) -> Freedom:
     if twice:
         raise InputError("free", twice[0], "each parameter once")
     of_arm = named_parameters(arm)
-    logarithmic = tuple(_allowed(one.name, of_arm, arm)[0] == 0 for one in every)
-    made = Freedom(arm, rig, tuple(every), tuple(known[one.name] for one in every), logarithmic)
-    start = made.values()
+    units, linear = tuple(known[one.name] for one in every), (False,) * len(every)
+    start = Freedom(arm, rig, tuple(every), units, linear).values()
+    positive = [_allowed(one.name, of_arm, arm)[0] == 0 for one in every]
+    made = Freedom(arm, rig, tuple(every), units, tuple(p and x > 0 for p, x in zip(positive, start, strict=True)))
     for one, value in zip(every, start.tolist(), strict=True):
         low, high = -math.inf if one.low is None else one.low, math.inf if one.high is None else one.high
         if not low <= value <= high:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -49,13 +49,24 @@ class AtRest:
         """Return where the markers are measured [m], shape (B, T, K, 3), see `Predictor`."""
         recording = self.recording
         out = np.empty((len(arms), len(recording), len(recording.rig.markers), 3))
+        first, frames = None, np.empty(0)
         for place, (arm, rig) in enumerate(zip(arms, rigs, strict=True)):
-            own, loads = under(arm, rig, recording)
-            found = equilibria(own, loads, guess=self._near, threads=self._threads)
-            out[place] = markers_at(arm, rig, found.frames)
-            if place == 0:
-                self._near = np.where(np.isfinite(found.qpos), found.qpos, 0.0)
+            own = statics_of(arm, rig, recording)
+            if first is None or own != first:  # frames and markers move nothing, unless gravity or a force turns
+                found = equilibria(*under(arm, rig, recording), guess=self._near, threads=self._threads)
+                if first is None:
+                    first, frames = own, found.frames
+                    far = np.zeros_like(found.qpos) if self._near is None else self._near
+                    self._near = np.where(np.isfinite(found.qpos), found.qpos, far)
+                out[place] = markers_at(arm, rig, found.frames)
+            else:
+                out[place] = markers_at(arm, rig, frames)
         return out
+
+
+def statics_of(arm: Arm, rig: Rig, recording: Recording) -> tuple[Any, ...]:
+    """Return all that the poses of an arm in a rig at the samples of a recording depend on; equal where they are."""
+    return rig.holds(arm), rig.actuation, None if recording.force is None else rig.rotation.tolist()
 
 
 def under(arm: Arm, rig: Rig, recording: Recording) -> tuple[list[Arm], list[Load]]:

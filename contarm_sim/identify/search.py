@@ -1,0 +1,131 @@
+"""The search of a fit from one start: least squares, or an evolution strategy that least squares finish."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+
+from contarm_sim.errors import MissingError
+from contarm_sim.identify.losses import THRESHOLD, noise_of
+from contarm_sim.identify.residuals import LEAST_NOISE, Problem
+from contarm_sim.kinematics.arrays import Array
+
+Method = Literal["least-squares", "cma"]
+METHODS: tuple[Method, ...] = get_args(Method)
+
+STOPPED = "stopped early"
+"""What the message of a fit begins with that Ctrl-C ended."""
+
+ROUNDS = 6
+"""Most times that the noise is estimated anew."""
+
+SETTLED = 0.05
+"""Change of the noise, as a share, at which it is left as it is."""
+
+COARSE, FINE = 1e-3, 1e-7
+"""Change of the cost, as a share, at which a search ends: before the noise is settled, and at last."""
+
+MOST = 60
+"""Most steps of one search by least squares."""
+
+GENERATIONS = 200
+"""Most populations of an evolution strategy."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """Where a search ended.
+
+    Attributes:
+        vector: of all parameters, shape (P,).
+        errors: there [m], shape (M,).
+        noise: of one coordinate [m].
+        converged: whether it ended by itself.
+        message: of the solver.
+    """
+
+    vector: Array
+    errors: Array
+    noise: float
+    converged: bool
+    message: str
+
+
+def searched(problem: Problem, start: Array, noise: float | None, method: Method, seed: int) -> Found:
+    """Return the best vector found from a start, shape (P,).
+
+    Args:
+        problem: with the parameters that move.
+        start: where to begin.
+        noise: of one coordinate [m]; None: estimated, and anew after each search.
+        method: `cma` searches a population before least squares do.
+        seed: of that population.
+
+    Raises:
+        MissingError: `cma` is not installed.
+    """
+    problem.base, problem.best = start.copy(), None
+    moved = start[problem.active]
+    problem.noise = _estimate(problem, start) if noise is None else noise
+    if method == "cma":
+        moved = _evolved(problem, moved, seed)
+        if noise is None:
+            problem.noise = _estimate(problem, problem.full(moved))
+    for turn in range(ROUNDS):
+        last = noise is not None or turn == ROUNDS - 1
+        moved, converged, message = _least_squares(problem, moved, FINE if last else COARSE)
+        if last:
+            break
+        found = _estimate(problem, problem.full(moved))
+        settled = abs(found - problem.noise) <= SETTLED * problem.noise
+        problem.noise = found
+        if settled:
+            moved, converged, message = _least_squares(problem, moved, FINE)
+            break
+    vector = problem.full(moved)
+    errors = problem.errors(vector[None])[0]
+    return Found(vector, errors, problem.noise, converged, message)
+
+
+def _estimate(problem: Problem, vector: Array) -> float:
+    errors = problem.filled(problem.errors(vector[None])[0])
+    problem.best = None  # costs of another noise do not compare
+    return noise_of(errors, int(problem.active.sum()), LEAST_NOISE * problem.length)
+
+
+def _least_squares(problem: Problem, moved: Array, tolerance: float) -> tuple[Array, bool, str]:
+    from scipy.optimize import least_squares
+
+    low, high = problem.every.low[problem.active], problem.every.high[problem.active]
+    found = least_squares(
+        problem.residuals, np.clip(moved, low, high), problem.jacobian, (low, high), x_scale="jac",
+        loss=problem.scipy_loss, f_scale=THRESHOLD, ftol=tolerance, xtol=1e-9, gtol=1e-12, max_nfev=MOST,
+    )  # fmt: skip
+    return found.x, bool(found.success), str(found.message)
+
+
+def _evolved(problem: Problem, moved: Array, seed: int) -> Array:
+    try:
+        from cma import CMAEvolutionStrategy
+    except ImportError:
+        raise MissingError("cma", "fit") from None
+    typical = problem.every.typical[problem.active]
+    low = (problem.every.low[problem.active] - moved) / typical
+    high = (problem.every.high[problem.active] - moved) / typical
+    options = {
+        "seed": seed + 1, "bounds": [low.tolist(), high.tolist()], "verbose": -9, "tolfun": 1e-4, "tolx": 1e-4,
+        "maxiter": GENERATIONS,
+    }  # fmt: skip
+    strategy = CMAEvolutionStrategy(np.zeros(len(moved)), 1.0, options)
+    while not strategy.stop():
+        asked = strategy.ask()
+        vectors = problem.full(moved + typical * np.array([strategy.mean, *asked]))
+        errors = problem.errors(np.clip(vectors, problem.every.low, problem.every.high))
+        costs = [problem.cost(one, vector) for one, vector in zip(errors, vectors, strict=True)]
+        best = int(np.argmin(costs))
+        problem.note(vectors[best], errors[best])
+        strategy.tell(asked, costs[1:])
+    assert problem.best is not None
+    return problem.best[0][problem.active]
