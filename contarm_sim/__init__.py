@@ -18,6 +18,8 @@ The public names are few and load late, so that `import contarm_sim` costs nothi
     equilibria            the same of many cases at once
     load                  a Trajectory that `contarm run` left, or of a .npz
     compare               a trajectory beside the closed forms
+    Recording             what was commanded of a real arm and measured; load_recording, save_recording
+    Rig                   what stands around it: frame, Marker, Actuation
     Controller            what drives an arm; subclass it, with Plan and Feedback
     studies               what the commands compute, as functions
     sweeps                many cases of an arm, as a table
@@ -45,6 +47,12 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
     from contarm_sim.errors import InputError as InputError
     from contarm_sim.errors import Interrupted as Interrupted
     from contarm_sim.errors import InterruptedMany as InterruptedMany
+    from contarm_sim.identify.recording import Recording as Recording
+    from contarm_sim.identify.recording_file import load_recording as load_recording
+    from contarm_sim.identify.recording_saved import save_recording as save_recording
+    from contarm_sim.identify.rig import Actuation as Actuation
+    from contarm_sim.identify.rig import Marker as Marker
+    from contarm_sim.identify.rig import Rig as Rig
     from contarm_sim.mjcf import arm_spec as arm_spec
     from contarm_sim.mjcf import scene_spec as scene_spec
     from contarm_sim.mjcf import spec as spec
@@ -73,11 +81,12 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
     __version__: str
 
 __all__ = [
-    "Arm", "ContarmError", "Controller", "DivergenceError", "EquilibriumError", "Feedback", "Ideal", "InputError",
-    "Interrupted", "InterruptedMany", "Load", "McKibben", "Muscles", "Plan", "Reference", "Routing", "Section", "Seen",
-    "Tendon", "Trajectory", "World", "Wrench", "arm_spec", "compare", "envs", "equilibria", "equilibrium", "kinematics",
-    "load", "load_arm", "mechanics", "mjcf", "paths", "poses_at_rest", "presets", "scene_spec", "simulate",
-    "simulate_many", "spec", "studies", "sweeps",
+    "Actuation", "Arm", "ContarmError", "Controller", "DivergenceError", "EquilibriumError", "Feedback", "Ideal",
+    "InputError", "Interrupted", "InterruptedMany", "Load", "Marker", "McKibben", "Muscles", "Plan", "Recording",
+    "Reference", "Rig", "Routing", "Section", "Seen", "Tendon", "Trajectory", "World", "Wrench", "arm_spec", "compare",
+    "envs", "equilibria", "equilibrium", "kinematics", "load", "load_arm", "load_recording", "mechanics", "mjcf",
+    "paths", "poses_at_rest", "presets", "save_recording", "scene_spec", "simulate", "simulate_many", "spec", "studies",
+    "sweeps",
 ]  # fmt: skip
 
 _HOMES = {
@@ -106,6 +115,12 @@ _HOMES = {
     "Load": "model.load",
     "Muscles": "model.load",
     "Wrench": "model.load",
+    "Actuation": "identify.rig",
+    "Marker": "identify.rig",
+    "Rig": "identify.rig",
+    "Recording": "identify.recording",
+    "load_recording": "identify.recording_file",
+    "save_recording": "identify.recording_saved",
     "compare": "results.compare",
     "load": "results.run_folder",
     "Reference": "paths.reference",

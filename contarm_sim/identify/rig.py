@@ -149,7 +149,9 @@ class Rig(Told):
         norm = math.hypot(*turned)
         if norm == 0:
             raise InputError("frame.orientation", self.orientation, "a quaternion w x y z, not zero")
-        object.__setattr__(self, "orientation", tuple(x / norm for x in turned))
+        if not math.isclose(norm, 1.0, rel_tol=1e-15):  # a rig that was saved and loaded keeps its bits
+            turned = tuple(x / norm for x in turned)
+        object.__setattr__(self, "orientation", turned)
 
     @property
     def rotation(self) -> Array:
