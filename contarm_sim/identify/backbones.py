@@ -39,12 +39,16 @@ def backbones(arm: Arm, recording: Recording, predictor: Callable[[Recording], P
              for n, xi in enumerate(station_xi(arm)) for corner in _CORNERS]  # fmt: skip
     unseen = np.full((len(recording), len(added), 3), np.nan)
     more = replace(rig, markers=(*rig.markers, *added))
+    unseen[-1] = rig.position  # a recording's markers are seen once or more; nothing starts from its last sample
     asked = replace(recording, rig=more, positions=np.concatenate([recording.positions, unseen], axis=1))
     found = predictor(asked)([arm], [more])[0, :, own:]
     points = (found - np.array(rig.position)) @ rig.rotation
     points = points.reshape(len(recording), -1, 3, 3)
     frames = np.zeros((*points.shape[:2], 4, 4))
     frames[..., :3, 3], frames[..., 3, 3] = points[..., 0, :], 1.0
-    frames[..., :3, 0], frames[..., :3, 2] = points[..., 1, :] - points[..., 0, :], points[..., 2, :] - points[..., 0, :]
+    frames[..., :3, 0], frames[..., :3, 2] = (
+        points[..., 1, :] - points[..., 0, :],
+        points[..., 2, :] - points[..., 0, :],
+    )
     frames[..., :3, 1] = np.cross(frames[..., :3, 2], frames[..., :3, 0])
     return frames

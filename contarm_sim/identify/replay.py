@@ -7,14 +7,17 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.display import Shown, drawing
 from contarm_sim.errors import InputError, expect
 from contarm_sim.identify.backbones import backbones
+from contarm_sim.identify.bands import Bands, banded
+from contarm_sim.identify.covariance import Covariance
 from contarm_sim.identify.differences import Differences, differences, root_mean_square
-from contarm_sim.identify.predict import AtRest, Predictor
+from contarm_sim.identify.predict import Predictor
+from contarm_sim.identify.predictors import predictor_of
 from contarm_sim.identify.recording import Recording
-from contarm_sim.identify.spread import Bands, Spread, banded
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 
@@ -42,7 +45,7 @@ class Replay(Shown):
     predicted: Array
     frames: Array
     bands: Bands | None = None
-    held_out: Array | None = None
+    held_out: NDArray[np.bool_] | None = None
     swings: tuple[Any, ...] = ()
 
     def __len__(self) -> int:
@@ -67,8 +70,13 @@ class Replay(Shown):
 
     @property
     def unpredicted(self) -> int:
-        """Samples in which the arm has no pose."""
-        return int((~np.isfinite(self.predicted).all(axis=(1, 2))).sum())
+        """Samples in which the arm has no pose; not those before a hand lets go of it."""
+        lost = np.asarray(~np.isfinite(self.predicted).all(axis=(1, 2)))
+        if self.recording.kind == "motion":
+            for block in set(self.recording.blocks.tolist()):
+                own = self.recording.blocks == block
+                lost[own] &= lost[own].all()
+        return int(lost.sum())
 
     def differences(self, rows: Any = slice(None), marker: int | None = None) -> Differences:
         """Return numbers of the error of some samples (a mask, numbers or a slice), of one marker or of all."""
@@ -95,7 +103,9 @@ class Replay(Shown):
         """
         markers, out = self.recording.rig.markers, []
         for k in range(len(markers) - 1):
-            ends = [np.linalg.norm(at[:, k + 1] - at[:, k], axis=-1) for at in (self.recording.positions, self.predicted)]
+            ends = [
+                np.linalg.norm(at[:, k + 1] - at[:, k], axis=-1) for at in (self.recording.positions, self.predicted)
+            ]
             off = ends[0] - ends[1]
             known = off[np.isfinite(off)]
             mean = float(known.mean()) if len(known) else float("nan")
@@ -141,7 +151,7 @@ class Replay(Shown):
 def replay(
     arm: Arm,
     recording: Recording,
-    spread: Spread | None = None,
+    covariance: Covariance | None = None,
     *,
     predictor: Callable[[Recording], Predictor] | None = None,
     held_out: Any = None,
@@ -152,7 +162,7 @@ def replay(
     Args:
         arm: that predicts; in the recording's rig.
         recording: static or of motions.
-        spread: what a fit leaves open, see `spread_of`: its arm and rig are those that predict; default no bands.
+        covariance: what a fit leaves open of this arm in this rig, see `covariance_of`; default no bands.
         predictor: what predicts a recording; default as a fit does.
         held_out: whether each sample was kept from the fit, shape (T,), where that is known.
         threads: that share the work; 0: one a processor.
@@ -162,27 +172,44 @@ def replay(
     """
     expect("arm", arm, Arm)
     expect("recording", recording, Recording)
-    if spread is not None and (spread.freedom.arm != arm or spread.freedom.rig != recording.rig):
-        raise InputError("spread", "of another arm or rig", "the covariance of the arm and the rig that predict")
+    if covariance is not None and (covariance.freedom.arm, covariance.freedom.rig) != (arm, recording.rig):
+        raise InputError("covariance", "of another arm or rig", "the covariance of the arm and the rig that predict")
     if predictor is None:
         predictor = usual_predictor(arm, threads)
-    told = None if held_out is None else np.asarray(held_out, dtype=bool)
+    told = None if held_out is None else np.array(held_out, dtype=np.bool_)
     if told is not None and told.shape != (len(recording),):
         raise InputError("held_out", f"of shape {told.shape}", f"{len(recording)}, one for each sample")
     predict, bands = predictor(recording), None
-    if spread is None:
+    if covariance is None:
         predicted = predict([arm], [recording.rig])[0]
     else:
-        predicted, bands = banded(spread, recording, predict)
+        predicted, bands = banded(covariance, recording, predict)
     found = Replay(arm, recording, predicted, backbones(arm, recording, predictor), bands, told)
     if recording.kind == "motion":
         found = replace(found, swings=_swings(found))
     return found
 
 
+def some_samples(arm: Arm, recording: Recording, count: int | None) -> Any:
+    """Return which samples stand for a recording, a slice or numbers: all without a count.
+
+    Evenly picked ones of poses that do not remember those before; else the first.
+    """
+    if count is None or count >= len(recording):
+        return slice(None)
+    if recording.kind == "static" and not remembers(arm):
+        return np.linspace(0, len(recording) - 1, count).round().astype(int)
+    return slice(0, count)
+
+
+def remembers(arm: Arm) -> bool:
+    """Tell whether poses of an arm at rest depend on those before."""
+    return False
+
+
 def usual_predictor(arm: Arm, threads: int = 0) -> Callable[[Recording], Predictor]:
     """Return what makes the predictor of a recording that a fit would take."""
-    return lambda recording: AtRest(recording, threads)
+    return lambda recording: predictor_of(recording, arm, threads=threads)
 
 
 def _swings(found: Replay) -> tuple[Any, ...]:

@@ -182,7 +182,9 @@ class ArmRenderer:
             add_ball(self._renderer.scene, self.to_world(target), 0.02 * self.arm.length, ASKED)
         return self._shot()
 
-    def with_marks(self, qpos: Array, add: Callable[[Any, Callable[[float], float]], object], share: float = 0.0) -> Pixels:
+    def with_marks(
+        self, qpos: Array, add: Callable[[Any, Callable[[float], float]], object], share: float = 0.0
+    ) -> Pixels:
         """Draw the arm with joint angles [rad], shape (dofs,), and what is added to the scene.
 
         Args:

@@ -142,7 +142,11 @@ def _framed(replay: Replay, rows: NDArray[np.intp], look: Look, speed: int) -> G
     from contarm_sim.mjcf.framing import Frame
 
     rig = replay.recording.rig
-    arm, real, own = rig.holds(replay.arm), _in_base(replay, replay.recording.positions), _in_base(replay, replay.predicted)
+    arm, real, own = (
+        rig.holds(replay.arm),
+        _in_base(replay, replay.recording.positions),
+        _in_base(replay, replay.predicted),
+    )
     said = [_texts(replay, row, speed) for row in rows.tolist()]
     widest = [max(column, key=len) for column in zip(*said, strict=True)]
     around = Caption(look.width, look.height, [widest], _legend(), [look.note]) if look.captions else None
@@ -215,8 +219,15 @@ def _texts(replay: Replay, row: int, speed: int) -> list[str]:
         when = f"t = {recording.time[row]:.2f} s{pace}"
     else:
         when = f"sample {row + 1} of {len(recording)}"
-    size = "no marker seen" if np.isnan(error) else f"error {1e3 * error:.1f} mm = {100 * error / length:.1f} % of length"
-    return [when, str(recording.blocks[row]), size, *([status_words(replay, row)] if replay.held_out is not None else [])]
+    size = (
+        "no marker seen" if np.isnan(error) else f"error {1e3 * error:.1f} mm = {100 * error / length:.1f} % of length"
+    )
+    return [
+        when,
+        str(recording.blocks[row]),
+        size,
+        *([status_words(replay, row)] if replay.held_out is not None else []),
+    ]
 
 
 def _card(replay: Replay, look: Look) -> Panel | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -32,7 +33,7 @@ def course_of(replay: Replay) -> Course:
     """Return what a replay is drawn over: of static samples their numbers, from 1, for they may lie far apart."""
     recording = replay.recording
     starts = [0, *(np.flatnonzero(recording.blocks[1:] != recording.blocks[:-1]) + 1).tolist(), len(recording)]
-    parts = tuple(slice(a, b) for a, b in zip(starts, starts[1:], strict=False))
+    parts = tuple(slice(a, b) for a, b in pairwise(starts))
     if recording.kind == "static":
         return Course(np.arange(1.0, len(recording) + 1), "sample", parts)
     places, end = np.empty(len(recording)), 0.0

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from contarm_sim.identify.replay import Replay
-from contarm_sim.kinematics.arrays import Array
 from contarm_sim.view.colours import ERROR, LIMIT, MEASURED, SIMULATED
 from contarm_sim.view.report.replays.course import Course, broken, course_of
 from contarm_sim.view.report.replays.words import headline, millimetres
@@ -91,10 +90,17 @@ def draw_histogram(sheet: Sheet, replay: Replay) -> None:
     size.hist(known, bins=bins, color=SIMULATED, alpha=0.45)
     marks = (("rms", found.rms, "-"), ("95 %", found.percentile_95, (0, (4, 2))))
     for name, value, dashes in marks:
-        size.axvline(MM * value, color=ERROR, linewidth=1.0, linestyle=dashes, label=f"{name}: {millimetres(value)} mm")
+        size.axvline(
+            MM * value,
+            ymax=0.74,
+            color=ERROR,
+            linewidth=1.0,
+            linestyle=dashes,
+            label=f"{name}: {millimetres(value)} mm",
+        )
     size.set(xlabel="error [mm]", ylabel="markers")
     size.set_xlim(left=0)
-    size.set_ylim(top=1.32 * size.get_ylim()[1])  # the legend's room
+    size.set_ylim(top=1.35 * size.get_ylim()[1])  # the legend's room, which lines leave free
     size.legend(loc="upper right")
     error = MM * replay.error.reshape(-1, 3)
     error = error[np.isfinite(error).all(axis=1)]
@@ -104,9 +110,9 @@ def draw_histogram(sheet: Sheet, replay: Replay) -> None:
         words = f"{'xyz'[k]}: bias {millimetres(found.bias[k])} mm"
         parts.hist(error[:, k], bins=np.linspace(-ends, ends, bins + 1), histtype="step", color=section_hex(k),
                    linestyle=looks[k], linewidth=1.2, label=words)  # fmt: skip
-    parts.axvline(0, color=LIMIT, linewidth=0.8)
+    parts.axvline(0, ymax=0.66, color=LIMIT, linewidth=0.8)
     parts.set(xlabel="measured less simulated [mm]", ylabel="markers", xlim=(-ends, ends))
-    parts.set_ylim(top=1.45 * parts.get_ylim()[1])
+    parts.set_ylim(top=1.52 * parts.get_ylim()[1])
     parts.legend(loc="upper left")
     sheet.heading("How often errors have which size, and their components")
 
@@ -143,8 +149,3 @@ def _the(marker: str) -> str:
 
 def _short(name: str) -> str:
     return name if len(name) <= _MOST_LETTERS else f"{name[: _MOST_LETTERS - 1]}…"
-
-
-def known(values: Array) -> Array:
-    """Return the rows that are finite."""
-    return np.asarray(values[np.isfinite(values).all(axis=-1)])

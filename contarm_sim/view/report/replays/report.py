@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -87,7 +88,7 @@ class ReplayReport:
         """What draws the figures, by their names."""
         if not self._replay.differences().count:
             return {}
-        return {stem: lambda sheet, draw=draw: draw(sheet, self._replay) for stem, draw in FIGURES.items()}
+        return {stem: partial(_drawn, draw, self._replay) for stem, draw in FIGURES.items()}
 
     def write_page(self, folder: Path, summary: dict[str, Any]) -> None:
         """Write report.html around the figures and the film that are there."""
@@ -116,6 +117,10 @@ class ReplayReport:
             return "video.gif"
         write_video(ReplayShot(self._replay, Look(note=note)), folder / "video.mp4", on_frame)
         return "video.mp4"
+
+
+def _drawn(draw: Callable[[Any, Replay], None], replay: Replay, sheet: Any) -> None:
+    draw(sheet, replay)
 
 
 def _table(replay: Replay) -> list[list[Any]]:

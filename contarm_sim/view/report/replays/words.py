@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from contarm_sim.identify.bands import INSIDE
 from contarm_sim.identify.differences import Differences
 from contarm_sim.identify.replay import Replay
-from contarm_sim.identify.spread import INSIDE
 from contarm_sim.view.report.headline import Standing, near
 
 FEW = 0.8
 """Share of markers inside their bands below which the model errs, and not the fit."""
+
+OFFSET = 0.7
+"""Share of the rms that is left without the mean offset below which most of the error is that offset."""
 
 COLUMNS = ["markers seen", "rms", "median", "95 %", "largest", "mean offset removed", "rms [% of length]"]
 """Of the table of errors [mm]."""
@@ -35,7 +38,16 @@ MEANINGS = {
 
 def millimetres(value: float) -> str:
     """Return a length [m] in millimetres, in as many digits as tell something."""
-    return "–" if math.isnan(value) else f"{1e3 * value:.3g}" if abs(value) < 0.1 else f"{1e3 * value:.0f}"
+    if math.isnan(value):
+        return "–"
+    told = (
+        f"{1e3 * value:.2f}"
+        if abs(value) < 1e-3
+        else f"{1e3 * value:.3g}"
+        if abs(value) < 0.1
+        else f"{1e3 * value:.0f}"
+    )
+    return told.replace("-", "\N{MINUS SIGN}")
 
 
 def status_words(replay: Replay, row: int) -> str:
@@ -106,7 +118,9 @@ def _bands(replay: Replay) -> Standing:
     foreseen = (f"The covariance of the parameters and a noise of {millimetres(bands.noise)} mm a coordinate foresee "
                 f"an rms of {low} to {high} mm; it is {millimetres(found.rms)} mm.")  # fmt: skip
     if bands.share < FEW:
-        why = " The rest is error of the model: what this arm cannot do, whatever its parameters are."
+        why = " The rest is error of the model, or of parameters that the fit took as known."
+        if found.centred_rms < OFFSET * found.rms:
+            why += " Most of it is one offset: of where base or markers are."
         return Standing("bad", inside, f"{foreseen}{why}{held}")
     much = f" As the parameters vary within their intervals, the rms is {ends} mm."
     if bands.share > 0.5 * (1 + INSIDE) + 0.005:

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contarm_sim.display import Shown
-from contarm_sim.errors import ContarmError, InputError
-from contarm_sim.identify.fitted import Fit
-from contarm_sim.identify.freedom import Freedom, freedom
+from contarm_sim.errors import ContarmError
+from contarm_sim.identify.covariance import Covariance
+from contarm_sim.identify.freedom import Freedom
 from contarm_sim.identify.recording import Recording
 from contarm_sim.identify.rig import Rig
 from contarm_sim.kinematics.arrays import Array
@@ -28,60 +28,6 @@ SQUARED_RADIUS = 7.814728
 
 DRAWS = 400
 """Draws that intervals of the rms are from."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Spread(Shown):
-    """What a fit leaves open of P parameters.
-
-    Attributes:
-        freedom: the parameters, about the fitted arm in its rig.
-        covariance: of the errors of their vector (logarithms of positive parameters), shape (P, P).
-        noise: standard deviation of one measured coordinate [m].
-        held: names of parameters that the data of the fit did not determine: they are held, and counted as known.
-
-    Raises:
-        InputError: a covariance of another shape, not finite, or with negative variances.
-    """
-
-    freedom: Freedom
-    covariance: Array
-    noise: float
-    held: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        count, found = len(self.freedom.free), np.asarray(self.covariance, dtype=float)
-        allowed = f"a symmetric array of {count} x {count} finite numbers, variances not below 0"
-        if found.shape != (count, count) or not np.isfinite(found).all() or (np.diag(found) < 0).any():
-            raise InputError("covariance", f"of shape {found.shape}", allowed)
-        if not (np.isfinite(self.noise) and self.noise >= 0):
-            raise InputError("noise", self.noise, "a length of 0 m or more")
-
-
-def spread_of(fit: Fit, place: int = 0) -> Spread | None:
-    """Return what a fit leaves open of the parameters that it determined, or None where it determined none.
-
-    Args:
-        place: number of the recording, from 0, whose rig is meant.
-    """
-    known = [k for k, one in enumerate(fit.parameters) if one.status in ("determined", "at bound")
-             and np.isfinite([one.value, one.sd]).all() and np.isfinite(fit.correlation[k, k])]  # fmt: skip
-    own: list[int] = []
-    for k in known:
-        try:
-            freedom(fit.arm, fit.rigs[place], [fit.parameters[k].name])
-            own.append(k)
-        except InputError:  # of the rig of another recording
-            continue
-    if not own:
-        return None
-    free = freedom(fit.arm, fit.rigs[place], [fit.parameters[k].name for k in own])
-    sd = np.array([fit.parameters[k].sd for k in own])
-    values = np.array([fit.parameters[k].value for k in own])
-    sd = np.where(free.logarithmic, sd / np.where(free.logarithmic, values, 1.0), sd)
-    correlation = fit.correlation[np.ix_(own, own)]
-    held = tuple(one.name for k, one in enumerate(fit.parameters) if k not in known)
-    return Spread(free, np.nan_to_num(correlation) * np.outer(sd, sd), fit.noise, held)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -121,22 +67,22 @@ class Bands(Shown):
 Predict = Callable[[list[Arm], list[Rig]], Array]
 
 
-def directions(spread: Spread) -> Array:
+def directions(covariance: Covariance) -> Array:
     """Return one standard deviation along each axis of the parameters' ellipsoid, in the vector, shape (P, P)."""
-    variances, axes = np.linalg.eigh(0.5 * (spread.covariance + spread.covariance.T))
+    variances, axes = np.linalg.eigh(0.5 * (covariance.matrix + covariance.matrix.T))
     kept = variances > 1e-12 * max(float(variances.max(initial=0.0)), 1e-300)
     return np.asarray((axes[:, kept] * np.sqrt(variances[kept])).T)
 
 
-def banded(spread: Spread, recording: Recording, predict: Predict) -> tuple[Array, Bands]:
+def banded(covariance: Covariance, recording: Recording, predict: Predict) -> tuple[Array, Bands]:
     """Return the prediction of a recording [m], shape (T, K, 3), and its bands.
 
     Args:
-        spread: about the arm and the rig of the recording.
+        covariance: of parameters about the arm and the rig of the recording.
         recording: what was measured.
         predict: where markers are of some arms in their rigs, shape (B, T, K, 3).
     """
-    own, steps = spread.freedom, directions(spread)
+    own, steps = covariance.freedom, directions(covariance)
     middle = own.vector(own.values())
     low, high = own.bounds()
     arms, rigs, signs = [own.arm], [own.rig], []
@@ -149,14 +95,14 @@ def banded(spread: Spread, recording: Recording, predict: Predict) -> tuple[Arra
     nominal = found[0]
     turned = np.array(signs)[:, None, None, None] * (found[1:] - nominal)
     moved = np.nan_to_num(turned)  # no pose there: no band from it
-    covariance = np.einsum("ptki,ptkj->tkij", moved, moved)
+    told = np.einsum("ptki,ptkj->tkij", moved, moved)
     error = recording.positions - nominal
     seen = np.isfinite(error).all(axis=-1)
-    whole = covariance + max(spread.noise, 1e-9) ** 2 * np.eye(3)
+    whole = told + max(covariance.noise, 1e-9) ** 2 * np.eye(3)
     known = np.where(seen[..., None], error, 0.0)
     far = np.einsum("tki,tki->tk", known, np.linalg.solve(whole, known[..., None])[..., 0])
-    rms, foreseen = _intervals(known[seen], moved[:, seen], spread.noise)
-    return nominal, Bands(covariance, spread.noise, seen & (far <= SQUARED_RADIUS), seen, rms, foreseen, spread.held)
+    rms, foreseen = _intervals(known[seen], moved[:, seen], covariance.noise)
+    return nominal, Bands(told, covariance.noise, seen & (far <= SQUARED_RADIUS), seen, rms, foreseen, covariance.held)
 
 
 def _moved(own: Freedom, middle: Array, step: Array, low: Array, high: Array) -> tuple[Arm, Rig, float]:
