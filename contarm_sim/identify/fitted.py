@@ -12,6 +12,7 @@ from contarm_sim.display import Shown
 from contarm_sim.identify.freedom import Free
 from contarm_sim.identify.recording import Recording
 from contarm_sim.identify.rig import Rig
+from contarm_sim.identify.showing import ShowingFit
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 
@@ -109,7 +110,7 @@ class Left(Shown):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Fit(Shown):
+class Fit(ShowingFit):
     """What a fit of P parameters to recordings came to.
 
     Attributes:

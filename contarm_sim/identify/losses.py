@@ -1,4 +1,4 @@
-"""Losses that large residuals weigh less in, and the noise that says which are large."""
+"""Losses that large residuals weigh less in."""
 
 from __future__ import annotations
 
@@ -13,9 +13,6 @@ LOSSES: tuple[Loss, ...] = get_args(Loss)
 
 THRESHOLD = 1.345
 """Residual over noise from which on it weighs less (Huber's: 95 % of the efficiency of least squares)."""
-
-_NORMAL = 1.4826
-"""Standard deviation over median absolute deviation of a normal distribution."""
 
 
 def rho(squares: Array, loss: Loss) -> Array:
@@ -34,20 +31,3 @@ def rho(squares: Array, loss: Loss) -> Array:
     if loss == "cauchy":
         return np.array([np.log1p(z), 1 / (1 + z), -1 / (1 + z) ** 2])
     return np.array([z, np.ones_like(z), np.zeros_like(z)])
-
-
-def weights(errors: Array, noise: float, loss: Loss) -> Array:
-    """Return how much each residual [m] weighs, 1 for a small one, shape (M,)."""
-    return np.asarray(rho((errors / (THRESHOLD * noise)) ** 2, loss)[1])
-
-
-def noise_of(errors: Array, parameters: int, least: float) -> float:
-    """Return the standard deviation of residuals [m], shape (M,), by their median: a half may be outliers.
-
-    Args:
-        errors: residuals.
-        parameters: that were fitted to them.
-        least: that is returned [m].
-    """
-    lost = max(len(errors) - parameters, 1) / len(errors)
-    return max(_NORMAL * float(np.median(np.abs(errors))) / np.sqrt(lost), least)

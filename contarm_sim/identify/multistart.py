@@ -50,7 +50,8 @@ def best_of(
     costs = [problem.cost(one.errors, one.vector, common) for one in every]
     best = every[int(np.argmin(costs))]
     problem.noise = best.noise
-    told = [best.message.rstrip("."), *failures]
+    end = f"{STOPPED}, in start {len(every) + len(failures)} of {len(starts)}"
+    told = [end if stopped else best.message.rstrip("."), *failures]
     if failures:
         told.insert(1, f"{len(failures)} of {len(starts)} starts failed")
     best = replace(best, converged=best.converged and not stopped, message="; ".join(told))

@@ -8,7 +8,8 @@ from typing import Literal, get_args
 import numpy as np
 
 from contarm_sim.errors import MissingError
-from contarm_sim.identify.losses import THRESHOLD, noise_of
+from contarm_sim.identify.intervals import noise_of
+from contarm_sim.identify.losses import THRESHOLD
 from contarm_sim.identify.residuals import LEAST_NOISE, Problem
 from contarm_sim.kinematics.arrays import Array
 
@@ -66,33 +67,34 @@ def searched(problem: Problem, start: Array, noise: float | None, method: Method
     Raises:
         MissingError: `cma` is not installed.
     """
-    problem.base, problem.best = start.copy(), None
+    problem.base = start.copy()
     moved = start[problem.active]
-    problem.noise = _estimate(problem, start) if noise is None else noise
+    _renewed(problem, moved, noise)
     if method == "cma":
         moved = _evolved(problem, moved, seed)
-        if noise is None:
-            problem.noise = _estimate(problem, problem.full(moved))
+        _renewed(problem, moved, noise)
     for turn in range(ROUNDS):
-        last = noise is not None or turn == ROUNDS - 1
-        moved, converged, message = _least_squares(problem, moved, FINE if last else COARSE)
-        if last:
-            break
-        found = _estimate(problem, problem.full(moved))
-        settled = abs(found - problem.noise) <= SETTLED * problem.noise
-        problem.noise = found
+        settled = noise is not None or turn == ROUNDS - 1
+        before = problem.noise
+        moved, converged, message = _least_squares(problem, moved, FINE if settled else COARSE)
         if settled:
-            moved, converged, message = _least_squares(problem, moved, FINE)
             break
+        _renewed(problem, moved, noise)
+        if abs(problem.noise - before) <= SETTLED * before:
+            noise = problem.noise
     vector = problem.full(moved)
     errors = problem.errors(vector[None])[0]
     return Found(vector, errors, problem.noise, converged, message)
 
 
-def _estimate(problem: Problem, vector: Array) -> float:
-    errors = problem.filled(problem.errors(vector[None])[0])
-    problem.best = None  # costs of another noise do not compare
-    return noise_of(errors, int(problem.active.sum()), LEAST_NOISE * problem.length)
+def _renewed(problem: Problem, moved: Array, noise: float | None) -> None:
+    """Estimate the noise where a search stands, unless it is given; costs are then of that noise."""
+    vector = problem.full(moved)
+    errors = problem.errors(vector[None])[0]
+    if noise is None:
+        noise = noise_of(problem.filled(errors), int(problem.active.sum()), problem.loss)
+    problem.noise = max(noise, LEAST_NOISE * problem.length)
+    problem.best = (vector, problem.cost(errors, vector))
 
 
 def _least_squares(problem: Problem, moved: Array, tolerance: float) -> tuple[Array, bool, str]:

@@ -148,6 +148,12 @@ def _equilibrium(found: Any) -> str:
     )
 
 
+def _fit(found: Any) -> str:
+    from contarm_sim.view.notebook.fits import html as made  # with what draws figures
+
+    return made(found)
+
+
 def _ends(stations: Any, arm: Arm) -> list[Line]:
     """Return the places [m] at which a section ends and another begins."""
     ends = np.cumsum([section.links for section in arm.sections])[:-1]
@@ -167,5 +173,5 @@ def _size(distances: Any) -> str:
 
 _CARDS: dict[str, Callable[[Any], str]] = {
     "Arm": _arm, "Trajectory": _trajectory, "Reference": _reference, "Comparison": _comparison, "Inverse": _inverse,
-    "Equilibrium": _equilibrium, **studies.CARDS,
+    "Equilibrium": _equilibrium, "Fit": _fit, **studies.CARDS,
 }  # fmt: skip
