@@ -80,7 +80,7 @@ def judge(
     """Return what became of P parameters of a fit to R measured coordinates.
 
     The fit minimised sum rho((residual / noise / loss_scale)^2) loss_scale^2 + sum ((value - mean) / sd)^2, the second
-    sum over the priors of `free` (in the vector: of a logarithm, sd / mean), as SciPy's `least_squares` does.
+    sum over the priors of `free`; the losses are those of SciPy's `least_squares`.
 
     Args:
         free: the parameters, with bounds and priors.
@@ -103,9 +103,9 @@ def judge(
         boot: resamples of a bootstrap over blocks; 0: none.
         seed: of the bootstrap.
     """
-    prior = prior_precision(free, logarithmic, start)
+    prior = prior_precision(free, logarithmic, vector)
     if scales is None:
-        scales = plausible(free, units, logarithmic, start, bounds)
+        scales = plausible(free, units, logarithmic, vector, bounds)
     told = rows(residual / noise, jacobian / noise, loss, loss_scale)
     labels = np.unique(np.asarray(blocks), return_inverse=True)[1]
     found, spreads = _seen_and_spread(told, labels, prior, scales, rounding, tuple(held))
