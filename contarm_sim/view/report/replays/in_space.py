@@ -13,6 +13,7 @@ from contarm_sim.view.colours import ERROR, FAINT, MEASURED, PLATE, SIMULATED
 from contarm_sim.view.report.replays.course import broken, course_of
 from contarm_sim.view.report.replays.words import millimetres, status_words
 from contarm_sim.view.style import Sheet
+from contarm_sim.view.trim import trim
 
 MM = 1e3
 
@@ -81,14 +82,7 @@ def draw_worst(sheet: Sheet, replay: Replay) -> None:
             *panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4 if sheet.wide else 2
         )
     sheet.heading("The worst poses, each seen square to the error of its worst marker")
-    left, right = panels[0, 0].get_xlim()
-    low, high = sorted(panels[0, 0].get_ylim())
-    width = (150 if sheet.wide else 66) / across - 4
-    sheet.tall(
-        min(
-            down * (width * (high - low) / (right - left) + 14) + (28 if sheet.wide else 36), 165 if sheet.wide else 215
-        )
-    )
+    trim(sheet, 165 if sheet.wide else 215)
 
 
 def _pose(ax: Any, replay: Replay, row: int, real: Array, own: Array, often: int) -> None:

@@ -114,7 +114,7 @@ def _bands(replay: Replay) -> Standing:
     inside = f"{100 * bands.share:.0f} % of the markers are inside their {100 * INSIDE:.0f} % bands."
     low, high = (millimetres(each) for each in bands.foreseen)
     ends = " to ".join(millimetres(each) for each in bands.rms)
-    held = f" {len(bands.held)} parameters that the fit’s data do not determine count as known." if bands.held else ""
+    held = f" Not determined by the fit’s data, and taken as known: {', '.join(bands.held)}." if bands.held else ""
     foreseen = (f"The covariance of the parameters and a noise of {millimetres(bands.noise)} mm a coordinate foresee "
                 f"an rms of {low} to {high} mm; it is {millimetres(found.rms)} mm.")  # fmt: skip
     if bands.share < FEW:
