@@ -130,8 +130,8 @@ def main() -> None:
 def _table(title: str, found: list[tuple[list[list[float]], float]]) -> None:
     rows, count = np.array([rows for rows, _ in found], dtype=float), len(found)
     floor = round(0.93 * count)
-    print(f"{title}: repeats of {count} with the truth inside; {floor} or more wanted (of intervals that hold it in 95 % "
-          f"a share of {binom.cdf(floor - 1, count, 0.95):.2f} falls below by chance); one fit "
+    print(f"{title}: repeats of {count} with the truth inside; {floor} or more wanted (of intervals that hold it in "
+          f"95 % a share of {binom.cdf(floor - 1, count, 0.95):.2f} falls below by chance); one fit "
           f"{np.median([spent for _, spent in found]):.1f} s of a processor\n")  # fmt: skip
     print("| parameter | by blocks | bootstrap | every sample a block | width, first over last | not determined |")
     print("|---|---|---|---|---|---|")
