@@ -158,7 +158,7 @@ def _framed(replay: Replay, rows: NDArray[np.intp], look: Look, speed: int) -> G
     places = course_of(replay).places
     with ArmRenderer(arm, look.width, look.height, look.camera, seen, frame) as renderer:
         for k, row in enumerate(rows.tolist()):
-            marks = _Marks(renderer.to_world(real[row]), renderer.to_world(own[row]), arm)
+            marks = _Marks(real[row], own[row], arm, renderer.to_world)
             image = renderer.with_marks(qpos[k], marks.add, k / max(len(rows) - 1, 1)).copy()
             if card is not None:
                 card.write(image, float(places[row]), "left")
@@ -182,17 +182,18 @@ def _near(points: Array, arm: Arm) -> Array:
 
 @dataclass(frozen=True)
 class _Marks:
-    """The markers of a sample in the world [m], shape (K, 3) each: measured, and as the arm has them."""
+    """The markers of a sample in the base's frame [m], shape (K, 3) each: measured, and as the arm has them."""
 
     real: Array
     own: Array
     arm: Arm
+    to_world: Callable[[Array], Array]
 
     def add(self, scene: Any, pixels: Callable[[float], float]) -> None:
         """Draw them, and a line of error between the two of each."""
         eye = np.mean([camera.pos for camera in scene.camera], axis=0)
         closer = _CLOSER * max(tube_radii(self.arm))
-        for real, own in zip(self.real, self.own, strict=True):
+        for real, own in zip(self.to_world(self.real), self.to_world(self.own), strict=True):
             if not np.isfinite(own).all():
                 continue
             if np.isfinite(real).all():

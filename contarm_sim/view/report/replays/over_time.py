@@ -8,8 +8,9 @@ import numpy as np
 
 from contarm_sim.identify.replay import Replay
 from contarm_sim.view.colours import ERROR, LIMIT, MEASURED, SIMULATED
+from contarm_sim.view.report.headline import near
 from contarm_sim.view.report.replays.course import Course, broken, course_of
-from contarm_sim.view.report.replays.words import headline, millimetres
+from contarm_sim.view.report.replays.words import millimetres
 from contarm_sim.view.sections import section_hex
 from contarm_sim.view.style import Sheet
 
@@ -77,7 +78,9 @@ def draw_errors(sheet: Sheet, replay: Replay) -> None:
     ax.grid(visible=False, axis="y")
     sheet.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     left = f"; the {len(kept)} worst of {len(blocks)} blocks" if len(kept) < len(blocks) else ""
-    sheet.heading(f"{headline(replay).removesuffix('.')}{left}")
+    found = replay.differences()
+    share = near(100 * found.rms / replay.arm.length)
+    sheet.heading(f"Errors: {millimetres(found.rms)} mm rms, {share} % of length{left}")
 
 
 def draw_histogram(sheet: Sheet, replay: Replay) -> None:
