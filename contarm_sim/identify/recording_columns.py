@@ -122,8 +122,9 @@ class Columns:
             raise InputError(key, name, "the name of a column")
         if name not in self.cells:
             every = ", ".join(list(self.cells)[:24])
-            allowed = f"{did_you_mean(name, self.cells)}the columns are {every}"
-            raise InputError(key, repr(name), allowed, self.where)
+            hint = "; put commas, semicolons or tabs between them" if len(self.cells) == 1 and " " in every else ""
+            allowed = f"{did_you_mean(name, self.cells)}the columns are {every}{hint}"
+            raise InputError(key, f"{name!r}, which is no column", allowed, self.where)
         if name in self.twice:
             raise InputError("header", f"two columns named {name!r}", "each name that is used once", self.where)
         return self.cells[name]
@@ -255,8 +256,8 @@ def _of_npz(content: bytes, where: str) -> Columns:
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
-    except Exception as error:  # whatever NumPy and zipfile raise on a broken file
-        raise InputError("file", f"no .npz file of plain arrays ({error})", _WANTED, where) from None
+    except Exception:  # whatever NumPy and zipfile raise on a broken file
+        raise InputError("file", "no .npz file of plain arrays", _WANTED, where) from None
     arrays = {name: array for name, array in arrays.items() if array.ndim}
     if not arrays:
         raise InputError("file", "empty", "a .npz file with arrays of one length", where)

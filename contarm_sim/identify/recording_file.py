@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -18,11 +19,12 @@ from contarm_sim.identify.recording_commands import Commanded, commanded
 from contarm_sim.identify.recording_measured import Measured, mark_frozen, measured
 from contarm_sim.identify.rig import Rig
 from contarm_sim.identify.rig_file import frame_of, read_toml
-from contarm_sim.identify.spec_keys import in_si, numbers, one_number, table, whole
+from contarm_sim.identify.spec_keys import choice, in_si, numbers, one_number, table, whole
 from contarm_sim.inputs import as_path
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.muscle_table import refuse_unknown
+from contarm_sim.model.parameters import as_number
 
 KEYS = (
     "name", "source", "licence", "kind", "data", "names", "skip", "time", "block", "commands", "markers", "frame",
@@ -67,7 +69,8 @@ def load_recording(path: str | Path, arm: Arm | None = None) -> Recording:
         ]
         return _recording(parts, spec, arm, file.stem)
     except InputError as error:
-        raise error.located(error.where or str(file)) from None
+        own = error.where in (None, spec.get("name", file.stem))
+        raise error.located(str(file) if own else error.where) from None
 
 
 def recording_from_frame(frame: Any, spec: dict[str, Any], arm: Arm | None = None) -> Recording:
@@ -98,9 +101,8 @@ def _files(data: Any) -> list[dict[str, Any]]:
 def _recording(
     parts: list[tuple[Columns, dict[str, Any]]], spec: dict[str, Any], arm: Arm | None, usual: str
 ) -> Recording:
-    kind, name = spec.get("kind"), spec.get("name", usual)
-    if kind not in KINDS:
-        raise InputError("kind", "missing" if kind is None else repr(kind), " or ".join(KINDS))
+    kind: Any = choice(spec.get("kind"), "kind", KINDS)
+    name = spec.get("name", usual)
     if not isinstance(name, str) or not name.strip():
         raise InputError("name", name, "a text")
     pieces = [_piece(columns, own, spec, kind, arm, len(parts) > 1) for columns, own in parts]
@@ -150,6 +152,8 @@ def _piece(
     gaps = table(gaps, "gaps", ["values", "valid", "frozen"])
     values = gaps.get("values", [])
     values = values if isinstance(values, list) else [values]
+    if not all(isinstance(one, str) or math.isfinite(as_number(one)) for one in values):
+        raise InputError("gaps.values", values, "numbers and texts that say that one is missing, such as [-9999]")
     blocks = _blocks(columns, own, spec.get("block"), several)
     time, blocks = _time(columns, spec, kind, blocks)
     found = measured(columns, spec, {**gaps, "values": values}, arm)
@@ -231,15 +235,25 @@ def _time(columns: Columns, spec: dict[str, Any], kind: Kind, blocks: list[str])
     else:
         raise InputError("time", given, "a table with column and unit, or rate [Hz]")
     cut = spec["block"].get("seconds") if isinstance(spec.get("block"), dict) else None
-    if cut is not None:
-        length = one_number(cut, "s", "block.seconds")
-        if not length > 0:
-            raise InputError("block.seconds", cut, "a time above 0")
-        begin: dict[str, float] = {}
-        number_of = [int((now - begin.setdefault(block, now)) // length) + 1
-                     for now, block in zip(values.tolist(), blocks, strict=True)]  # fmt: skip
-        blocks = [f"{one}/{k}" if one else str(k) for one, k in zip(blocks, number_of, strict=True)]
-    return values, blocks
+    if cut is None:
+        return values, blocks
+    length = one_number(cut, "s", "block.seconds")
+    if not length > 0:
+        raise InputError("block.seconds", cut, "a time above 0")
+    return values, _cut(values, blocks, length)
+
+
+def _cut(time: Array, blocks: list[str], length: float) -> list[str]:
+    """Return blocks cut into pieces of a length [s]; what is left over is of the last piece."""
+    names = np.array(blocks)
+    out = list(blocks)
+    for block in dict.fromkeys(blocks):
+        rows = np.flatnonzero(names == block)
+        since = time[rows] - time[rows].min()
+        last = max(1, round(float(since.max()) / length))
+        for row, piece in zip(rows.tolist(), np.minimum(since // length, last - 1).tolist(), strict=True):
+            out[row] = f"{block}/{piece + 1:.0f}" if block else f"{piece + 1:.0f}"
+    return out
 
 
 def _origin(spec: dict[str, Any], first: _Piece) -> float:
