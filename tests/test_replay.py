@@ -166,7 +166,8 @@ def test_films_show_the_real_markers_where_they_were_measured(arm, wrong, gl):
     from contarm_sim.view.rendering.replayed import ReplayShot
 
     look = Look(320, 240, captions=False, plots=False)
-    moved = replace(wrong, recording=replace(wrong.recording, positions=wrong.recording.positions + [0, 0, 0.05]))
+    higher = wrong.recording.positions + np.array([0, 0, 0.05])
+    moved = replace(wrong, recording=replace(wrong.recording, positions=higher))
     films = [list(ReplayShot(each, look, 3).frames()) for each in (wrong, moved)]
     assert [len(pictures) for pictures in films] == [3, 3]
 
@@ -218,8 +219,9 @@ def test_the_command_leaves_numbers_that_agree_and_a_page(contarm, files, wrong,
         assert kept["stations"].shape == (120, 10, 3)
     page = Path("it/report.html").read_text()
     assert told["in_words"] in page.replace("\u00a0", " ")
-    assert {path.name for path in Path("it").glob("*.png")} == {f"{stem}.png" for stem in
-                                                               ("components", "errors", "histogram", "paths", "worst")}
+    assert {path.name for path in Path("it").glob("*.png")} == {
+        f"{stem}.png" for stem in ("components", "errors", "histogram", "paths", "worst")
+    }
 
 
 def test_some_samples_and_errors_in_one_line(contarm, files, tmp_path):
