@@ -18,8 +18,14 @@ import numpy as np
 from scipy.stats import binom
 
 from contarm_sim.identify.fit import fit
+from contarm_sim.identify.fitted import Fit, Parameter
+from contarm_sim.identify.judge import judge
+from contarm_sim.identify.losses import THRESHOLD
+from contarm_sim.identify.predict import AtRest
 from contarm_sim.identify.recording import Recording
+from contarm_sim.identify.residuals import Problem
 from contarm_sim.identify.rig import Actuation, Marker, Rig
+from contarm_sim.identify.shared import shared
 from contarm_sim.identify.synthetic import random_windings, recorded
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.named import with_parameters
@@ -64,17 +70,11 @@ def made(seed: int, offset: float) -> Recording:
     windings, names = random_windings(ARM, 72, seed, samples=6, taut=0.001)
     found = recorded(
         ARM, RIG, windings, seed=10_000 + seed, noise=0.0005, gaps=0.05, outliers=0.03, blocks=names,
-        predictor=partial(_at_rest, threads=1),
+        predictor=partial(AtRest, threads=1),
     )  # fmt: skip
     number = np.unique(names, return_inverse=True)[1]
     away = np.random.default_rng(20_000 + seed).normal(0.0, 1.0, (number.max() + 1, 2, 3)) * offset
     return replace(found, positions=found.positions + away[number], rig=START_RIG)
-
-
-def _at_rest(recording: Recording, threads: int) -> object:
-    from contarm_sim.identify.predict import AtRest
-
-    return AtRest(recording, threads)
 
 
 def within(seed: int, offset: float) -> tuple[list[list[float]], float]:
@@ -85,16 +85,24 @@ def within(seed: int, offset: float) -> tuple[list[list[float]], float]:
     recording, began = made(seed, offset), os.times()
     found = fit(START, recording, FREE, bootstrap=500, threads=1)
     spent = os.times()
-    every = np.array([str(number) for number in range(len(recording))])
-    alone = fit(found.arm, replace(recording, blocks=every, rig=found.rig), FREE, threads=1)
     rows = []
-    for one, other in zip(found.parameters, alone.parameters, strict=True):
+    for one, other in zip(found.parameters, _by_samples(found, recording), strict=True):
         truth = TRUTH[one.name]
         rows.append([
             one.low <= truth <= one.high, one.boot_low <= truth <= one.boot_high, other.low <= truth <= other.high,
             (one.high - one.low) / (other.high - other.low), one.status != "determined",
         ])  # fmt: skip
     return rows, spent.user - began.user
+
+
+def _by_samples(found: Fit, recording: Recording) -> tuple[Parameter, ...]:
+    """Return the parameters with intervals of samples that are independent, at the same optimum."""
+    own, every = recording.in_rig(found.rig), shared(found.arm, [recording.in_rig(found.rig)], FREE)
+    problem = Problem(every, [own], [np.zeros(len(own), dtype=bool)], [AtRest(own, threads=1)], "soft_l1")
+    errors, slopes = problem.errors(every.start[None])[0], problem.slopes(every.start, central=True)
+    sample = np.broadcast_to(np.arange(len(own))[:, None, None], own.positions.shape)[np.isfinite(own.positions)]
+    return judge(every.free, every.units, every.logarithmic, every.start, (every.low, every.high), every.start, errors,
+                 slopes, sample, noise=found.noise, loss="soft_l1", loss_scale=THRESHOLD).parameters  # fmt: skip
 
 
 def named(seed: int, offset: float) -> list[tuple[str, bool]]:

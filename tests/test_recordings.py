@@ -271,11 +271,14 @@ def test_drop_outs_and_what_is_odd_are_said_not_refused(made):
     positions, commands = np.array(made.positions), np.array(made.commands)
     positions[10:20, 0] = (0.3, 0.3, 0.3)
     commands[:, 4] = 0.0
-    odd = replace(made, positions=positions, commands=commands)
+    time = np.array(made.time)
+    time[40:] += 20.0
+    odd = replace(made, positions=positions, commands=commands, time=time)
     assert frozen(odd)[11:20, 0].all()
     assert not frozen(odd)[:10].any()
     said = "\n".join(findings(odd))
     assert "marker middle: 9 of 90 samples at the very same place" in said
+    assert "time: 1 gap, the longest of 21 s, where samples are usually 1 s apart" in said
     assert "channel 5: the same in all samples" in said
     assert "marker tip: 9 of 90 samples not seen" in said
 

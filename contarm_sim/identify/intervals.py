@@ -39,6 +39,8 @@ LEAST = 2.0
 """Degrees of freedom that a clustered estimate needs."""
 ALONE = 1e-6
 """What a block leaves of a direction at most that it alone tells."""
+LEAST_VARIANCE = 1e-12
+"""Of residuals over the noise: a perfect fit has none."""
 LEVEL = 0.95
 """Of intervals."""
 
@@ -143,7 +145,7 @@ def spread(told: Rows, blocks: NDArray[np.intp], prior: Array) -> Spread:
     if len(np.unique(groups)) < ENOUGH:
         return plain
     by_group = _clustered(told, groups, prior)
-    taken = by_group.degrees > LEAST
+    taken = (by_group.degrees > LEAST) & (by_group.sd > 1e-3 * plain.sd)  # not where the fit is perfect
     if not enough:
         taken &= by_group.sd > plain.sd
     if not taken.any():
@@ -175,7 +177,8 @@ def _plain(told: Rows, prior: Array) -> Spread:
     left = max(1.0, count - used)
     mean = float(told.slope.mean())
     correction = 1 + used / count * float(told.slope.var()) / mean**2
-    variance = correction**2 * float((told.psi**2).sum()) / left
+    least = LEAST_VARIANCE if count - used > 1 else 1.0  # nothing is left to tell the noise from: it is as was given
+    variance = max(correction**2 * float((told.psi**2).sum()) / left, least)
     meat = variance * told.jacobian.T @ told.jacobian + np.diag(prior)
     size = len(prior)
     return Spread(bread @ meat @ bread, np.full(size, left), np.zeros(size, dtype=bool))

@@ -117,6 +117,8 @@ def judge(
     if boot and kept:
         steps = one_step(told.columns(kept), labels, prior[kept], boot, seed)
         booted[:, kept] = np.clip(moved[kept] + np.percentile(steps, (2.5, 97.5), axis=0), *(b[kept] for b in bounds))
+        if spreads.clustered.any():  # what one block tells alone, no draw of blocks tells
+            booted[:, [place for place, by_block in zip(kept, spreads.clustered, strict=True) if not by_block]] = np.nan
     directions = [
         Direction([one.name for one in free], units, logarithmic, scales, number, found.follows[:, place], sd)
         for place, (number, sd) in enumerate(zip(found.hold, found.sds.tolist(), strict=True))

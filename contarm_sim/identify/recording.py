@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -155,3 +155,12 @@ def backwards(time: Array, blocks: NDArray[np.str_], kind: Kind) -> tuple[int, s
             return number, f"{word} {then:.9g} s, as of the sample before{own}: time runs forwards"
         last[block], before = now, block
     return None
+
+
+OTHERS = tuple(
+    item.name
+    for item in fields(Recording)
+    if item.name
+    not in ("kind", "time", "positions", "commands", "rig", "blocks", "payload", "force", "force_xi", "name")
+)
+"""Fields that files hold as they are, by the same names."""

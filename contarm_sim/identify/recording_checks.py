@@ -25,6 +25,9 @@ _JUMP = 8.0
 _PART = 0.02
 """Part of the marker's spread that it must be out of line by as well."""
 
+_HOLE = 5.0
+"""How often what is usual the time between two samples of a block must be to count as a gap."""
+
 _TINY = 0.005
 """Of what a marker or tendon can move by: below this all is too small to be in metres."""
 
@@ -188,6 +191,11 @@ def findings(recording: Recording) -> tuple[str, ...]:
     own = [_several(blocks, "block"), _several(len(rig.markers), "marker"),
            _several(recording.commands.shape[1], "channel")]  # fmt: skip
     said = [f"{_several(len(recording), 'sample')} ({recording.kind}), {', '.join(own)}"]
+    steps = np.diff(recording.time)[recording.blocks[1:] == recording.blocks[:-1]]
+    if len(steps) and steps.max() > _HOLE * np.median(steps):
+        usual, longest = float(np.median(steps)), float(steps.max())
+        said.append(f"time: {_several(int((steps > _HOLE * usual).sum()), 'gap')}, the longest of {longest:.3g} s, "
+                    f"where samples are usually {usual:.3g} s apart")  # fmt: skip
     stuck, jumped = frozen(recording), outliers(recording)
     for k, marker in enumerate(rig.markers):
         for mask, words in (
