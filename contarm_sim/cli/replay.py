@@ -178,6 +178,8 @@ def show_replay(found: Replay) -> None:
         table(f"{title} [mm]", ["", *words.COLUMNS], blocks)
     if stretch := words.stretch_rows(found):
         table("distances between markers [mm]", ["", "mean difference", "its rms"], stretch)
+    if found.swings:
+        table("free swings", ["release", *words.SWINGS], words.swing_rows(found))
     line = min(width(), 120)
     for said in (words.headline(found), words.lead(found)):
         click.echo(click.wrap_text(said, line))

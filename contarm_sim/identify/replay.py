@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,9 +15,10 @@ from contarm_sim.identify.backbones import backbones
 from contarm_sim.identify.bands import Bands, banded
 from contarm_sim.identify.covariance import Covariance
 from contarm_sim.identify.differences import Differences, differences, root_mean_square
-from contarm_sim.identify.predict import Predictor
+from contarm_sim.identify.predict import AtRest, Predictor
 from contarm_sim.identify.predictors import predictor_of
 from contarm_sim.identify.recording import Recording
+from contarm_sim.identify.swings import Swing, swings_of
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 
@@ -46,7 +47,7 @@ class Replay(Shown):
     frames: Array
     bands: Bands | None = None
     held_out: NDArray[np.bool_] | None = None
-    swings: tuple[Any, ...] = ()
+    swings: tuple[Swing, ...] = ()
 
     def __len__(self) -> int:
         return len(self.recording)
@@ -124,7 +125,7 @@ class Replay(Shown):
         return chosen
 
     def figure(self, figure: str = "components", width: Any = "page", titles: bool = True) -> Sheet:
-        """Return a figure: `components`, `errors`, `histogram`, `paths` or `worst`.
+        """Return a figure: `components`, `errors`, `histogram`, `paths`, `worst` or, of free swings, `swings`.
 
         Raises:
             InputError: there is no such figure of it, or no such width.
@@ -184,10 +185,8 @@ def replay(
         predicted = predict([arm], [recording.rig])[0]
     else:
         predicted, bands = banded(covariance, recording, predict)
-    found = Replay(arm, recording, predicted, backbones(arm, recording, predictor), bands, told)
-    if recording.kind == "motion":
-        found = replace(found, swings=_swings(found))
-    return found
+    frames = backbones(arm, recording, predictor)
+    return Replay(arm, recording, predicted, frames, bands, told, swings_of(recording, predicted))
 
 
 def some_samples(arm: Arm, recording: Recording, count: int | None) -> Any:
@@ -197,20 +196,11 @@ def some_samples(arm: Arm, recording: Recording, count: int | None) -> Any:
     """
     if count is None or count >= len(recording):
         return slice(None)
-    if recording.kind == "static" and not remembers(arm):
+    if isinstance(usual_predictor(arm)(recording), AtRest):
         return np.linspace(0, len(recording) - 1, count).round().astype(int)
     return slice(0, count)
-
-
-def remembers(arm: Arm) -> bool:
-    """Tell whether poses of an arm at rest depend on those before."""
-    return False
 
 
 def usual_predictor(arm: Arm, threads: int = 0) -> Callable[[Recording], Predictor]:
     """Return what makes the predictor of a recording that a fit would take."""
     return lambda recording: predictor_of(recording, arm, threads=threads)
-
-
-def _swings(found: Replay) -> tuple[Any, ...]:
-    return ()

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contarm_sim.errors import InputError
-from contarm_sim.identify.recording_columns import read_columns
+from contarm_sim.identify.data_files import read_columns
 from contarm_sim.identify.rig import Rig
 from contarm_sim.identify.rig_file import read_toml
 from contarm_sim.identify.spec_keys import in_si

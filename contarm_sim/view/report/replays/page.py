@@ -19,6 +19,7 @@ CAPTIONS = {
     "errors": "How far each marker was from where the arm has it, over the samples and block by block.",
     "histogram": "How often errors have which size; and the error’s components, in the frame of the measurements.",
     "paths": "The last marker from three sides, measured and simulated.",
+    "swings": "Free swings, measured and simulated: some of them over time, frequency and damping of all.",
     "worst": "The poses of the largest errors: measured markers beside the arm.",
 }
 
@@ -26,6 +27,7 @@ CAPTIONS = {
 def write_replay_page(folder: Path, replay: Replay, summary: dict[str, Any]) -> None:
     """Write report.html beside the figures and the film that a replay's folder holds already."""
     arm, gif = replay.recording.rig.holds(replay.arm), folder / "video.gif"
+    captions = {stem: said for stem, said in CAPTIONS.items() if stem != "swings" or replay.swings}
     video, no_video = _film(folder / "video.mp4", replay, summary["video"])
     write_filled(
         folder,
@@ -45,9 +47,11 @@ def write_replay_page(folder: Path, replay: Replay, summary: dict[str, Any]) -> 
         markers=words.marker_rows(replay),
         blocks=words.block_rows(replay),
         stretch=words.stretch_rows(replay),
-        captions=CAPTIONS,
-        figures={stem: figure(folder, stem) for stem in CAPTIONS},
-        unshown=unshown(folder, CAPTIONS),
+        swing_columns=words.SWINGS,
+        swings=words.swing_rows(replay),
+        captions=captions,
+        figures={stem: figure(folder, stem) for stem in captions},
+        unshown=unshown(folder, captions),
     )
 
 

@@ -13,12 +13,14 @@ import numpy as np
 from contarm_sim.errors import EncodingError
 from contarm_sim.identify.differences import root_mean_square
 from contarm_sim.identify.replay import Replay
+from contarm_sim.identify.swings import Swing
 from contarm_sim.model.arm_file import arm_to_toml
 from contarm_sim.results.document import document
 from contarm_sim.versions import versions
 from contarm_sim.view.report.replays import words
 from contarm_sim.view.report.replays.in_space import draw_paths, draw_worst
 from contarm_sim.view.report.replays.over_time import draw_components, draw_errors, draw_histogram
+from contarm_sim.view.report.replays.swings import draw_swings
 from contarm_sim.view.style import Draw
 
 FIGURES: dict[str, Callable[[Any, Replay], None]] = {
@@ -60,7 +62,7 @@ class ReplayReport:
                 "share_inside": bands.share, "meant_inside": words.INSIDE, "noise": bands.noise,
                 "rms_interval": bands.rms, "rms_foreseen": bands.foreseen, "counted_as_known": bands.held,
             },
-            "worst_samples": [row + 1 for row in replay.worst()], "swings": replay.swings,
+            "worst_samples": [row + 1 for row in replay.worst()], "swings": [_swing(one) for one in replay.swings],
             "within": within, "verdict": None if within is None else "pass" if found.rms <= within else "fail",
             "versions": versions(), "command": command, "video": video,
         }  # fmt: skip
@@ -88,7 +90,10 @@ class ReplayReport:
         """What draws the figures, by their names."""
         if not self._replay.differences().count:
             return {}
-        return {stem: partial(_drawn, draw, self._replay) for stem, draw in FIGURES.items()}
+        made: dict[str, Draw] = {stem: partial(_drawn, draw, self._replay) for stem, draw in FIGURES.items()}
+        if self._replay.swings:
+            made["swings"] = partial(_drawn, draw_swings, self._replay)
+        return made
 
     def write_page(self, folder: Path, summary: dict[str, Any]) -> None:
         """Write report.html around the figures and the film that are there."""
@@ -117,6 +122,14 @@ class ReplayReport:
             return "video.gif"
         write_video(ReplayShot(self._replay, Look(note=note)), folder / "video.mp4", on_frame)
         return "video.mp4"
+
+
+def _swing(one: Swing) -> dict[str, Any]:
+    parts = (("measured", one.measured), ("simulated", one.simulated))
+    told = {name: {"frequency_hz": each.frequency, "damping_per_s": each.damping, "amplitude_m": each.amplitude}
+            for name, each in parts}  # fmt: skip
+    own = {"frequency_percent": one.frequency_percent, "damping_percent": one.damping_percent}
+    return {"block": one.block} | told | own
 
 
 def _drawn(draw: Callable[[Any, Replay], None], replay: Replay, sheet: Any) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from contarm_sim.identify.bands import INSIDE
 from contarm_sim.identify.differences import Differences
 from contarm_sim.identify.replay import Replay
@@ -154,6 +156,29 @@ def block_rows(replay: Replay, most: int | None = None) -> list[list[Any]]:
         worst = sorted(found, key=lambda name: -found[name].rms)[:most]
         found = {name: found[name] for name in found if name in worst}
     return [row(name, each, replay.arm.length) for name, each in found.items()]
+
+
+SWINGS = ["frequency measured [Hz]", "simulated", "off by [%]", "damping measured [1/s]", "simulated", "off by [%]"]
+"""Columns of the table of swings."""
+
+
+def swing_rows(replay: Replay) -> list[list[Any]]:
+    """Return a row of each release, and their medians where there are several."""
+    rows = [
+        [one.measured.frequency, one.simulated.frequency, one.frequency_percent, one.measured.damping,
+         one.simulated.damping, one.damping_percent]
+        for one in replay.swings
+    ]  # fmt: skip
+    names = [one.block for one in replay.swings]
+    if len(rows) > 1:
+        rows.append(np.median(rows, axis=0).tolist())
+        names.append("median")
+    shown = ("{:.3f}", "{:.3f}", "{:+.1f}", "{:.2f}", "{:.2f}", "{:+.1f}")
+    minus = "\N{MINUS SIGN}"
+    return [
+        [name, *(form.format(value).replace("-", minus) for form, value in zip(shown, row, strict=True))]
+        for name, row in zip(names, rows, strict=True)
+    ]
 
 
 def stretch_rows(replay: Replay) -> list[list[Any]]:
