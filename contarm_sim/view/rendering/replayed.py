@@ -24,7 +24,7 @@ from contarm_sim.view.rendering.look import Look
 from contarm_sim.view.rendering.overlays import Colour, add_ball, add_line
 from contarm_sim.view.rendering.panel import Curve, Panel, Plot, fits
 from contarm_sim.view.report.replays.course import course_of
-from contarm_sim.view.report.replays.words import status_words
+from contarm_sim.view.report.replays.words import named, status_words
 from contarm_sim.view.sections import tube_radii
 
 MOST_POSES, POSES_FPS = 300, 10.0
@@ -225,7 +225,7 @@ def _texts(replay: Replay, row: int, speed: int) -> list[str]:
     )
     return [
         when,
-        str(recording.blocks[row]),
+        named(str(recording.blocks[row])),
         size,
         *([status_words(replay, row)] if replay.held_out is not None else []),
     ]

@@ -11,7 +11,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.colours import ERROR, FAINT, MEASURED, PLATE, SIMULATED
 from contarm_sim.view.report.replays.course import broken, course_of
-from contarm_sim.view.report.replays.words import millimetres, status_words
+from contarm_sim.view.report.replays.words import millimetres, named, status_words
 from contarm_sim.view.style import Sheet
 from contarm_sim.view.trim import trim
 
@@ -65,7 +65,7 @@ def draw_worst(sheet: Sheet, replay: Replay) -> None:
         own = (replay.predicted[row] - np.array(rig.position)) @ rig.rotation
         _pose(ax, replay, row, real, own, often)
         held = status_words(replay, row)
-        said = f"{replay.recording.blocks[row]}{', ' if held else ''}{held}"
+        said = f"{named(str(replay.recording.blocks[row]))}{', ' if held else ''}{held}"
         ax.set_title(f"sample {row + 1}: {millimetres(float(replay.shape_error[row]))} mm\n{said[:34]}")
     _limits(panels[0, 0], arm, hangs=rig.holds(arm).gravity[2] > 0)
     for ax in panels.ravel():

@@ -8,6 +8,7 @@ import numpy as np
 
 from contarm_sim.identify.replay import Replay
 from contarm_sim.view.colours import LIMIT, MEASURED, SIMULATED
+from contarm_sim.view.report.replays.words import named
 from contarm_sim.view.style import Sheet
 
 MM = 1e3
@@ -19,28 +20,26 @@ CURVES = 6
 def draw_swings(sheet: Sheet, replay: Replay) -> None:
     """Draw some swings along the lines that they lie on, and frequency and damping of all, measured and simulated."""
     swings = replay.swings
-    some = np.unique(np.linspace(0, len(swings) - 1, CURVES).round().astype(int)).tolist()
-    across = 3 if sheet.wide else 2
-    down = -(-len(some) // across)
+    across = min(3 if sheet.wide else 2, len(swings))
+    count = min(CURVES, len(swings) // across * across)  # no row is left open
+    some = np.linspace(0, len(swings) - 1, count).round().astype(int).tolist()
+    down = count // across
     sheet.tall((38 if sheet.wide else 34) * down + 64)
     parts: Any = sheet.subfigures(2, 1, height_ratios=[(38 if sheet.wide else 34) * down + 4, 56])
     top, foot = parts
     curves = top.subplots(down, across, sharex=True, sharey=True, squeeze=False)
-    for ax, k in zip(curves.ravel(), some, strict=False):
+    for ax, k in zip(curves.ravel(), some, strict=True):
         one = swings[k]
         time = replay.recording.time[one.rows] - replay.recording.time[one.rows[0]]
         along = [at[one.rows, -1] @ one.measured.direction for at in (replay.recording.positions, replay.predicted)]
         rest = np.nanmedian(along[0])
         ax.plot(time, MM * (along[0] - rest), color=MEASURED, linewidth=1.0, label="measured")
         ax.plot(time, MM * (along[1] - rest), color=SIMULATED, linewidth=1.0, label="simulated")
-        ax.set_title(f"release {one.block}"[:30])
-    for ax in curves.ravel()[len(some) :]:
-        ax.set_visible(False)
+        ax.set_title(named(one.block)[:30])
     for ax in curves[:, 0]:
         ax.set_ylabel("along [mm]")
-    for ax in curves.ravel()[max(len(some) - across, 0) : len(some)]:
+    for ax in curves[-1]:
         ax.set_xlabel("time [s]")
-        ax.tick_params(labelbottom=True)
     panels = foot.subplots(1, 2)
     numbers = np.arange(1, len(swings) + 1)
     quantities: tuple[tuple[Any, str, str], ...] = (

@@ -52,6 +52,11 @@ def millimetres(value: float) -> str:
     return told.replace("-", "\N{MINUS SIGN}")
 
 
+def named(block: str) -> str:
+    """Return what a block is called in pictures; many have a bare number for a name."""
+    return f"block {block}" if block.isdigit() else block
+
+
 def status_words(replay: Replay, row: int) -> str:
     """Return whether a sample was held out; "" where that is not known."""
     if replay.held_out is None:
