@@ -70,19 +70,23 @@ def draw_worst(sheet: Sheet, replay: Replay) -> None:
     _limits(panels[0, 0], arm, hangs=rig.holds(arm).gravity[2] > 0)
     for ax in panels.ravel():
         ax.set_aspect("equal", anchor="N")
-        ax.locator_params(nbins=5)
+        ax.locator_params(axis="y", nbins=5)
+        ax.locator_params(axis="x", nbins=4 if sheet.wide else 3)
     for ax in panels.ravel()[len(chosen) :]:
         ax.set_visible(False)
     for ax in panels[-1]:
         ax.set_xlabel("across [mm]")
     for ax in panels[:, 0]:
-        ax.set_ylabel("along the base's axis [mm]")
+        ax.set_ylabel("along base's\naxis [mm]")
     if chosen:
         sheet.legend(
             *panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4 if sheet.wide else 2
         )
     sheet.heading("The worst poses, each seen square to the error of its worst marker")
-    trim(sheet, 165 if sheet.wide else 215)
+    left, right = panels[0, 0].get_xlim()
+    low, high = sorted(panels[0, 0].get_ylim())
+    tall = (150 if sheet.wide else 62) / across * (high - low) / (right - left)
+    trim(sheet, min(down * (tall + 10) + (20 if sheet.wide else 30), 165 if sheet.wide else 215))
 
 
 def _pose(ax: Any, replay: Replay, row: int, real: Array, own: Array, often: int) -> None:
