@@ -2,9 +2,7 @@
 
 from dataclasses import replace
 
-from contarm_sim import Arm, Marker, Rig, Routing, Section, Tendon, World
-from contarm_sim.identify.fit import fit
-from contarm_sim.identify.rig import Actuation
+from contarm_sim import Actuation, Arm, Marker, Rig, Routing, Section, Tendon, World, fit
 from contarm_sim.identify.synthetic import random_windings, recorded
 
 section = Section(length=0.15, links=8, mass=0.05, bending_stiffness=0.03)

@@ -10,6 +10,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from made_fit import made_fit
 from references import along, resting
 from text_boxes import faults
 
@@ -61,7 +62,7 @@ def shown(run, rest):
         studies.judge_run(run, 5), studies.possibility(ARM, planes=1),
         studies.compare_controllers(replace(ARM, links=4), duration=0.5), studies.validate(ARM, grid=1),
         studies.trust(replace(ARM, links=4), planes=1),
-        *studies.cases_at_rest([studies.LoadCase(ARM, Load())]),
+        *studies.cases_at_rest([studies.LoadCase(ARM, Load())]), made_fit(),
     ]  # fmt: skip
 
 

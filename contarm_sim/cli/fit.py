@@ -282,5 +282,5 @@ def _show_names(arm: Arm, recordings: list[Recording], rig_file: str | None, as_
     for name, unit in units.items():
         click.echo(f"  {name:36} {values[name]:>12.6g} {unit.replace('-', '')}".rstrip())
     click.echo("Names with a star give each of several a value of its own; without one, they share it:")
-    for name, own in starred.items():
-        click.echo(f"  {name:36} {len(own)} of them: {own[0]} to {own[-1]}")
+    for name, of_them in starred.items():
+        click.echo(f"  {name:36} {len(of_them)} of them: {of_them[0]} to {of_them[-1]}")

@@ -141,6 +141,9 @@ def _spell_out(arguments: list[str]) -> list[str]:
             spelt.append(word)
         elif flag == _JOINED and spelt[-1] != flag:
             spelt[-1] += " " + word
+        elif flag == "--free" and word.endswith(".toml"):  # no parameter: the files come after the names
+            spelt.append(word)
+            flag = None
         elif flag is not None and spelt[-1] != flag:
             spelt += [flag, word]
         else:

@@ -28,7 +28,7 @@ def spread(name: str, known: Iterable[str]) -> list[str]:
     if not found and alone in every:  # an arm of one section
         found = [alone]
     if not found:
-        asked = did_you_mean(name.replace("*", "1"), every)
+        asked = did_you_mean(name.replace("*", "1"), every) or did_you_mean(alone, every)
         raise InputError(f"parameter {name!r}", "unknown", f"{asked}contarm fit ARM.toml --names lists all")
     return found
 

@@ -32,8 +32,9 @@ def draw_over_time(sheet: Sheet, left: Left) -> None:
     rows: Any = sheet.subplots(4, 1, sharex=True, height_ratios=[1.5, 1, 1, 1])
     sizes = 1e3 * distances(left)[:, -1]
     sides = [1e3 * left.error[:, -1, k] for k in range(3)]
-    most, beyond = reach(np.concatenate([np.abs(side) for side in sides]))
-    highest, above = reach(sizes)
+    most, _ = reach(np.concatenate([np.abs(side) for side in sides]))
+    highest, _ = reach(sizes)
+    beyond = int(((sizes > highest) | (np.abs(sides) > most).any(axis=0)).sum())
     name = recording.rig.markers[-1].name
     words = [f"error of {name}\n[mm]", *(f"{axis_name} [mm]" for axis_name in "xyz")]
     for ax, values, word in zip(rows, [sizes, *sides], words, strict=True):
@@ -55,7 +56,7 @@ def draw_over_time(sheet: Sheet, left: Left) -> None:
     sheet.align_ylabels()
     handles, labels = rows[0].get_legend_handles_labels()
     sheet.legend(handles, labels, loc="outside lower center", ncols=2, markerscale=2)
-    left_out = f"; {max(above, beyond)} are beyond" if above or beyond else ""
+    left_out = f"; {beyond} samples are beyond" if beyond else ""
     sheet.heading(f"Errors of {name} over time: measured less predicted, in the frame of the measurements{left_out}")
 
 

@@ -38,7 +38,7 @@ CAPTIONS = {
     "over_time": "Errors of the last marker, and their components, in the order of the recording. Every other block is "
     "shaded. What is the same in a whole block is not noise.",
     "distribution": "Shares of the samples by the size of their errors. The dotted line is how far samples of the same "
-    "command are from their mean: no model without memory can be better than that.",
+    "command are from their mean: a model without memory can hardly be better.",
     "by_command": "Errors by how far all channels together are commanded. Errors that grow with it are of the model.",
     "history": "The error along the way that a channel moves the last marker, coloured by which way its command went "
     "last. Two bands apart are hysteresis: friction, or slack.",

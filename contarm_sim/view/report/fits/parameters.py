@@ -55,7 +55,7 @@ def _panel(ax: Any, unit: str, own: list[Parameter], handles: dict[str, Any], wi
     rows = np.arange(len(own))
     scales = [_scale(unit, one) for one in own]
     shown = []
-    for row, one, scale in zip(rows, own, scales, strict=True):
+    for row, (one, scale) in enumerate(zip(own, scales, strict=True)):
         shown += _row(ax, row, one, scale, handles)
     if unit == _FACTOR:
         low, high = min(shown, default=1.0), max(shown, default=1.0)

@@ -78,7 +78,7 @@ def draw_by_command(sheet: Sheet, left: Left) -> None:
     ax.set_ylabel("error [mm]")
     handles, labels = ax.get_legend_handles_labels()
     sheet.legend(handles, labels, loc="outside lower center", ncols=3, markerscale=2)
-    sheet.heading(f"Errors by the size of the command{f'; {beyond} are beyond' if beyond else ''}")
+    sheet.heading(f"Errors by the size of the command{f'; {beyond} samples are beyond' if beyond else ''}")
 
 
 def _medians(across: Array, values: Array) -> tuple[Array, Array]:

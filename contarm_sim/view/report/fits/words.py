@@ -37,8 +37,8 @@ MEANINGS = {
     "is named is determined. The arm keeps the start.",
     "not seen": "the parameter changes nothing in the recording. The arm keeps the start.",
     "block": "samples that are not independent: a pattern, a trial.",
-    "repeatability": "how far samples of the same command are from their mean, rms: what no model without memory can "
-    "predict.",
+    "repeatability": "how far samples of the same command are from their mean, rms: what a model without memory "
+    "cannot predict.",
 }
 """What words of the page mean."""
 
@@ -65,7 +65,7 @@ def digits(number: float, spread: float) -> str:
         return plain(number)
     places = 1 - math.floor(math.log10(spread))
     rounded = round(number, places) + 0.0
-    if abs(rounded) >= 1e5 or 0 < abs(number) < 1e-4 or places > 7:
+    if abs(rounded) >= 1e5 or 0 < max(abs(number), spread) < 1e-4 or places > 7:
         known = max(1, min(1 + math.floor(math.log10(max(abs(number), spread) / spread)) + 1, 8))
         return f"{number:.{known}g}"
     return f"{rounded:.{max(places, 0)}f}"
