@@ -101,7 +101,7 @@ def banded(covariance: Covariance, recording: Recording, predict: Predict) -> tu
     whole = told + max(covariance.noise, 1e-9) ** 2 * np.eye(3)
     known = np.where(seen[..., None], error, 0.0)
     far = np.einsum("tki,tki->tk", known, np.linalg.solve(whole, known[..., None])[..., 0])
-    rms, foreseen = _intervals(known[seen], moved[:, seen], covariance.noise)
+    rms, foreseen = _intervals(known[seen], moved[:, seen], covariance.noise, covariance.noise_sd)
     return nominal, Bands(told, covariance.noise, seen & (far <= SQUARED_RADIUS), seen, rms, foreseen, covariance.held)
 
 
@@ -117,12 +117,15 @@ def _moved(own: Freedom, middle: Array, step: Array, low: Array, high: Array) ->
     return *own.applied(own.of_vector(np.clip(middle + step, low, high))), 1.0
 
 
-def _intervals(error: Array, moved: Array, noise: float) -> tuple[tuple[float, float], tuple[float, float]]:
+def _intervals(
+    error: Array, moved: Array, noise: float, noise_sd: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return 95 % intervals of the rms as parameters vary, and of the rms that parameters and noise would make [m].
 
     Args:
         error: measured less predicted of what was seen [m], shape (N, 3).
         moved: what each direction moves there [m], shape (P, N, 3).
+        noise, noise_sd: of one coordinate, and how well it is known [m].
     """
     if not len(error):
         return (float("nan"),) * 2, (float("nan"),) * 2
@@ -133,7 +136,7 @@ def _intervals(error: Array, moved: Array, noise: float) -> tuple[tuple[float, f
     along = np.einsum("pni,ni->p", moved, error)
     off = np.einsum("dp,pq,dq->d", draws, square, draws)
     rms = np.sqrt(np.maximum((error**2).sum() - 2 * draws @ along + off, 0.0) / len(error))
-    chance = noise**2 * rng.chisquare(3 * len(error), DRAWS)
+    chance = (noise + noise_sd * rng.standard_normal(DRAWS)) ** 2 * rng.chisquare(3 * len(error), DRAWS)
     foreseen = np.sqrt((off + chance) / len(error))
     low, high = np.percentile(rms, (2.5, 97.5)).tolist()
     least, most = np.percentile(foreseen, (2.5, 97.5)).tolist()

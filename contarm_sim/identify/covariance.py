@@ -12,6 +12,9 @@ from contarm_sim.identify.fitted import Fit
 from contarm_sim.identify.freedom import Freedom, freedom
 from contarm_sim.kinematics.arrays import Array
 
+MEDIAN = 1.65
+"""How much less well a median tells a normal distribution's spread than the rms does: fits take the noise from one."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Covariance(Shown):
@@ -21,6 +24,7 @@ class Covariance(Shown):
         freedom: the parameters, about the fitted arm in its rig.
         matrix: of the errors of their vector (logarithms of positive parameters), shape (P, P).
         noise: standard deviation of one measured coordinate [m].
+        noise_sd: how well that is known [m].
         held: names of parameters that the data of the fit did not determine: they are held, and counted as known.
 
     Raises:
@@ -30,6 +34,7 @@ class Covariance(Shown):
     freedom: Freedom
     matrix: Array
     noise: float
+    noise_sd: float = 0.0
     held: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -64,4 +69,6 @@ def covariance_of(fit: Fit, place: int = 0) -> Covariance | None:
     sd = np.where(free.logarithmic, sd / np.where(free.logarithmic, values, 1.0), sd)
     correlation = fit.correlation[np.ix_(own, own)]
     held = tuple(one.name for k, one in enumerate(fit.parameters) if k not in known)
-    return Covariance(free, np.nan_to_num(correlation) * np.outer(sd, sd), fit.noise, held)
+    seen = sum(int(np.isfinite(left.error[~np.asarray(left.held_out, dtype=bool)]).sum()) for left in fit.left)
+    noise_sd = fit.noise * MEDIAN / np.sqrt(2 * max(seen, 1))
+    return Covariance(free, np.nan_to_num(correlation) * np.outer(sd, sd), fit.noise, noise_sd, held)
