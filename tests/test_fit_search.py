@@ -10,7 +10,11 @@ from contarm_sim.identify import search
 from contarm_sim.identify.fit import fit
 from contarm_sim.identify.freedom import Free
 from contarm_sim.identify.losses import LOSSES, rho
+from contarm_sim.identify.moving import InMotion
+from contarm_sim.identify.predict import AtRest
+from contarm_sim.identify.predictors import predictor_of
 from contarm_sim.identify.recording import Recording
+from contarm_sim.identify.remembering import WithMemory
 from contarm_sim.identify.rig import Actuation, Rig
 from contarm_sim.model.arm import Arm
 
@@ -115,6 +119,19 @@ def test_progress_is_told():
     assert told[-1].of == told[-1].evaluation
 
 
+def test_each_recording_has_the_predictor_of_its_kind():
+    rubbing = replace(ARM, friction_moment=0.01, friction_stiffness=1.0)
+    rest = _recording()
+    moving = replace(rest, kind="motion", blocks=np.full(len(rest), "all"), positions=rest.positions + 0)
+    assert type(predictor_of(rest, ARM)) is type(predictor_of(rest, rubbing, memory=False)) is AtRest
+    assert type(predictor_of(rest, rubbing)) is type(predictor_of(rest, ARM, memory=True)) is WithMemory
+    assert type(predictor_of(moving, ARM)) is InMotion
+    with pytest.raises(InputError, match="memory is 'yes'"):
+        predictor_of(rest, ARM, memory="yes")
+    with pytest.raises(InputError, match="friction_moment"):
+        predictor_of(rest, ARM, names=["friction_moment"])
+
+
 @pytest.mark.parametrize("loss", LOSSES)
 def test_losses_have_the_derivatives_that_they_say(loss):
     z = np.array([0.01, 0.5, 1.5, 40.0])
@@ -152,6 +169,7 @@ def test_bad_input_is_one_clear_line(change, said):
     if given["recordings"] == "short":
         given = {"recordings": recording.part(slice(0, 1)), "free": ["frame.x", "frame.y", "frame.z", "marker.xi"]}
     recordings, free = given.pop("recordings"), given.pop("free")
+    own = recordings if isinstance(recordings, Recording) else recording
     with pytest.raises(InputError, match=said) as caught:
-        fit(ARM, recordings, free, predictors=[Waves(recording)], **given)
+        fit(ARM, recordings, free, predictors=[Waves(own)], **given)
     assert "\n" not in str(caught.value)
