@@ -1,6 +1,6 @@
 """Draws what a replay of a recording and a choice of commands look like, into docs/images.
 
-The arm that is recorded has slack and disks that sit a little aside, which the fit does not know of: an error of the model.
+The arm that is recorded has slack and disks a little aside, which the fit does not know of: an error of the model.
 """
 
 from __future__ import annotations

@@ -43,6 +43,8 @@ class Swing(Shown):
 def swings_of(recording: Recording, predicted: Array) -> tuple[Swing, ...]:
     """Return the free swings of a recording of which both is known, measured and predicted; none where it is driven.
 
+    A swing that grows is left out: something moved the arm again.
+
     Args:
         predicted: where the markers are [m], shape (T, K, 3); NaN before the hand lets go.
     """
@@ -58,6 +60,8 @@ def swings_of(recording: Recording, predicted: Array) -> tuple[Swing, ...]:
             measured = ringdown(time, recording.positions[rows, -1])
             simulated = ringdown(time, predicted[rows, -1], measured.direction)
         except InputError:  # too few samples, or nothing moves
+            continue
+        if measured.damping <= 0:  # something moved the arm again: no free swing grows
             continue
         found.append(Swing(block, rows, measured, simulated))
     return tuple(found)
