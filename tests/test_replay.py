@@ -150,9 +150,43 @@ def test_swings_are_drawn_one_after_the_other_and_count_from_where_the_hand_lets
     assert [part.start for part in course.parts] == [0, 10, 20]
 
 
-@pytest.mark.parametrize("width", ["page", "column"])
-def test_figures_are_clean(wrong, width):
-    for name in ("components", "errors", "histogram", "paths", "worst"):
+class Faster:
+    """Says that arms swing at 1.25 Hz and 2 1/s, whatever they are."""
+
+    def __init__(self, recording):
+        self.recording = recording
+
+    def __call__(self, arms, rigs):
+        return np.broadcast_to(
+            swing(self.recording.time, 1.25, 2.0)[:, None], (len(arms), 160, len(rigs[0].markers), 3)
+        )
+
+
+def swing(time, frequency, damping):
+    return np.stack([0.1 * np.exp(-damping * time) * np.cos(2 * np.pi * frequency * time), 0 * time, 0 * time], axis=-1)
+
+
+def test_swings_are_measured_alike_and_those_that_grow_are_left_out(arm):
+    """One release swings at 1.2 Hz and fades with 1.6 1/s; the other grows: somebody pushes the arm."""
+    time, blocks = np.tile(np.arange(80) * 0.02, 2), np.repeat(["1", "2"], 80)
+    positions = np.concatenate([swing(time[:80], 1.2, 1.6), swing(time[80:], 1.2, -1.0)])[:, None]
+    bare = Recording("motion", time, positions, np.zeros((160, 0)), Rig(actuation=Actuation(drive="none")), blocks)
+    found = replay(arm, bare, predictor=Faster)
+    (one,) = found.swings
+    assert one.block == "1"
+    assert one.frequency_percent == pytest.approx(100 / 24, abs=0.05)
+    assert one.damping_percent == pytest.approx(25, abs=0.5)
+    assert words.swing_rows(found)[0][3:] == ["+4.2", "1.60", "2.00", "+25.0"]
+    for width in ("page", "column"):
+        assert not faults(found.figure("swings", width))
+
+
+@pytest.mark.parametrize(
+    ("width", "names"),
+    [("page", ("components", "errors", "histogram", "paths", "worst")), ("column", ("components", "errors", "worst"))],
+)
+def test_figures_are_clean(wrong, width, names):
+    for name in names:
         sheet = wrong.figure(name, width)
         assert not faults(sheet), name
         assert all(axes.get_xlabel() or axes.get_shared_x_axes().get_siblings(axes) for axes in sheet.axes), name
@@ -181,6 +215,13 @@ def test_films_show_the_real_markers_where_they_were_measured(arm, wrong, gl):
         before, after = (blobs(each, *BLUE) for each in (one, other))
         assert len(after) > 3
         assert abs(after.mean(axis=0) - before.mean(axis=0)).max() > 3
+
+
+def test_notebooks_show_the_errors(wrong):
+    shown = wrong._repr_html_()
+    assert "6.27" in shown
+    assert "This is a" in shown or "Part of it is a prediction" in shown
+    assert repr(wrong).startswith("Replay('day 2', 120 samples, rms 6.27 mm")
 
 
 def test_what_does_not_fit_is_refused(arm, recording, true):

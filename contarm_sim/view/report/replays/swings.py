@@ -52,7 +52,8 @@ def draw_swings(sheet: Sheet, replay: Replay) -> None:
         ax.plot(numbers, real, "o", color=MEASURED, label="measured")
         ax.plot(numbers, own, "D", color=SIMULATED, label="simulated")
         off = 100 * (np.median(own / real) - 1)
-        ax.set_title(f"{name}: {off:+.1f} % (median)".replace("-", "\N{MINUS SIGN}"))
+        median = " (median)" if sheet.wide and len(swings) > 1 else ""
+        ax.set_title(f"{name}: {off:+.1f} %{median}".replace("-", "\N{MINUS SIGN}"))
         ax.set(xlabel="release", ylabel=words, xlim=(0.3, len(swings) + 0.7))
         ax.set_ylim(0, 1.12 * float(max(real.max(), own.max())))
         ax.xaxis.get_major_locator().set_params(integer=True)
