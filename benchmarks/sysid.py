@@ -17,7 +17,6 @@ import time
 import mujoco
 import numpy as np
 
-from contarm_sim.errors import MissingError
 from contarm_sim.identify.fit import fit
 from contarm_sim.identify.freedom import Free
 from contarm_sim.identify.moving import InMotion
@@ -44,7 +43,7 @@ try:
         optimize,
     )
 except ImportError:
-    raise SystemExit(str(MissingError("mujoco.sysid", "dev")) + " 'mujoco[sysid]'") from None
+    raise SystemExit("mujoco.sysid is not installed; get it with: pip install 'mujoco[sysid]'") from None
 
 NOISE, SEED, RATE, DURATION, STEP = 0.0005, 4, 100, 6.0, 0.001
 ARM = Arm(links=12, length=0.3, mass=0.1, gravity=(0.0, 0.0, 9.81), laws=(Tendon(stiffness=2000.0, pretension=1e-3),))
