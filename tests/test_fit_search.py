@@ -109,6 +109,15 @@ def test_ctrl_c_returns_what_was_found_so_far(after):
     assert all(np.isfinite(one.value) for one in found.parameters)
 
 
+def test_a_fraction_is_held_out_as_whole_blocks():
+    recording = _recording(rate=0.02)
+    found = [_fit(recording, held_out=0.3, seed=seed).left[0].held_out for seed in (0, 0, 1)]
+    assert np.array_equal(found[0], found[1])
+    assert not np.array_equal(found[0], found[2])
+    assert 0.3 <= found[0].mean() < 0.5
+    assert not set(recording.blocks[found[0]]) & set(recording.blocks[~found[0]])
+
+
 def test_progress_is_told():
     told = []
     done = _fit(_recording(rate=0.02), starts=2, on_progress=told.append)
