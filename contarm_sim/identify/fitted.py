@@ -21,7 +21,7 @@ _TOLD = ("singular_values", "noise", "cost", "converged", "evaluations", "second
 _OF_PARAMETER = ("unit", "start", "value", "sd", "low", "high", "boot_low", "boot_high", "status", "said")
 
 Status = Literal["determined", "at bound", "only with others", "not seen"]
-"""Of a parameter: found, found at one of its bounds, seen only in a combination with others, or without any effect.
+"""Of a parameter: found, found at one of its bounds, seen only with others, or of no or too little effect.
 
 Of the last two no value is returned: the fitted arm keeps what it started with.
 """
@@ -67,8 +67,9 @@ class Combination(Shown):
 
     Attributes:
         names: parameters that take part, the largest part first.
-        weights: parts of each, in the fit's vector (logarithms of positive parameters), of length 1 together.
-        sd: what the data leave along it; inf where they see nothing.
+        weights: parts of each, in steps of what it may plausibly be wrong by (`identifiability.plausible`: a factor e
+            of a positive parameter), of length 1 together.
+        sd: what the data leave along it, in such steps; inf where they see nothing.
         said: in words, such as "bending_stiffness and muscle.stiffness may grow together by any factor".
     """
 
