@@ -91,7 +91,8 @@ def redraw_figures() -> None:
         contarm("render", "two", "--out", "two-sections.gif", "--size", "480p", "--speed", "2", folder=folder)
         for name in ("spiral.gif", "social.png", "two-sections.gif", "sampled.png"):
             (folder / name).replace(IMAGES / name)
-    subprocess.run([sys.executable, ROOT / "scripts" / "drawings.py"], check=True)
+    for script in ("drawings.py", "replays.py"):
+        subprocess.run([sys.executable, ROOT / "scripts" / script], check=True)
 
 
 def _sweeps(folder: Path) -> None:
