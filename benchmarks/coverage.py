@@ -19,14 +19,14 @@ from scipy.stats import binom
 
 from contarm_sim.identify.fit import fit
 from contarm_sim.identify.fitted import Fit, Parameter
-from contarm_sim.identify.judge import judge
-from contarm_sim.identify.losses import THRESHOLD
-from contarm_sim.identify.predict import AtRest
-from contarm_sim.identify.recording import Recording
-from contarm_sim.identify.residuals import Problem
-from contarm_sim.identify.rig import Actuation, Marker, Rig
-from contarm_sim.identify.shared import shared
-from contarm_sim.identify.synthetic import random_windings, recorded
+from contarm_sim.identify.judgement.judge import judge
+from contarm_sim.identify.prediction.base import AtRest
+from contarm_sim.identify.recordings.recording import Recording
+from contarm_sim.identify.recordings.rig import Actuation, Marker, Rig
+from contarm_sim.identify.recordings.synthetic import random_windings, recorded
+from contarm_sim.identify.search.losses import THRESHOLD
+from contarm_sim.identify.search.residuals import Problem
+from contarm_sim.identify.search.shared import shared
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.named import with_parameters
 from contarm_sim.model.routing import Routing

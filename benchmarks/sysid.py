@@ -19,11 +19,11 @@ import numpy as np
 
 from contarm_sim.identify.fit import fit
 from contarm_sim.identify.freedom import Free
-from contarm_sim.identify.moving import InMotion
-from contarm_sim.identify.predict import AtRest
-from contarm_sim.identify.recording import Recording
-from contarm_sim.identify.rig import Actuation, Rig
-from contarm_sim.identify.synthetic import random_windings, recorded
+from contarm_sim.identify.prediction.base import AtRest
+from contarm_sim.identify.prediction.moving import InMotion
+from contarm_sim.identify.recordings.recording import Recording
+from contarm_sim.identify.recordings.rig import Actuation, Rig
+from contarm_sim.identify.recordings.synthetic import random_windings, recorded
 from contarm_sim.mjcf.build import arm_spec
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.named import with_parameters

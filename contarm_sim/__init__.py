@@ -50,18 +50,18 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
     from contarm_sim.errors import InputError as InputError
     from contarm_sim.errors import Interrupted as Interrupted
     from contarm_sim.errors import InterruptedMany as InterruptedMany
-    from contarm_sim.identify.covariance import covariance_of as covariance_of
     from contarm_sim.identify.excite import excite as excite
     from contarm_sim.identify.fit import fit as fit
     from contarm_sim.identify.fit_folder import load_fit as load_fit
     from contarm_sim.identify.freedom import Free as Free
-    from contarm_sim.identify.recording import Recording as Recording
-    from contarm_sim.identify.recording_file import load_recording as load_recording
-    from contarm_sim.identify.recording_saved import save_recording as save_recording
-    from contarm_sim.identify.replay import replay as replay
-    from contarm_sim.identify.rig import Actuation as Actuation
-    from contarm_sim.identify.rig import Marker as Marker
-    from contarm_sim.identify.rig import Rig as Rig
+    from contarm_sim.identify.recordings.file import load_recording as load_recording
+    from contarm_sim.identify.recordings.recording import Recording as Recording
+    from contarm_sim.identify.recordings.rig import Actuation as Actuation
+    from contarm_sim.identify.recordings.rig import Marker as Marker
+    from contarm_sim.identify.recordings.rig import Rig as Rig
+    from contarm_sim.identify.recordings.saved import save_recording as save_recording
+    from contarm_sim.identify.replays.covariance import covariance_of as covariance_of
+    from contarm_sim.identify.replays.replay import replay as replay
     from contarm_sim.mjcf import arm_spec as arm_spec
     from contarm_sim.mjcf import scene_spec as scene_spec
     from contarm_sim.mjcf import spec as spec
@@ -124,18 +124,18 @@ _HOMES = {
     "Load": "model.load",
     "Muscles": "model.load",
     "Wrench": "model.load",
-    "Actuation": "identify.rig",
-    "Marker": "identify.rig",
-    "Rig": "identify.rig",
+    "Actuation": "identify.recordings.rig",
+    "Marker": "identify.recordings.rig",
+    "Rig": "identify.recordings.rig",
     "Free": "identify.freedom",
-    "covariance_of": "identify.covariance",
+    "covariance_of": "identify.replays.covariance",
     "excite": "identify.excite",
     "fit": "identify.fit",
     "load_fit": "identify.fit_folder",
-    "replay": "identify.replay",
-    "Recording": "identify.recording",
-    "load_recording": "identify.recording_file",
-    "save_recording": "identify.recording_saved",
+    "replay": "identify.replays.replay",
+    "Recording": "identify.recordings.recording",
+    "load_recording": "identify.recordings.file",
+    "save_recording": "identify.recordings.saved",
     "compare": "results.compare",
     "load": "results.run_folder",
     "Reference": "paths.reference",

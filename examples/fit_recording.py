@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from contarm_sim import Actuation, Arm, Marker, Rig, Routing, Section, Tendon, World, fit
-from contarm_sim.identify.synthetic import random_windings, recorded
+from contarm_sim.identify.recordings.synthetic import random_windings, recorded
 
 section = Section(length=0.15, links=8, mass=0.05, bending_stiffness=0.03)
 routings = (Routing(radius=0.015, start="base"), Routing(radius=0.015, offset=0.6, start="base"))

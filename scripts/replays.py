@@ -13,8 +13,8 @@ import numpy as np
 from PIL import Image
 
 from contarm_sim import Actuation, Arm, Marker, Rig, covariance_of, excite, fit, presets, replay
-from contarm_sim.identify.recording import Recording
-from contarm_sim.identify.synthetic import random_windings, recorded
+from contarm_sim.identify.recordings.recording import Recording
+from contarm_sim.identify.recordings.synthetic import random_windings, recorded
 from contarm_sim.model.named import with_parameters
 from contarm_sim.view.rendering.look import Look
 from contarm_sim.view.rendering.replayed import ReplayShot

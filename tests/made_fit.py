@@ -6,8 +6,8 @@ import numpy as np
 
 from contarm_sim.identify.fitted import Combination, Fit, Left, Parameter
 from contarm_sim.identify.freedom import Free, free_names, freedom
-from contarm_sim.identify.recording import Recording
-from contarm_sim.identify.rig import Actuation, Marker, Rig
+from contarm_sim.identify.recordings.recording import Recording
+from contarm_sim.identify.recordings.rig import Actuation, Marker, Rig
 from contarm_sim.model.presets import preset
 
 NAN = float("nan")

@@ -10,11 +10,11 @@ import pytest
 from text_boxes import faults
 
 from contarm_sim.identify.excite import excite
-from contarm_sim.identify.recording_file import load_recording
-from contarm_sim.identify.rig import Actuation, Marker, Rig
-from contarm_sim.identify.rig_file import save_rig
-from contarm_sim.identify.synthetic import random_windings, recorded
-from contarm_sim.identify.written import written_of
+from contarm_sim.identify.recordings.file import load_recording
+from contarm_sim.identify.recordings.rig import Actuation, Marker, Rig
+from contarm_sim.identify.recordings.rig_file import save_rig
+from contarm_sim.identify.recordings.synthetic import random_windings, recorded
+from contarm_sim.identify.replays.written import written_of
 from contarm_sim.model.arm_file import arm_to_toml, load_arm
 from contarm_sim.model.named import with_parameters
 from contarm_sim.model.presets import preset

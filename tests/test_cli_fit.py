@@ -8,8 +8,8 @@ import pytest
 
 from contarm_sim import save_recording
 from contarm_sim.cli.fit import show
-from contarm_sim.identify.rig import Actuation, Marker, Rig
-from contarm_sim.identify.synthetic import random_windings, recorded
+from contarm_sim.identify.recordings.rig import Actuation, Marker, Rig
+from contarm_sim.identify.recordings.synthetic import random_windings, recorded
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import arm_to_toml, load_arm
 from contarm_sim.model.routing import Routing

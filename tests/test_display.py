@@ -18,7 +18,7 @@ import contarm_sim
 from contarm_sim import paths, studies
 from contarm_sim.display import LONGEST, Shown
 from contarm_sim.errors import InputError
-from contarm_sim.identify.replay import Replay
+from contarm_sim.identify.replays.replay import Replay
 from contarm_sim.kinematics import inverse
 from contarm_sim.mechanics.shape import backbone
 from contarm_sim.mjcf.scene import base_rotation

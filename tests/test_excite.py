@@ -11,9 +11,9 @@ from contarm_sim.errors import InputError
 from contarm_sim.identify.excite import excite
 from contarm_sim.identify.fit import fit
 from contarm_sim.identify.freedom import Free
-from contarm_sim.identify.recording import Recording
-from contarm_sim.identify.rig import Actuation, Marker, Rig
-from contarm_sim.identify.synthetic import recorded
+from contarm_sim.identify.recordings.recording import Recording
+from contarm_sim.identify.recordings.rig import Actuation, Marker, Rig
+from contarm_sim.identify.recordings.synthetic import recorded
 from contarm_sim.model.section import Section
 from contarm_sim.model.tendon import Tendon
 from contarm_sim.model.world import World

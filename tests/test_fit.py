@@ -12,9 +12,9 @@ from contarm_sim.errors import InputError
 from contarm_sim.identify.fit import fit
 from contarm_sim.identify.fit_folder import load_fit, save_fit
 from contarm_sim.identify.freedom import Free
-from contarm_sim.identify.predict import AtRest
-from contarm_sim.identify.rig import Actuation, Marker, Rig
-from contarm_sim.identify.synthetic import random_windings, recorded
+from contarm_sim.identify.prediction.base import AtRest
+from contarm_sim.identify.recordings.rig import Actuation, Marker, Rig
+from contarm_sim.identify.recordings.synthetic import random_windings, recorded
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.named import named_parameters, with_parameters
 from contarm_sim.model.routing import Routing

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from contarm_sim.errors import InputError
-from contarm_sim.identify import search
 from contarm_sim.identify.fit import fit
 from contarm_sim.identify.freedom import Free
-from contarm_sim.identify.losses import LOSSES, rho
-from contarm_sim.identify.moving import InMotion
-from contarm_sim.identify.predict import AtRest
-from contarm_sim.identify.predictors import predictor_of
-from contarm_sim.identify.recording import Recording
-from contarm_sim.identify.remembering import WithMemory
-from contarm_sim.identify.rig import Actuation, Rig
+from contarm_sim.identify.prediction.base import AtRest
+from contarm_sim.identify.prediction.choice import predictor_of
+from contarm_sim.identify.prediction.moving import InMotion
+from contarm_sim.identify.prediction.remembering import WithMemory
+from contarm_sim.identify.recordings.recording import Recording
+from contarm_sim.identify.recordings.rig import Actuation, Rig
+from contarm_sim.identify.search import descent
+from contarm_sim.identify.search.losses import LOSSES, rho
 from contarm_sim.model.arm import Arm
 
 ARM = Arm()
@@ -104,7 +104,7 @@ def test_ctrl_c_returns_what_was_found_so_far(after):
         return
     found = _fit(recording, on_progress=stop)
     assert not found.converged
-    assert found.message.startswith(search.STOPPED)
+    assert found.message.startswith(descent.STOPPED)
     assert found.left[0].rms() == pytest.approx(rms[-1], rel=1e-6)
     assert all(np.isfinite(one.value) for one in found.parameters)
 

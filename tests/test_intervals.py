@@ -5,10 +5,10 @@ import pytest
 from scipy.stats import t
 
 from contarm_sim.errors import InputError
-from contarm_sim.identify.bootstrap import one_step, refitted
 from contarm_sim.identify.freedom import Free
-from contarm_sim.identify.intervals import rows, spread
-from contarm_sim.identify.judge import judge
+from contarm_sim.identify.judgement.bootstrap import one_step, refitted
+from contarm_sim.identify.judgement.intervals import rows, spread
+from contarm_sim.identify.judgement.judge import judge
 
 NOISE = 5e-4
 UNITS = {"bending_stiffness": "N m^2", "muscle.stiffness": "N", "mass": "kg", "frame.x": "m", "marker.offset.x": "m"}

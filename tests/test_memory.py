@@ -7,10 +7,10 @@ import pytest
 
 from contarm_sim import Arm, InputError, Load, Muscles, Routing, Section, Tendon, Wrench, equilibria, presets
 from contarm_sim.identify.freedom import freedom
-from contarm_sim.identify.predict import AtRest
-from contarm_sim.identify.recording import Recording
-from contarm_sim.identify.remembering import WithMemory, remembers
-from contarm_sim.identify.rig import Actuation, Marker, Rig
+from contarm_sim.identify.prediction.base import AtRest
+from contarm_sim.identify.prediction.remembering import WithMemory, remembers
+from contarm_sim.identify.recordings.recording import Recording
+from contarm_sim.identify.recordings.rig import Actuation, Marker, Rig
 from contarm_sim.mechanics import routing
 from contarm_sim.model.named import with_parameters
 from contarm_sim.statics import walking

@@ -12,11 +12,11 @@ from contarm_sim.engine.models import built
 from contarm_sim.engine.plants import Plants
 from contarm_sim.errors import InputError
 from contarm_sim.identify.freedom import freedom
-from contarm_sim.identify.moving import InMotion
-from contarm_sim.identify.predict import AtRest
-from contarm_sim.identify.recording import Recording
-from contarm_sim.identify.rig import Actuation, Marker, Rig
-from contarm_sim.identify.ringdown import ringdown
+from contarm_sim.identify.prediction.base import AtRest
+from contarm_sim.identify.prediction.moving import InMotion
+from contarm_sim.identify.prediction.ringdown import ringdown
+from contarm_sim.identify.recordings.recording import Recording
+from contarm_sim.identify.recordings.rig import Actuation, Marker, Rig
 from contarm_sim.model.load import Load, Wrench
 from contarm_sim.model.tendon import Tendon
 from contarm_sim.motion.release import SwingSettings, release

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from contarm_sim import Actuation, Marker, Rig, load_recording, presets, save_recording
-from contarm_sim.identify.recording import Recording
-from contarm_sim.identify.recording_checks import check_against, findings, frozen, outliers
-from contarm_sim.identify.recording_file import KEYS, recording_from_frame
-from contarm_sim.identify.rig_file import load_rig, save_rig
-from contarm_sim.identify.synthetic import random_windings, recorded
+from contarm_sim.identify.recordings.checks import check_against, findings, frozen, outliers
+from contarm_sim.identify.recordings.file import KEYS, recording_from_frame
+from contarm_sim.identify.recordings.recording import Recording
+from contarm_sim.identify.recordings.rig_file import load_rig, save_rig
+from contarm_sim.identify.recordings.synthetic import random_windings, recorded
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples" / "recordings").glob("*.toml"))
 ARM = presets.tendon()

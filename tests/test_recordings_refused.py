@@ -9,11 +9,11 @@ import pytest
 from bad_inputs import WRONG, refused, short
 
 from contarm_sim import Actuation, InputError, Marker, Rig, load_recording, presets
-from contarm_sim.identify.recording import Recording
-from contarm_sim.identify.recording_checks import check_against
-from contarm_sim.identify.recording_file import recording_from_frame
-from contarm_sim.identify.rig_file import load_rig, save_rig
-from contarm_sim.identify.synthetic import random_windings, recorded
+from contarm_sim.identify.recordings.checks import check_against
+from contarm_sim.identify.recordings.file import recording_from_frame
+from contarm_sim.identify.recordings.recording import Recording
+from contarm_sim.identify.recordings.rig_file import load_rig, save_rig
+from contarm_sim.identify.recordings.synthetic import random_windings, recorded
 
 ARM = presets.tendon()
 TOML = """

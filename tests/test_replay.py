@@ -10,14 +10,14 @@ import pytest
 from text_boxes import faults
 
 from contarm_sim.errors import InputError
-from contarm_sim.identify.covariance import Covariance
 from contarm_sim.identify.freedom import freedom
-from contarm_sim.identify.predict import under
-from contarm_sim.identify.recording import Recording
-from contarm_sim.identify.recording_saved import save_recording
-from contarm_sim.identify.replay import replay
-from contarm_sim.identify.rig import Actuation, Marker, Rig
-from contarm_sim.identify.synthetic import random_windings, recorded
+from contarm_sim.identify.prediction.base import under
+from contarm_sim.identify.recordings.recording import Recording
+from contarm_sim.identify.recordings.rig import Actuation, Marker, Rig
+from contarm_sim.identify.recordings.saved import save_recording
+from contarm_sim.identify.recordings.synthetic import random_windings, recorded
+from contarm_sim.identify.replays.covariance import Covariance
+from contarm_sim.identify.replays.replay import replay
 from contarm_sim.model.arm_file import arm_to_toml
 from contarm_sim.model.named import with_parameters
 from contarm_sim.model.presets import preset

@@ -14,9 +14,9 @@ from contarm_sim.view.prints import Prints
 
 if TYPE_CHECKING:
     from contarm_sim.identify.excite import Excitation
-    from contarm_sim.identify.recording import Recording
-    from contarm_sim.identify.rig import Rig
-    from contarm_sim.identify.written import Written
+    from contarm_sim.identify.recordings.recording import Recording
+    from contarm_sim.identify.recordings.rig import Rig
+    from contarm_sim.identify.replays.written import Written
     from contarm_sim.model.arm import Arm
 
 ROWS = 24
@@ -69,8 +69,8 @@ def excite(
     from contarm_sim.cli.study import deliver, output_for, signed
     from contarm_sim.cli.terminal import progress
     from contarm_sim.identify.excite import excite as excited
-    from contarm_sim.identify.replay import usual_predictor
-    from contarm_sim.identify.written import written_of
+    from contarm_sim.identify.replays.replay import usual_predictor
+    from contarm_sim.identify.replays.written import written_of
     from contarm_sim.view.report.excited import draw_gain
     from contarm_sim.view.style import save
 
@@ -120,8 +120,8 @@ def _given(
         InputError: no rig, or a recording that is not static.
     """
     from contarm_sim.identify.fit_folder import load_fit
-    from contarm_sim.identify.recording_file import load_recording
-    from contarm_sim.identify.rig_file import load_rig, read_toml
+    from contarm_sim.identify.recordings.file import load_recording
+    from contarm_sim.identify.recordings.rig_file import load_rig, read_toml
     from contarm_sim.model.arm_file import load_arm
     from contarm_sim.model.presets import PRESETS
 

@@ -15,7 +15,7 @@ from contarm_sim.view.prints import Prints
 if TYPE_CHECKING:
     from contarm_sim.identify.fitted import Fit
     from contarm_sim.identify.freedom import Free
-    from contarm_sim.identify.recording import Recording
+    from contarm_sim.identify.recordings.recording import Recording
     from contarm_sim.model.arm import Arm
 
 _METHODS = ("least-squares", "cma")
@@ -124,8 +124,8 @@ def _arm(file: str) -> Arm:
 
 
 def _recording(file: str, arm: Arm, rig_file: str | None) -> Recording:
-    from contarm_sim.identify.recording_file import load_recording
-    from contarm_sim.identify.rig_file import load_rig
+    from contarm_sim.identify.recordings.file import load_recording
+    from contarm_sim.identify.recordings.rig_file import load_rig
 
     recording = load_recording(file, arm)
     return recording if rig_file is None else recording.in_rig(load_rig(rig_file, arm))
@@ -134,7 +134,7 @@ def _recording(file: str, arm: Arm, rig_file: str | None) -> Recording:
 def _units(arm: Arm, recordings: list[Recording]) -> dict[str, str]:
     """Return the units of all parameters that may be free, by name."""
     from contarm_sim.identify.freedom import free_names
-    from contarm_sim.identify.rig import Rig
+    from contarm_sim.identify.recordings.rig import Rig
 
     found: dict[str, str] = {}
     for rig in [recording.rig for recording in recordings] or [Rig()]:
@@ -251,13 +251,13 @@ def show(found: Fit) -> None:
 
 def _show_names(arm: Arm, recordings: list[Recording], rig_file: str | None, as_json: bool) -> None:
     from contarm_sim.identify.freedom import freedom
-    from contarm_sim.identify.rig import Rig
+    from contarm_sim.identify.recordings.rig import Rig
     from contarm_sim.identify.wildcards import families
 
     if recordings:
         rigs = [recording.rig for recording in recordings]
     elif rig_file is not None:
-        from contarm_sim.identify.rig_file import load_rig
+        from contarm_sim.identify.recordings.rig_file import load_rig
 
         rigs = [load_rig(rig_file, arm)]
     else:

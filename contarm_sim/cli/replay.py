@@ -14,8 +14,8 @@ from contarm_sim.view.prints import Prints
 
 if TYPE_CHECKING:
     from contarm_sim.identify.fitted import Fit
-    from contarm_sim.identify.recording import Recording
-    from contarm_sim.identify.replay import Replay
+    from contarm_sim.identify.recordings.recording import Recording
+    from contarm_sim.identify.replays.replay import Replay
     from contarm_sim.model.arm import Arm
 
 
@@ -89,8 +89,8 @@ def _given(words: tuple[str, ...], fit_folder: str | None, rig_file: str | None)
         InputError: not one recording, or no arm.
     """
     from contarm_sim.identify.fit_folder import load_fit
-    from contarm_sim.identify.recording_file import load_recording
-    from contarm_sim.identify.rig_file import load_rig
+    from contarm_sim.identify.recordings.file import load_recording
+    from contarm_sim.identify.recordings.rig_file import load_rig
     from contarm_sim.model.arm_file import load_arm
     from contarm_sim.model.presets import PRESETS
 
@@ -121,9 +121,9 @@ def _predicted(arm: Arm, recording: Recording, fit: Fit | None, fitted_rig: bool
     import numpy as np
 
     from contarm_sim.cli.terminal import say
-    from contarm_sim.identify.covariance import covariance_of
-    from contarm_sim.identify.replay import replay as replayed
-    from contarm_sim.identify.replay import some_samples
+    from contarm_sim.identify.replays.covariance import covariance_of
+    from contarm_sim.identify.replays.replay import replay as replayed
+    from contarm_sim.identify.replays.replay import some_samples
 
     covariance, held_out = None, None
     if fit is not None:

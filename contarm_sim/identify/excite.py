@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 from contarm_sim.display import Shown
 from contarm_sim.errors import InputError
 from contarm_sim.identify.freedom import Free
-from contarm_sim.identify.identifiability import LEAK, plausible, prior_precision
-from contarm_sim.identify.predict import AtRest, Predictor
-from contarm_sim.identify.recording import Recording
-from contarm_sim.identify.residuals import Problem
-from contarm_sim.identify.rig import Rig
-from contarm_sim.identify.shared import Shared, shared
-from contarm_sim.identify.synthetic import random_windings
+from contarm_sim.identify.judgement.identifiability import LEAK, plausible, prior_precision
+from contarm_sim.identify.prediction.base import AtRest, Predictor
+from contarm_sim.identify.recordings.recording import Recording
+from contarm_sim.identify.recordings.rig import Rig
+from contarm_sim.identify.recordings.synthetic import random_windings
+from contarm_sim.identify.search.residuals import Problem
+from contarm_sim.identify.search.shared import Shared, shared
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.parameters import as_number, check_count

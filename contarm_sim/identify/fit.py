@@ -9,20 +9,20 @@ from typing import Any
 import numpy as np
 
 from contarm_sim.errors import InputError
-from contarm_sim.identify.closing import closed
 from contarm_sim.identify.fitted import Fit, Left
 from contarm_sim.identify.freedom import Free
-from contarm_sim.identify.losses import LOSSES, Loss
-from contarm_sim.identify.multistart import best_of
-from contarm_sim.identify.predict import Predictor
-from contarm_sim.identify.predictors import Memory, predictor_of
-from contarm_sim.identify.recording import Recording
-from contarm_sim.identify.residuals import Problem, Progress
-from contarm_sim.identify.search import METHODS, Method
-from contarm_sim.identify.seeing import cannot_see, moves
-from contarm_sim.identify.shared import shared
-from contarm_sim.identify.split import held_out_of
-from contarm_sim.identify.starts import starts_of
+from contarm_sim.identify.prediction.base import Predictor
+from contarm_sim.identify.prediction.choice import Memory, predictor_of
+from contarm_sim.identify.recordings.recording import Recording
+from contarm_sim.identify.search.closing import closed
+from contarm_sim.identify.search.descent import METHODS, Method
+from contarm_sim.identify.search.losses import LOSSES, Loss
+from contarm_sim.identify.search.multistart import best_of
+from contarm_sim.identify.search.residuals import Problem, Progress
+from contarm_sim.identify.search.seeing import cannot_see, moves
+from contarm_sim.identify.search.shared import shared
+from contarm_sim.identify.search.split import held_out_of
+from contarm_sim.identify.search.starts import starts_of
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.parameters import as_number, check_count
 

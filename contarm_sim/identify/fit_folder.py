@@ -25,8 +25,8 @@ from contarm_sim.errors import InputError
 from contarm_sim.files import appearing, write_whole
 from contarm_sim.identify.fitted import Combination, Fit, Left, Parameter
 from contarm_sim.identify.freedom import Free
-from contarm_sim.identify.recording import Recording
-from contarm_sim.identify.rig_file import load_rig, save_rig
+from contarm_sim.identify.recordings.recording import Recording
+from contarm_sim.identify.recordings.rig_file import load_rig, save_rig
 from contarm_sim.inputs import as_path, quoted
 from contarm_sim.model.arm_file import arm_to_toml, load_arm
 

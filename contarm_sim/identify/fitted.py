@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from contarm_sim.display import Shown
 from contarm_sim.identify.freedom import Free
-from contarm_sim.identify.recording import Recording
-from contarm_sim.identify.rig import Rig
+from contarm_sim.identify.recordings.recording import Recording
+from contarm_sim.identify.recordings.rig import Rig
 from contarm_sim.identify.showing import ShowingFit
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm

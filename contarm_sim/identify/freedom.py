@@ -21,7 +21,7 @@ import numpy as np
 
 from contarm_sim.brevity import Told
 from contarm_sim.errors import InputError
-from contarm_sim.identify.rig import Rig
+from contarm_sim.identify.recordings.rig import Rig
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.named import find, named_parameters, with_parameters

@@ -9,7 +9,7 @@ from typing import Any
 
 from contarm_sim.errors import InputError
 from contarm_sim.files import appearing
-from contarm_sim.identify.replay import Replay
+from contarm_sim.identify.replays.replay import Replay
 from contarm_sim.inputs import as_path
 from contarm_sim.view.notebook.films import Film, shown_of, size_of, target_of
 from contarm_sim.view.notebook.places import check_progress, check_switches, check_writable, not_written, told

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contarm_sim.identify.replay import Replay
+from contarm_sim.identify.replays.replay import Replay
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf.names import joint_axes
 from contarm_sim.model.arm import Arm

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from contarm_sim.identify.excite import Excitation
-from contarm_sim.identify.recording import Recording
+from contarm_sim.identify.recordings.recording import Recording
 from contarm_sim.view.colours import BLACK, BLUE, FAINT, GREEN, LIMIT, ORANGE, PURPLE, RED, SKY, TARGET
 from contarm_sim.view.sections import dashes
 from contarm_sim.view.style import Sheet

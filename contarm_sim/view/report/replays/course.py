@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from contarm_sim.identify.replay import Replay
+from contarm_sim.identify.replays.replay import Replay
 from contarm_sim.kinematics.arrays import Array
 
 GAP = 0.2

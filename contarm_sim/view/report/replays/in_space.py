@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.identify.replay import Replay
+from contarm_sim.identify.replays.replay import Replay
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.colours import ERROR, FAINT, MEASURED, PLATE, SIMULATED

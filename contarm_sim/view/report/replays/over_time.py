@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.identify.replay import Replay
+from contarm_sim.identify.replays.replay import Replay
 from contarm_sim.view.colours import ERROR, LIMIT, MEASURED, SIMULATED
 from contarm_sim.view.report.headline import near
 from contarm_sim.view.report.replays.course import Course, broken, course_of

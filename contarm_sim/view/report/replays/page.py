@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from contarm_sim.errors import EncodingError
-from contarm_sim.identify.replay import Replay
+from contarm_sim.identify.replays.replay import Replay
 from contarm_sim.view.report.filled import write_filled
 from contarm_sim.view.report.pictures import embedded, encoded, figure, unshown
 from contarm_sim.view.report.replays import words

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.identify.replay import Replay
+from contarm_sim.identify.replays.replay import Replay
 from contarm_sim.view.colours import LIMIT, MEASURED, SIMULATED
 from contarm_sim.view.report.replays.words import named
 from contarm_sim.view.style import Sheet

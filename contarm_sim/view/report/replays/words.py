@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.identify.bands import INSIDE
-from contarm_sim.identify.differences import Differences
-from contarm_sim.identify.replay import Replay
+from contarm_sim.identify.replays.bands import INSIDE
+from contarm_sim.identify.replays.differences import Differences
+from contarm_sim.identify.replays.replay import Replay
 from contarm_sim.view.report.headline import Standing, near
 
 FEW = 0.8

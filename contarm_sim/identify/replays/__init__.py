@@ -1,0 +1,1 @@
+"""A recording predicted and compared: errors, bands, tables."""
