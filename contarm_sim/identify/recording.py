@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contarm_sim.display import Shown
-from contarm_sim.errors import InputError
+from contarm_sim.errors import InputError, one_line
 from contarm_sim.identify.rig import Rig
 from contarm_sim.kinematics.arrays import Array
 
@@ -52,6 +52,11 @@ class Recording(Shown):
 
     def __len__(self) -> int:
         return len(self.time)
+
+    def __repr__(self) -> str:
+        blocks, markers, channels = len(set(self.blocks.tolist())), len(self.rig.markers), self.commands.shape[1]
+        said = f"{len(self)} samples in {blocks} blocks, {markers} markers, {channels} channels"
+        return f"Recording({one_line(self.name)!r}, {self.kind}: {said})"
 
     @property
     def seen(self) -> NDArray[np.bool_]:
@@ -118,7 +123,7 @@ class Recording(Shown):
             raise InputError(f"sample {number + 1}, positions", "inf", "finite numbers, NaN where unseen", self.name)
         if self.payload is not None and self.payload.min() < 0:
             number = int(np.argmin(self.payload))
-            raise InputError(f"sample {number + 1}, payload", self.payload[number], "0 kg or more", self.name)
+            raise InputError(f"sample {number + 1}, payload", float(self.payload[number]), "0 kg or more", self.name)
         if not 0 <= self.force_xi <= 1:
             raise InputError("force_xi", self.force_xi, "a number from 0 (base) to 1 (tip)", self.name)
         channels = max(self.rig.actuation.channels, default=-1) + 1
@@ -150,3 +155,12 @@ def backwards(time: Array, blocks: NDArray[np.str_], kind: Kind) -> tuple[int, s
             return number, f"{word} {then:.9g} s, as of the sample before{own}: time runs forwards"
         last[block], before = now, block
     return None
+
+
+OTHERS = tuple(
+    item.name
+    for item in fields(Recording)
+    if item.name
+    not in ("kind", "time", "positions", "commands", "rig", "blocks", "payload", "force", "force_xi", "name")
+)
+"""Fields that files hold as they are, by the same names."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +19,14 @@ FEWEST = 3
 FROZEN = 5
 """Samples at the very same place, one after the other, that count as a drop-out."""
 
-_JUMP = 6.0
-"""Median steps of a marker that it must jump out of line by, there and back, to count as an outlier."""
+_JUMP = 8.0
+"""How often what is usual a marker must be out of line to count as an outlier."""
+
+_PART = 0.02
+"""Part of the marker's spread that it must be out of line by as well."""
+
+_HOLE = 5.0
+"""How often what is usual the time between two samples of a block must be to count as a gap."""
 
 _TINY = 0.005
 """Of what a marker or tendon can move by: below this all is too small to be in metres."""
@@ -68,7 +73,7 @@ def _check_marker(recording: Recording, arm: Arm, number: int) -> None:
         return
     reach = max(marker.xi * arm.length + math.hypot(*marker.offset), 0.1 * arm.length)
     far = float(np.median(np.linalg.norm(seen - np.array(recording.rig.position), axis=1)))
-    apart = float(np.percentile(np.linalg.norm(seen - np.median(seen, axis=0), axis=1), 90))
+    apart = _spread(seen)
     name, of = f"marker {marker.name}", f"the base of an arm of {arm.length:.3g} m"
     if far > 30 * reach or apart > 2.2 * reach:
         unit = _unit({"mm": 1e-3, "cm": 1e-2}, max(far, apart), reach)
@@ -128,35 +133,55 @@ def frozen(recording: Recording, least: int = FROZEN) -> NDArray[np.bool_]:
 
 
 def outliers(recording: Recording) -> NDArray[np.bool_]:
-    """Return which positions jump out of line for one or two samples, shape (T, K), more than the command does.
+    """Return which positions are out of line with the two before and the two after them, shape (T, K).
 
-    One that is far from the two before and the two after it, which are near each other, by six times a usual step.
+    Out of line is what is off the smooth curve through these four by eight times what is usual for the marker and 2 %
+    of its spread, more than its neighbours are, where the command is not.
     """
     out = np.zeros_like(recording.seen)
-    for block in dict.fromkeys(recording.blocks.tolist()):
-        rows = np.flatnonzero(recording.blocks == block)
-        for k in range(len(recording.rig.markers)):
+    runs = [np.flatnonzero(recording.blocks == block) for block in dict.fromkeys(recording.blocks.tolist())]
+    along = recording.time if recording.kind == "motion" else np.arange(len(recording), dtype=float)
+    told = np.zeros(len(recording))
+    for rows in runs:
+        told[rows] = _off_line(recording.commands[rows], along[rows])
+    turns = told > _JUMP * np.median(told)
+    for k in range(len(recording.rig.markers)):
+        off = np.zeros(len(recording))
+        for rows in runs:
             own = rows[recording.seen[rows, k]]
-            if len(own) >= 5:
-                out[own, k] = _out_of_line(recording.positions[own, k], recording.commands[own])
+            off[own] = _off_line(recording.positions[own, k], along[own])
+        usual = float(np.median(off[recording.seen[:, k]]))
+        padded = np.concatenate([[0, 0], off, [0, 0]])
+        near = np.max([padded[shift : shift + len(off)] for shift in (0, 1, 3, 4)], axis=0)
+        least = max(_JUMP * usual, _PART * _spread(recording.positions[recording.seen[:, k], k]))
+        out[:, k] = (off > least) & (off > near) & ~turns
     return out
 
 
-def _out_of_line(points: Array, commands: Array) -> Any:
-    """Return which points of one block jump out of line, shape (T,)."""
-    step = float(np.median(np.linalg.norm(np.diff(points, axis=0), axis=1)))
-    off, apart = _off(points)
-    told, _ = _off(commands)
-    usual = float(np.median(np.linalg.norm(np.diff(commands, axis=0), axis=1))) if commands.size else 0.0
-    return (off - apart > _JUMP * step) & (off > 2 * apart) & (told <= 3 * usual)
+def _spread(points: Array) -> float:
+    """Return the distance from the median place that nine of ten points are within [m]."""
+    return float(np.percentile(np.linalg.norm(points - np.median(points, axis=0), axis=1), 90))
 
 
-def _off(points: Array) -> tuple[Array, Array]:
-    """Return how far points are from the median of their five neighbours, and how much these four differ."""
-    padded = np.concatenate([points[:1], points[:1], points, points[-1:], points[-1:]])
-    near = np.stack([padded[k : k + len(points)] for k in (0, 1, 3, 4)])
-    middle = np.median(near, axis=0)
-    return np.linalg.norm(points - middle, axis=1), np.median(np.linalg.norm(near - middle, axis=-1), axis=0)
+def _off_line(points: Array, along: Array) -> Array:
+    """Return how far points are from the cubic through the two before and the two after, shape (T,); 0 at the ends.
+
+    Args:
+        along: where each is, shape (T,): its time, or its number. Where the four are far apart, nothing is said: 0.
+    """
+    off = np.zeros(len(points))
+    if len(points) < 5 or not points.shape[1]:
+        return off
+    near = [slice(0, -4), slice(1, -3), slice(3, -1), slice(4, None)]
+    here, there = along[2:-2], [along[part] for part in near]
+    line = np.zeros_like(points[2:-2])
+    for one, own in zip(near, there, strict=True):
+        others = [other for other in there if other is not own]
+        weight = np.prod([(here - other) / (own - other) for other in others], axis=0)
+        line += weight[:, None] * points[one]
+    close = there[3] - there[0] <= 8 * np.median(np.diff(along))
+    off[2:-2] = np.where(close, np.linalg.norm(points[2:-2] - line, axis=1), 0.0)
+    return off
 
 
 def findings(recording: Recording) -> tuple[str, ...]:
@@ -166,6 +191,11 @@ def findings(recording: Recording) -> tuple[str, ...]:
     own = [_several(blocks, "block"), _several(len(rig.markers), "marker"),
            _several(recording.commands.shape[1], "channel")]  # fmt: skip
     said = [f"{_several(len(recording), 'sample')} ({recording.kind}), {', '.join(own)}"]
+    steps = np.diff(recording.time)[recording.blocks[1:] == recording.blocks[:-1]]
+    if len(steps) and steps.max() > _HOLE * np.median(steps):
+        usual, longest = float(np.median(steps)), float(steps.max())
+        said.append(f"time: {_several(int((steps > _HOLE * usual).sum()), 'gap')}, the longest of {longest:.3g} s, "
+                    f"where samples are usually {usual:.3g} s apart")  # fmt: skip
     stuck, jumped = frozen(recording), outliers(recording)
     for k, marker in enumerate(rig.markers):
         for mask, words in (

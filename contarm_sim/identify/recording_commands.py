@@ -11,7 +11,7 @@ import numpy as np
 from contarm_sim.errors import InputError, did_you_mean
 from contarm_sim.identify.recording_columns import Columns
 from contarm_sim.identify.rig import DRIVES, Actuation
-from contarm_sim.identify.spec_keys import in_si, numbers, table
+from contarm_sim.identify.spec_keys import choice, in_si, numbers, table
 from contarm_sim.kinematics.arrays import Array
 
 _KEYS = ("drive", "columns", "unit", "pull", "channels", "signs", "gains", "pulley_radius", "slack")
@@ -33,22 +33,20 @@ def commanded(columns: Columns, given: Any, gaps: Sequence[Any]) -> Commanded:
         InputError: unknown keys, columns that are missing, a unit of another kind, or lists that do not fit together.
     """
     given = table({"drive": "none"} if given is None else given, "commands", _KEYS)
-    drive = given.get("drive")
-    if drive not in DRIVES:
-        raise InputError("commands.drive", "missing" if drive is None else repr(drive), ", ".join(DRIVES))
+    drive: Any = choice(given.get("drive"), "commands.drive", DRIVES)
     if drive == "none":
         if len(given) > 1:
             raise InputError("commands", f"drive none with {', '.join(list(given)[1:])}", "drive alone")
         return Commanded(np.empty((len(columns), 0)), Actuation(drive="none"))
     names = columns.named(given.get("columns", "missing"), "commands.columns")
     raw = np.stack([columns.numbers(name, "commands.columns", gaps) for name in names], axis=1)
-    if given.get("unit") == "SI":  # as `save_recording` writes: whatever it was, it is so already
+    if (
+        isinstance(given.get("unit"), str) and given["unit"] == "SI"
+    ):  # as `save_recording` writes: whatever it was, it is so already
         values, unit = raw, ""
     else:
         values, unit = in_si(raw, given.get("unit"), _UNITS[drive], "commands.unit")
-    pull = given.get("pull", "positive")
-    if pull not in ("positive", "negative"):
-        raise InputError("commands.pull", repr(pull), "positive or negative")
+    pull = choice(given.get("pull", "positive"), "commands.pull", ["positive", "negative"])
     channels = _channels(given.get("channels", list(range(1, len(names) + 1))), names)
     actuation = Actuation(
         drive=drive,

@@ -2,31 +2,33 @@
 
 from __future__ import annotations
 
-import re
+import math
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from contarm_sim.errors import InputError
-from contarm_sim.identify.recording import KINDS, Kind, Recording, backwards
+from contarm_sim.identify.data_files import read_columns
+from contarm_sim.identify.recording import KINDS, OTHERS, Kind, Recording, backwards
 from contarm_sim.identify.recording_checks import check_against, check_enough
-from contarm_sim.identify.recording_columns import Columns, of_frame, read_columns
+from contarm_sim.identify.recording_columns import Columns, of_frame
 from contarm_sim.identify.recording_commands import Commanded, commanded
 from contarm_sim.identify.recording_measured import Measured, mark_frozen, measured
+from contarm_sim.identify.recording_rows import blocks_of, kept, payload_of, time_of
 from contarm_sim.identify.rig import Rig
 from contarm_sim.identify.rig_file import frame_of, read_toml
-from contarm_sim.identify.spec_keys import in_si, numbers, one_number, table, whole
+from contarm_sim.identify.spec_keys import choice, in_si, one_number, table, whole
 from contarm_sim.inputs import as_path
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.muscle_table import refuse_unknown
+from contarm_sim.model.parameters import as_number
 
 KEYS = (
     "name", "source", "licence", "kind", "data", "names", "skip", "time", "block", "commands", "markers", "frame",
-    "payload", "force", "gaps", "keep", "drop", "every",
+    "payload", "force", "gaps", "keep", "drop", "every", *OTHERS,
 )  # fmt: skip
 """Keys of a recording's TOML."""
 
@@ -41,6 +43,14 @@ class _Piece:
     commands: Commanded
     measured: Measured
     payload: Array | None
+
+    @property
+    def there(self) -> Any:
+        """Whether a row has commands, shape (T,)."""
+        found: Any = np.isfinite(self.commands.values).all(axis=1)
+        if not found.any():
+            raise InputError("commands", "missing in all rows", "numbers", self.columns.where)
+        return found
 
 
 def load_recording(path: str | Path, arm: Arm | None = None) -> Recording:
@@ -67,7 +77,8 @@ def load_recording(path: str | Path, arm: Arm | None = None) -> Recording:
         ]
         return _recording(parts, spec, arm, file.stem)
     except InputError as error:
-        raise error.located(error.where or str(file)) from None
+        own = error.where in (None, spec.get("name", file.stem))
+        raise error.located(str(file) if own else error.where) from None
 
 
 def recording_from_frame(frame: Any, spec: dict[str, Any], arm: Arm | None = None) -> Recording:
@@ -98,16 +109,15 @@ def _files(data: Any) -> list[dict[str, Any]]:
 def _recording(
     parts: list[tuple[Columns, dict[str, Any]]], spec: dict[str, Any], arm: Arm | None, usual: str
 ) -> Recording:
-    kind, name = spec.get("kind"), spec.get("name", usual)
-    if kind not in KINDS:
-        raise InputError("kind", "missing" if kind is None else repr(kind), " or ".join(KINDS))
+    kind: Any = choice(spec.get("kind"), "kind", KINDS)
+    name = spec.get("name", usual)
     if not isinstance(name, str) or not name.strip():
         raise InputError("name", name, "a text")
     pieces = [_piece(columns, own, spec, kind, arm, len(parts) > 1) for columns, own in parts]
     _unique(pieces, kind)
     first = pieces[0]
     origin = _origin(spec, first)
-    chosen = [np.flatnonzero(_kept(piece, piece.time - origin, spec)) for piece in pieces]
+    chosen = [np.flatnonzero(kept(piece.time - origin, piece.blocks, piece.there, spec)) for piece in pieces]
     if not sum(map(len, chosen)):
         raise InputError("keep", "nothing", "one sample or more that has commands", first.columns.where)
     for piece, rows in zip(pieces, chosen, strict=True):
@@ -135,6 +145,7 @@ def _recording(
         force=joined([piece.measured.force for piece in pieces]),
         force_xi=first.measured.force_xi,
         name=name,
+        **{key: spec[key] for key in OTHERS if key in spec},
     )
     check_enough(recording)
     if arm is not None:
@@ -150,96 +161,15 @@ def _piece(
     gaps = table(gaps, "gaps", ["values", "valid", "frozen"])
     values = gaps.get("values", [])
     values = values if isinstance(values, list) else [values]
-    blocks = _blocks(columns, own, spec.get("block"), several)
-    time, blocks = _time(columns, spec, kind, blocks)
+    if not all(isinstance(one, str) or math.isfinite(as_number(one)) for one in values):
+        raise InputError("gaps.values", values, "numbers and texts that say that one is missing, such as [-9999]")
+    blocks = blocks_of(columns, own, spec.get("block"), several)
+    time, blocks = time_of(columns, spec, kind, blocks)
     found = measured(columns, spec, {**gaps, "values": values}, arm)
     found = mark_frozen(found, blocks, gaps.get("frozen"))
     payload = own.get("payload", spec.get("payload"))
     return _Piece(columns, time, blocks, commanded(columns, spec.get("commands"), values), found,
-                  None if payload is None else _payload(columns, payload))  # fmt: skip
-
-
-def _payload(columns: Columns, given: Any) -> Array:
-    if not isinstance(given, dict):
-        return np.full(len(columns), one_number(given, "kg", "payload"))
-    given = table(given, "payload", ["column", "unit"])
-    name = given.get("column")
-    values, _ = in_si(columns.numbers(name, "payload.column"), given.get("unit"), ["kg"], "payload.unit")
-    if not np.isfinite(values).all():
-        raise columns.bad(name, int(np.flatnonzero(~np.isfinite(values))[0]), "missing", "a payload in each row")
-    return values
-
-
-def _blocks(columns: Columns, own: dict[str, Any], given: Any, several: bool) -> list[str]:
-    """Return the block of each row: of its file, of a column, and of how often a column began again."""
-    given = {"column": given} if isinstance(given, str) else {} if given is None else given
-    given = table(given, "block", ["column", "match", "restart", "seconds"])
-    stem = Path(columns.where).name.split(".")[0] if several else ""
-    before = str(own.get("block", stem))
-    labels = [before] * len(columns)
-    if "column" in given:
-        texts = [_matched(text, given.get("match")) for text in columns.texts(given["column"], "block.column")]
-        labels = [f"{one}/{text}" if one else text for one, text in zip(labels, texts, strict=True)]
-    if "restart" in given:
-        counted = columns.numbers(given["restart"], "block.restart")
-        number = 1 + np.cumsum(np.diff(counted, prepend=counted[0]) < 0)
-        labels = [f"{one}/{k}" if one else str(k) for one, k in zip(labels, number.tolist(), strict=True)]
-    return labels
-
-
-def _matched(text: str, pattern: Any) -> str:
-    """Return the part of a label that a regular expression finds: its first group, or all that it matches."""
-    if pattern is None:
-        return text
-    try:
-        found = re.search(pattern, text)
-    except (re.error, TypeError) as error:
-        raise InputError("block.match", pattern, f"a regular expression ({error})") from None
-    if found is None:
-        return text
-    return found[1] if found.re.groups and found[1] is not None else found[0]
-
-
-def _time(columns: Columns, spec: dict[str, Any], kind: Kind, blocks: list[str]) -> tuple[Array, list[str]]:
-    """Return the time of each row [s], not yet from its origin, and the blocks, cut at `block.seconds`."""
-    given = spec.get("time")
-    if given is None:
-        if kind == "motion":
-            raise InputError("time", "missing", "a table with column and unit, or rate [Hz], of a motion")
-        given = {"rate": 1}  # poses at rest: one a second
-    given = table(given, "time", ["column", "unit", "rate", "origin"])
-    rate = one_number(given["rate"], "1/s", "time.rate") if "rate" in given else None
-    if rate is not None and not rate > 0:
-        raise InputError("time.rate", rate, "a number above 0 [Hz]")
-    if "column" in given:
-        values = columns.numbers(given["column"], "time.column")
-        if not np.isfinite(values).all():
-            number = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise columns.bad(given["column"], number, "missing", "a time in each row")
-        if rate is None:
-            values, _ = in_si(values, given.get("unit"), ["s"], "time.unit")
-        elif "unit" in given:
-            raise InputError("time.unit", repr(given["unit"]), "a unit, or the rate of a column that counts samples")
-        else:
-            values = values / rate
-    elif rate is not None:
-        seen: dict[str, int] = {}
-        values = np.empty(len(columns))
-        for number, block in enumerate(blocks):
-            seen[block] = seen.get(block, -1) + 1
-            values[number] = seen[block] / rate
-    else:
-        raise InputError("time", given, "a table with column and unit, or rate [Hz]")
-    cut = spec["block"].get("seconds") if isinstance(spec.get("block"), dict) else None
-    if cut is not None:
-        length = one_number(cut, "s", "block.seconds")
-        if not length > 0:
-            raise InputError("block.seconds", cut, "a time above 0")
-        begin: dict[str, float] = {}
-        number_of = [int((now - begin.setdefault(block, now)) // length) + 1
-                     for now, block in zip(values.tolist(), blocks, strict=True)]  # fmt: skip
-        blocks = [f"{one}/{k}" if one else str(k) for one, k in zip(blocks, number_of, strict=True)]
-    return values, blocks
+                  None if payload is None else payload_of(columns, payload))  # fmt: skip
 
 
 def _origin(spec: dict[str, Any], first: _Piece) -> float:
@@ -268,36 +198,3 @@ def _unique(pieces: list[_Piece], kind: Kind) -> None:
             before = block
             if times[block] > 1:
                 piece.blocks[number] = f"{block} ({times[block]})"
-
-
-def _kept(piece: _Piece, time: Array, spec: dict[str, Any]) -> Any:
-    """Return which rows belong to the recording: those that are kept, have commands, and every nth."""
-    rows: Any = np.isfinite(piece.commands.values).all(axis=1)
-    if not rows.any():
-        raise InputError("commands", "missing in all rows", "numbers", piece.columns.where)
-    for key in ("keep", "drop"):
-        given = table(spec.get(key, {}), key, ["time", "blocks"])
-        found: dict[str, Any] = {}
-        if "time" in given:
-            ranges = given["time"] if isinstance(given["time"], list) else []
-            ranges = [ranges] if ranges and not isinstance(ranges[0], list) else ranges
-            if not ranges:
-                raise InputError(f"{key}.time", given["time"], "a range [from, to] in s, or several")
-            spans = [numbers(one, "s", f"{key}.time", 2) for one in ranges]
-            found["time"] = np.logical_or.reduce([(low <= time) & (time <= high) for low, high in spans])
-        if "blocks" in given:
-            wanted = [given["blocks"]] if isinstance(given["blocks"], str) else given["blocks"]
-            if not isinstance(wanted, list) or not all(isinstance(one, str) for one in wanted):
-                raise InputError(f"{key}.blocks", given["blocks"], 'names of blocks; "rep1_*" are all that begin so')
-            found["blocks"] = np.array([any(fnmatchcase(block, one) for one in wanted) for block in piece.blocks])
-        if found:
-            rows = rows & np.logical_and.reduce(list(found.values())) if key == "keep" else (
-                rows & ~np.logical_or.reduce(list(found.values())))  # fmt: skip
-    nth = whole(spec.get("every", 1), "every")
-    if nth > 1:
-        seen: dict[str, int] = {}
-        for number in np.flatnonzero(rows).tolist():
-            block = piece.blocks[number]
-            seen[block] = seen.get(block, -1) + 1
-            rows[number] = seen[block] % nth == 0
-    return rows

@@ -12,7 +12,7 @@ import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.files import write_whole
-from contarm_sim.identify.recording import Recording
+from contarm_sim.identify.recording import OTHERS, Recording
 from contarm_sim.identify.rig_file import rig_tables, toml_text
 from contarm_sim.inputs import as_path
 from contarm_sim.kinematics.arrays import Array
@@ -80,6 +80,7 @@ def _spec(recording: Recording) -> dict[str, Any]:
         "frame": rig["frame"],
         "commands": commands,
     }
+    spec |= {name: getattr(recording, name) for name in OTHERS if getattr(recording, name) is not None}
     if recording.payload is not None:
         spec["payload"] = {"column": "payload", "unit": "kg"}
     if recording.force is not None:

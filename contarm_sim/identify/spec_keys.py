@@ -35,6 +35,18 @@ def table(value: Any, name: str, known: Sequence[str]) -> dict[str, Any]:
     return value
 
 
+def choice(value: Any, name: str, options: Sequence[str]) -> str:
+    """Return a text that is one of a few.
+
+    Raises:
+        InputError: it is none of them.
+    """
+    if not isinstance(value, str) or value not in options:
+        given = "missing" if value is None else repr(value) if isinstance(value, str) else value
+        raise InputError(name, given, ", ".join(options))
+    return value
+
+
 def one_number(value: Any, unit: str, name: str) -> float:
     """Return a number in an SI unit: bare, or a text with its unit.
 
@@ -168,9 +180,7 @@ def place_of(given: dict[str, Any], name: str, arm: Arm | None) -> float:
     if key == "xi":
         return one_number(value, "-", where)
     if key == "at":
-        if value not in _ENDS:
-            raise InputError(where, repr(value), "base or tip")
-        return _ENDS[value]
+        return _ENDS[choice(value, where, list(_ENDS))]
     if arm is None:
         raise InputError(where, value, 'xi = 0.5 or at = "tip", or the arm as well: load_recording(path, arm)')
     ends = np.cumsum([0.0, *(section.length for section in arm.sections)])
