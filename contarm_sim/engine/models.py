@@ -26,8 +26,10 @@ from contarm_sim.model.arm import Arm
 KEPT = 16
 """Most models kept."""
 
-_WRITTEN = ("bending_stiffness", "torsional_stiffness", "damping_time")
-"""Parameters of sections that are written; of the world, gravity, base and an unequal payload are.
+_WRITTEN = ("bending_stiffness", "torsional_stiffness", "damping_time", "friction_moment", "friction_stiffness")
+"""Parameters of sections that are written, or that the engine knows nothing of: friction in the backbone.
+
+Of the world, gravity, base and an unequal payload are written.
 
 So is the mass of one section. That of several moves the middle of the links between them: there it is compiled.
 """
@@ -120,5 +122,5 @@ def structure(arm: Arm, actuation: Actuation) -> tuple[Any, ...]:
 
 
 def _compiled(arm: Arm, actuation: Actuation, spec: Spec) -> Built:
-    model = spec(arm, actuation, TIMESTEP).compile()
+    model = spec(arm.without_memory, actuation, TIMESTEP).compile()
     return Built(model, ArmIndex.of(model, arm))

@@ -13,6 +13,7 @@ from contarm_sim.display import Shown
 from contarm_sim.errors import InputError, one_line
 from contarm_sim.identify.rig import Rig
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.parameters import as_number
 
 Kind = Literal["static", "motion"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
@@ -32,6 +33,8 @@ class Recording(Shown):
             independent; of motions each is one of its own, and its samples stand together.
         payload: that the tip carries [kg], shape (T,); None: what the arm says.
         force: that acts on the backbone at `force_xi`, in the frame of the measurements [N], shape (T, 3); None: none.
+        release: share of the fastest marker's peak speed at which a hand has let go: free swings are followed from
+            there, see `swing_start`.
         name: what messages and figures call it.
 
     Raises:
@@ -48,6 +51,7 @@ class Recording(Shown):
     payload: Array | None = None
     force: Array | None = None
     force_xi: float = 1.0
+    release: float = 0.7
     name: str = "recording"
 
     def __len__(self) -> int:
@@ -84,6 +88,8 @@ class Recording(Shown):
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise InputError("kind", repr(self.kind), ", ".join(KINDS), self.name)
+        if not 0 <= as_number(self.release) <= 1:
+            raise InputError("release", self.release, "a share of the peak speed, from 0 to 1", self.name)
         markers = len(self.rig.markers)
         shapes = {"time": (None,), "positions": (None, markers, 3), "commands": (None, None), "payload": (None,),
                   "force": (None, 3)}  # fmt: skip

@@ -54,8 +54,9 @@ def spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
             each muscle; controls are tensions [N].
 
     Raises:
-        InputError: an unknown actuation.
+        InputError: an unknown actuation, or friction in the backbone, which MJCF does not have.
     """
+    arm.refuse_memory("MJCF models, environments and the live view are")
     part = mujoco.MjSpec()
     part.modelname = "contarm"
     part.compiler.degree = False

@@ -77,6 +77,8 @@ class Arm(FlatArm, Shown):
         torsional_stiffness: InitVar[float | None] = OMITTED
         damping_time: InitVar[float] = OMITTED
         joint_friction: InitVar[float | None] = OMITTED
+        friction_moment: InitVar[float | None] = OMITTED
+        friction_stiffness: InitVar[float | None] = OMITTED
         section_radius: InitVar[float | None] = OMITTED
         muscle_radius: InitVar[float] = OMITTED
         path: InitVar[Path] = OMITTED
@@ -99,6 +101,8 @@ class Arm(FlatArm, Shown):
         torsional_stiffness: float | None = OMITTED,
         damping_time: float = OMITTED,
         joint_friction: float | None = OMITTED,
+        friction_moment: float | None = OMITTED,
+        friction_stiffness: float | None = OMITTED,
         section_radius: float | None = OMITTED,
         muscle_radius: float = OMITTED,
         path: Path = OMITTED,
@@ -110,7 +114,7 @@ class Arm(FlatArm, Shown):
         of_section = _given(
             length=length, links=links, mass=mass, bending_stiffness=bending_stiffness,
             torsional_stiffness=torsional_stiffness, damping_time=damping_time, joint_friction=joint_friction,
-            section_radius=section_radius,
+            friction_moment=friction_moment, friction_stiffness=friction_stiffness, section_radius=section_radius,
         )  # fmt: skip
         of_routing = _given(radius=muscle_radius, path=path)
         of_world = _given(gravity=gravity, base_orientation=base_orientation, payload=payload)
@@ -200,6 +204,28 @@ class Arm(FlatArm, Shown):
     def unloaded(self) -> Arm:
         """The same arm without gravity and payload."""
         return self.in_world(replace(self.world, gravity=(0.0, 0.0, 0.0), payload=0.0))
+
+    @property
+    def without_memory(self) -> Arm:
+        """The same arm without friction in its backbone, see `Section`: what each pose is without what came before."""
+        if all(section.friction_moment is None for section in self.sections):
+            return self
+        parts = (replace(section, friction_moment=None, friction_stiffness=None) for section in self.sections)
+        return replace(self, sections=tuple(parts))
+
+    def refuse_memory(self, what: str) -> None:
+        """Refuse friction in the backbone, where it would be left out without a word.
+
+        Args:
+            what: would leave it out.
+
+        Raises:
+            InputError: says so.
+        """
+        for number, section in enumerate(self.sections):
+            if section.friction_moment is not None:
+                allowed = f"omitted: {what} without friction in the backbone; fits and replays of recordings know it"
+                raise InputError("friction_moment", section.friction_moment, allowed, self._said_of(number))
 
     @cached_property
     def groups(self) -> tuple[MuscleGroup, ...]:

@@ -127,6 +127,16 @@ class FlatArm:
         return _agreed("joint_friction", [section.joint_friction for section in self.sections])
 
     @property
+    def friction_moment(self) -> float | None:
+        """Bending moment at which friction in the backbone slides [N m], or None."""
+        return _agreed("friction_moment", [section.friction_moment for section in self.sections])
+
+    @property
+    def friction_stiffness(self) -> float | None:
+        """Bending stiffness that this friction adds while it sticks [N m^2], or None."""
+        return _agreed("friction_stiffness", [section.friction_stiffness for section in self.sections])
+
+    @property
     def section_radius(self) -> float | None:
         """Radius of the round section that the mass fills [m], or None for that of the disks."""
         return _agreed("section_radius", [section.section_radius for section in self.sections])

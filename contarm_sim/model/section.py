@@ -34,8 +34,13 @@ below and b above it does so by a b/(2 h) beta^2. Both are the same for a b = h^
 class Section(Told):
     """One inextensible section. SI units, checked at construction.
 
+    Friction in the backbone is a spring of `friction_stiffness` in series with a slider that gives way at
+    `friction_moment` (an element of Jenkins; elastic and perfectly plastic): its moment z follows the curvature k by
+    dz = friction_stiffness dk, and |z| stays at friction_moment where it would be more; both are vectors across the
+    backbone. It remembers: what it holds depends on the way to a pose.
+
     Raises:
-        InputError: a parameter is not a finite number in its stated interval.
+        InputError: a parameter is not a finite number in its stated interval, or one alone of the two of friction.
     """
 
     length: float = number(0.37, "m", "backbone length L0 (paper)", least=SHORTEST, below=LONGEST)
@@ -51,6 +56,12 @@ class Section(Told):
     joint_friction: float | None = number(
         None, "N m", "dry friction of each hinge (creeps under a steady load); omitted: none", above=0
     )
+    friction_moment: float | None = number(
+        None, "N m", "bending moment at which friction in the backbone slides; omitted: none", above=0
+    )
+    friction_stiffness: float | None = number(
+        None, "N m^2", "bending stiffness that this friction adds while it sticks; omitted: none", above=0
+    )
     section_radius: float | None = number(
         None, "m", "radius of the round section that the mass fills (rotary inertia); omitted: the disks'", above=0
     )
@@ -64,6 +75,9 @@ class Section(Told):
         if not 2 <= links <= MAX_LINKS:
             raise InputError("links", self.links, f"a whole number from 2 to {MAX_LINKS}")
         object.__setattr__(self, "links", links)
+        for name, other in (("friction_moment", "friction_stiffness"), ("friction_stiffness", "friction_moment")):
+            if getattr(self, name) is not None and getattr(self, other) is None:
+                raise InputError(name, getattr(self, name), f"{other} beside it: friction needs both")
 
     @property
     def link_pitch(self) -> float:
@@ -74,6 +88,11 @@ class Section(Told):
     def joint_stiffness(self) -> float:
         """Stiffness of each joint against bending [N m/rad]."""
         return self.bending_stiffness / self.link_pitch
+
+    @property
+    def sticking_stiffness(self) -> float:
+        """Stiffness that friction adds to each joint while it sticks [N m/rad]."""
+        return (self.friction_stiffness or 0.0) / self.link_pitch
 
     @property
     def guide_height(self) -> float:

@@ -92,6 +92,7 @@ def release(arm: Arm, held: Array, load: Load, settings: SwingSettings = DEFAULT
         DivergenceError: the engine met a bad state, as it does where the step is longer than twice the damping time and
             than 2 over the highest frequency of the chain [rad/s].
     """
+    arm.refuse_memory("released arms swing")
     timestep, period = settings.timestep, settings.sample_period
     steps = period / timestep
     if round(steps) < 1 or abs(steps - round(steps)) > 1e-6 * steps:

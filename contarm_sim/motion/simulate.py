@@ -81,6 +81,7 @@ def checked(
         InputError: they are not, or do not belong together.
     """
     expect("arm", arm, Arm)
+    arm.refuse_memory("simulated motions are")
     expect("reference", reference, Reference)
     reference.check_arm(arm)
     if stepping is not None:

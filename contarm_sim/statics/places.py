@@ -35,6 +35,7 @@ class Places:
     Attributes:
         xi: shape (K,), 0 base to 1 tip.
         stations: the station before and after each place, shape (K, 2); the same one twice at a station.
+        part: of the way from one to the other, shape (K,).
 
     Raises:
         InputError: no places, or one outside [0, 1].
@@ -47,7 +48,7 @@ class Places:
         at = station_coordinate(arm, self.xi)
         at = np.where(np.abs(at - np.round(at)) < AT_STATION, np.round(at), at)
         self.stations = np.stack([np.floor(at), np.ceil(at)], axis=-1).astype(int)
-        self._part = at - self.stations[:, 0]
+        self.part = at - self.stations[:, 0]
         self._pitch = pitch_at(arm, at)
 
     def of(self, frames: Array) -> Array:
@@ -65,8 +66,8 @@ class Places:
         """
         out = np.zeros((*positions.shape[:-2], 4, 4))
         out[..., :3, 3], out[..., :3, :3], out[..., 3, 3] = positions[..., 0, :], rotations[..., 0, :, :], 1.0
-        for k in np.flatnonzero(self._part):
-            x, p, R = self._part[k], positions[..., k, :, :], rotations[..., k, :, :, :]
+        for k in np.flatnonzero(self.part):
+            x, p, R = self.part[k], positions[..., k, :, :], rotations[..., k, :, :, :]
             slopes = self._pitch[k] * R[..., 2]
             blend = [(1 + 2 * x) * (1 - x) ** 2, x**2 * (3 - 2 * x)]
             lean = [x * (1 - x) ** 2, x**2 * (x - 1)]

@@ -146,6 +146,7 @@ class Session:
         self.reading = self._read()
 
     def _start(self, arm: Arm, controller: str) -> None:
+        arm.refuse_memory("the live view moves arms")
         driver = resolved(controller).unplanned()
         plant = Plant(arm, driver.pulls_only, actuation=driver.actuation)
         self.period = PERIOD * -(-len(arm.sections) // _QUICK)

@@ -108,7 +108,7 @@ class ArmRenderer:
         from contarm_sim.view.rendering.muscles import Muscles
 
         self.arm = arm
-        spec = scene_spec(arm)
+        spec = scene_spec(arm.without_memory)
         tell_sections_apart(spec, arm)
         self._floor, self._ghost = Floor(spec, arm), Ghost(spec, arm)
         self._backbone, self._muscles = Backbone(spec, arm), Muscles(spec, arm)
