@@ -142,7 +142,7 @@ def with_parameters(arm: Arm, values: Mapping[str, Any]) -> Arm:
         for owner in one.owners:
             with said_of(owner) if several else nullcontext():
                 part = parts[one.kind][owner]
-                none = one.field.endswith("friction") and value == 0
+                none = one.field.endswith(("friction", "friction_coefficient")) and value == 0
                 new = _changed(_angles(part), one.component, value) if one.field == "at" else value
                 changes = {one.field: None if none else new}
                 parts[one.kind][owner] = rerouted(part, changes) if one.kind == "routings" else replace(part, **changes)

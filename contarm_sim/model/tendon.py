@@ -16,8 +16,10 @@ class Tendon(Told, MuscleLaw):
 
     Driven by length, its tension is pretension + (stiffness/L) (l - L - control): l is its length, L that in the
     straight arm, and the control is what the winch has let out [m], so -0.01 winds 10 mm up. It never pushes: a slack
-    cable has no tension. The same tension runs through the whole cable; friction opposes its slip with at most
-    `friction` in every pose (no capstan law, whose friction grows with tension and bend).
+    cable has no tension. Friction opposes its slip: with at most `friction` between winch and arm, and by
+    `friction_coefficient` along its way through the arm, where tension falls by exp(-coefficient times the angle that
+    the cable turns by). Recordings of slow arms are fitted with both (`statics.memory`); motions have `friction` alone,
+    and single poses neither.
 
     Raises:
         InputError: a parameter is not a finite number in its stated interval.
@@ -29,6 +31,9 @@ class Tendon(Told, MuscleLaw):
     pretension: float = number(5.0, "N", "tension that the slackest cable keeps", above=0)
     max_tension: float = number(200.0, "N", "highest tension, at which the winch slips", above=0)
     friction: float | None = number(None, "N", "dry friction of the cable in its guides; omitted: none", above=0)
+    friction_coefficient: float | None = number(
+        None, "-", "Coulomb friction of the cable along its bends (capstan), in slow poses; omitted: none", above=0
+    )
     diameter: float = number(0.001, "m", "outer diameter of the cable", above=0)
     servo_time: float | None = number(
         None, "s", "damping along the cable over its stiffness; omitted: 5 ms, more for slow arms", least=0
