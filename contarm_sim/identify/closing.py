@@ -92,8 +92,8 @@ def _judged(
         found.errors[rows], slopes[rows], problem.blocks[rows], noise=found.noise, loss=problem.loss,
         loss_scale=THRESHOLD, rounding=rounding, held=tuple(hold), boot=bootstrap, seed=seed,
     )  # fmt: skip
-    told = [
-        replace(one, said=cannot_see(one.name, problem.recordings) or one.said) if one.status == "not seen" else one
-        for one in judged.parameters
-    ]
+    told = []
+    for one, start in zip(judged.parameters, every.start_values.tolist(), strict=True):
+        why = cannot_see(one.name, problem.recordings) if one.status == "not seen" else ""
+        told.append(replace(one, start=start, said=why or one.said))
     return replace(judged, parameters=tuple(told))

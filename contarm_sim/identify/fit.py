@@ -122,6 +122,7 @@ def _look(problem: Problem) -> None:
     errors = problem.errors(every.start[None])[0]
     if np.isnan(errors).all():
         raise InputError("arm", "without a pose at any sample", "a start that has some: another stiffness or slack")
+    problem.note(every.start, errors)
     problem.active = moves(problem, problem.slopes(every.start))
     if not problem.active.any():
         sentences = dict.fromkeys(cannot_see(name, problem.recordings) for name in every.names)

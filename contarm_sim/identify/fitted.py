@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,10 @@ from contarm_sim.identify.recording import Recording
 from contarm_sim.identify.rig import Rig
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
+from contarm_sim.results.document import document
+
+_TOLD = ("singular_values", "noise", "cost", "converged", "evaluations", "seconds", "method", "message")
+_OF_PARAMETER = ("unit", "start", "value", "sd", "low", "high", "boot_low", "boot_high", "status", "said")
 
 Status = Literal["determined", "at bound", "only with others", "not seen"]
 """Of a parameter: found, found at one of its bounds, seen only in a combination with others, or without any effect.
@@ -92,20 +96,40 @@ class Left(Shown):
         """Measured less predicted [m], shape (T, K, 3); NaN where nothing was seen."""
         return self.recording.positions - self.predicted
 
-    def rms(self, rows: Array | None = None, marker: int | None = None, centred: bool = False) -> float:
+    def numbers(self) -> dict[str, Any]:
+        """Return what a summary says: samples, and errors [m], fitted and held out; NaN where there are none."""
+        recording, out = self.recording, self.held_out
+        seen = recording.seen
+        told: dict[str, Any] = {"name": recording.name, "kind": recording.kind, "samples": len(recording)}
+        told |= {"held_out": int(out.sum()), "markers_seen": int(seen.sum())}
+        told["markers_without_prediction"] = int((seen & ~np.isfinite(self.predicted).all(axis=-1)).sum())
+        for name, rows in (("fitted", ~out), ("held_out", out)):
+            told[f"rms_{name}"] = self.rms(rows)
+            told[f"rms_{name}_centred"] = self.rms(rows, centred=True)
+        return told
+
+    def rms(self, rows: NDArray[np.bool_] | None = None, marker: int | None = None, centred: bool = False) -> float:
         """Return the root mean square distance [m] of what was measured from what was predicted.
 
         Args:
             rows: mask of samples, shape (T,); default all.
             marker: of one alone; default all.
             centred: without the mean offset of each marker.
+
+        Returns:
+            NaN where there is nothing to compare.
         """
         error = self.error if rows is None else self.error[rows]
         if marker is not None:
             error = error[:, [marker]]
+        seen = error[np.isfinite(error).all(axis=-1)]
+        if not len(seen):
+            return float("nan")
         if centred:
-            error = error - np.nanmean(error, axis=0)
-        return float(np.sqrt(np.nanmean((error**2).sum(axis=-1))))
+            counts = np.isfinite(error).all(axis=-1).sum(axis=0)
+            error = error - np.nansum(error, axis=0) / np.maximum(counts, 1)[:, None]
+            seen = error[np.isfinite(error).all(axis=-1)]
+        return float(np.sqrt((seen**2).sum(axis=-1).mean()))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -148,6 +172,18 @@ class Fit(Shown):
     def rig(self) -> Rig:
         """The rig of the first recording."""
         return self.rigs[0]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the fit as plain values, as summary.json has it: SI units, None where nothing is known."""
+        told = document({name: getattr(self, name) for name in _TOLD})
+        parameters = [document({"name": one.name} | {name: getattr(one, name) for name in _OF_PARAMETER})
+                      for one in self.parameters]  # fmt: skip
+        for one, about in zip(self.parameters, parameters, strict=True):
+            about |= {"lower_bound": one.free.low, "upper_bound": one.free.high}
+            about |= {"prior_mean": one.free.mean, "prior_sd": one.free.sd}
+        recordings = [document(one.numbers()) for one in self.left]
+        return {"recordings": recordings, "parameters": parameters, "undetermined": document(self.undetermined),
+                "correlation": document(self.correlation), **told, "arm": document(self.arm)}  # fmt: skip
 
     def __repr__(self) -> str:
         known = sum(one.status in ("determined", "at bound") for one in self.parameters)

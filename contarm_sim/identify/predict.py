@@ -49,13 +49,17 @@ class AtRest:
         """Return where the markers are measured [m], shape (B, T, K, 3), see `Predictor`."""
         recording = self.recording
         out = np.empty((len(arms), len(recording), len(recording.rig.markers), 3))
-        first, frames = None, np.empty(0)
+        first: tuple[Any, ...] | None = None
+        loads: list[Load] | None = None
+        frames = np.empty(0)
         for place, (arm, rig) in enumerate(zip(arms, rigs, strict=True)):
             own = statics_of(arm, rig, recording)
             if first is None or own != first:  # frames and markers move nothing, unless gravity or a force turns
-                found = equilibria(*under(arm, rig, recording), guess=self._near, threads=self._threads)
+                same = None if first is None or own[1:] != first[1:] else loads
+                under_load = under(arm, rig, recording, same)
+                found = equilibria(*under_load, guess=self._near, threads=self._threads)
                 if first is None:
-                    first, frames = own, found.frames
+                    first, frames, loads = own, found.frames, under_load[1]
                     far = np.zeros_like(found.qpos) if self._near is None else self._near
                     self._near = np.where(np.isfinite(found.qpos), found.qpos, far)
                 out[place] = markers_at(arm, rig, found.frames)
@@ -69,14 +73,23 @@ def statics_of(arm: Arm, rig: Rig, recording: Recording) -> tuple[Any, ...]:
     return rig.holds(arm), rig.actuation, None if recording.force is None else rig.rotation.tolist()
 
 
-def under(arm: Arm, rig: Rig, recording: Recording) -> tuple[list[Arm], list[Load]]:
-    """Return the arm with what its tip carries, and its load, at each sample of a recording."""
+def under(
+    arm: Arm, rig: Rig, recording: Recording, loads: list[Load] | None = None
+) -> tuple[list[Arm], list[Load]]:  # fmt: skip
+    """Return the arm with what its tip carries, and its load, at each sample of a recording.
+
+    Args:
+        arm, rig, recording: of which.
+        loads: where they are known already.
+    """
     held = rig.holds(arm)
     if recording.payload is None:
         arms = [held] * len(recording)
     else:
         carrying = {kg: held.in_world(replace(held.world, payload=kg)) for kg in set(recording.payload.tolist())}
         arms = [carrying[kg] for kg in recording.payload.tolist()]
+    if loads is not None:
+        return arms, loads
     values, actuation = rig.actuation.values(recording.commands), rig.actuation
     wrenches: list[tuple[Wrench, ...]] = [()] * len(recording)
     if recording.force is not None:

@@ -38,7 +38,7 @@ class Progress:
     Attributes:
         phase: what it does, such as `start 2 of 8`, `search`, `intervals`.
         evaluation: predictions of all recordings until now.
-        rms: least distance until now of what is fitted from what is predicted [m], root mean square.
+        rms: distance, at the best until now, of what is fitted from what is predicted [m], root mean square.
         of: predictions at which the phase ends, or None where nobody knows.
     """
 

@@ -11,6 +11,7 @@ from contarm_sim.errors import MissingError
 from contarm_sim.identify.intervals import noise_of
 from contarm_sim.identify.losses import THRESHOLD
 from contarm_sim.identify.residuals import LEAST_NOISE, Problem
+from contarm_sim.identify.starts import spreads
 from contarm_sim.kinematics.arrays import Array
 
 Method = Literal["least-squares", "cma"]
@@ -25,8 +26,14 @@ ROUNDS = 6
 SETTLED = 0.05
 """Change of the noise, as a share, at which it is left as it is."""
 
-COARSE, FINE = 1e-3, 1e-7
-"""Change of the cost, as a share, at which a search ends: before the noise is settled, and at last."""
+COARSE, FINE = 1e-2, 1e-3
+"""Change of the cost at which a search ends: as a share, before the noise is settled; at last, as it is.
+
+A cost that is higher by 0.5 is one standard deviation off.
+"""
+
+INSIDE = 1e-3
+"""How far inside of its bounds a search begins, over a parameter's typical change."""
 
 MOST = 60
 """Most steps of one search by least squares."""
@@ -76,7 +83,7 @@ def searched(problem: Problem, start: Array, noise: float | None, method: Method
     for turn in range(ROUNDS):
         settled = noise is not None or turn == ROUNDS - 1
         before = problem.noise
-        moved, converged, message = _least_squares(problem, moved, FINE if settled else COARSE)
+        moved, converged, message = _least_squares(problem, moved, settled)
         if settled:
             break
         _renewed(problem, moved, noise)
@@ -94,18 +101,23 @@ def _renewed(problem: Problem, moved: Array, noise: float | None) -> None:
     if noise is None:
         noise = noise_of(problem.filled(errors), int(problem.active.sum()), problem.loss)
     problem.noise = max(noise, LEAST_NOISE * problem.length)
-    problem.best = (vector, problem.cost(errors, vector))
+    problem.best = None
+    problem.note(vector, errors)
 
 
-def _least_squares(problem: Problem, moved: Array, tolerance: float) -> tuple[Array, bool, str]:
+def _least_squares(problem: Problem, moved: Array, settled: bool) -> tuple[Array, bool, str]:
     from scipy.optimize import least_squares
 
+    assert problem.best is not None
+    tolerance = max(FINE / max(problem.best[1], 1.0), 1e-9) if settled else COARSE
     low, high = problem.every.low[problem.active], problem.every.high[problem.active]
+    # from clearly inside: SciPy would begin at 1e-10 of a bound, where a mass of 0 is none that the engine takes
+    inside = np.minimum(INSIDE * problem.every.typical[problem.active], 0.25 * (high - low))
     found = least_squares(
-        problem.residuals, np.clip(moved, low, high), problem.jacobian, (low, high), x_scale="jac",
+        problem.residuals, np.clip(moved, low + inside, high - inside), problem.jacobian, (low, high), x_scale="jac",
         loss=problem.scipy_loss, f_scale=THRESHOLD, ftol=tolerance, xtol=1e-9, gtol=1e-12, max_nfev=MOST,
     )  # fmt: skip
-    return found.x, bool(found.success), str(found.message)
+    return problem.best[0][problem.active], bool(found.success), str(found.message)
 
 
 def _evolved(problem: Problem, moved: Array, seed: int) -> Array:
@@ -113,7 +125,7 @@ def _evolved(problem: Problem, moved: Array, seed: int) -> Array:
         from cma import CMAEvolutionStrategy
     except ImportError:
         raise MissingError("cma", "fit") from None
-    typical = problem.every.typical[problem.active]
+    typical = spreads(problem.every)[problem.active]
     low = (problem.every.low[problem.active] - moved) / typical
     high = (problem.every.high[problem.active] - moved) / typical
     options = {

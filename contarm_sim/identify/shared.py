@@ -33,7 +33,7 @@ class Shared:
         freedoms: of each recording: the parameters that it has.
         places: of a recording's parameters among all.
         units, logarithmic: of each parameter, as of `Freedom`.
-        start: the vector that it starts from, shape (P,).
+        start, start_values: the vector that it starts from and its values, shape (P,).
         low, high: bounds of the vector, shape (P,).
         typical: size of a change of the vector that is neither small nor large, shape (P,).
     """
@@ -46,6 +46,7 @@ class Shared:
     units: tuple[str, ...]
     logarithmic: tuple[bool, ...]
     start: Array
+    start_values: Array
     low: Array
     high: Array
     typical: Array
@@ -58,7 +59,8 @@ class Shared:
     def of_vector(self, vector: Array) -> Array:
         """Return the parameters' values of a vector, SI units, shape (..., P)."""
         inside = np.where(self.logarithmic, np.minimum(vector, 700.0), 0.0)
-        return np.where(self.logarithmic, np.exp(inside), vector)
+        values = np.where(self.logarithmic, np.exp(inside), vector)
+        return np.where(vector == self.start, self.start_values, values)  # to the bit: unchanged is unchanged
 
     def applied(self, vector: Array) -> tuple[Arm, tuple[Rig, ...]]:
         """Return the arm and the rigs of a vector, shape (P,).
@@ -90,21 +92,22 @@ def shared(arm: Arm, recordings: Sequence[Recording], free: Sequence[Free | str]
     missing = [one for one in given if one.name not in found]
     if missing or not given:
         freedom(arm, recordings[0].rig, missing)  # raises: nothing is free, or says which names are near
-    every: dict[str, tuple[Free, str, bool, float, float, float]] = {}
+    every: dict[str, tuple[Free, str, bool, float, float, float, float]] = {}
     for one in own:
         if one is not None:
             low, high = one.bounds()
-            start = one.vector(one.values())
-            for row in zip(one.free, one.units, one.logarithmic, start, low, high, strict=True):
+            values = one.values()
+            start = one.vector(values)
+            for row in zip(one.free, one.units, one.logarithmic, start, values, low, high, strict=True):
                 every.setdefault(row[0].name, row)
     order = {name: place for place, name in enumerate(every)}
     places = tuple(np.array([order[name] for name in one.names] if one else [], dtype=np.intp) for one in own)
-    frees, units, logarithmic, starts, lows, highs = zip(*every.values(), strict=True)
-    rows = zip(frees, units, logarithmic, starts, lows, highs, strict=True)
+    frees, units, logarithmic, starts, own_values, lows, highs = zip(*every.values(), strict=True)
+    rows = zip(units, logarithmic, starts, lows, highs, strict=True)
     typical = [_typical(arm.length, *row) for row in rows]
     return Shared(
         arm, tuple(one.rig for one in recordings), frees, tuple(own), places, units, logarithmic, np.array(starts),
-        np.array(lows), np.array(highs), np.array(typical),
+        np.array(own_values), np.array(lows), np.array(highs), np.array(typical),
     )  # fmt: skip
 
 
@@ -124,7 +127,7 @@ def prior_of(every: Shared, place: int) -> tuple[float, float]:
     return float(np.log(mean)), one.sd / mean
 
 
-def _typical(length: float, free: Free, unit: str, logarithmic: bool, start: float, low: float, high: float) -> float:
+def _typical(length: float, unit: str, logarithmic: bool, start: float, low: float, high: float) -> float:
     """Return the size of a change of one number of the vector that is neither small nor large."""
     if logarithmic:
         usual = TYPICAL_TURN
@@ -134,6 +137,4 @@ def _typical(length: float, free: Free, unit: str, logarithmic: bool, start: flo
         usual = TYPICAL_TURN
     else:
         usual = 0.5 * abs(start) or 0.1
-    if free.sd is not None:
-        usual = min(usual, free.sd / np.exp(start) if logarithmic else free.sd)
     return float(min(usual, 0.25 * (high - low)))

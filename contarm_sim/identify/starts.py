@@ -18,13 +18,27 @@ def starts_of(every: Shared, count: int, seed: int = 0) -> Array:
     generator, size = np.random.default_rng(seed), len(every.free)
     strata = np.array([generator.permutation(count - 1) for _ in range(size)]).T if count > 1 else np.zeros((0, size))
     levels = (strata + generator.uniform(size=strata.shape)) / max(count - 1, 1)
-    normal = ndtri(np.clip(levels, 1e-9, 1 - 1e-9))
-    drawn = every.start + every.typical * normal
+    drawn = every.start + spreads(every) * ndtri(np.clip(levels, 1e-9, 1 - 1e-9))
     for place, one in enumerate(every.free):
         if one.sd is not None:
-            mean, sd = prior_of(every, place)
-            drawn[:, place] = mean + sd * normal[:, place]
-        elif one.low is not None and one.high is not None and (one.low > 0 or not every.logarithmic[place]):
+            drawn[:, place] += prior_of(every, place)[0] - every.start[place]
+        elif _bounded(every, place):
             low, high = every.low[place], every.high[place]
             drawn[:, place] = low + (high - low) * levels[:, place]
     return np.clip(np.vstack([every.start, drawn]), every.low, every.high)
+
+
+def spreads(every: Shared) -> Array:
+    """Return how far the best vector may be from the start, shape (P,): a standard deviation."""
+    out = every.typical.copy()
+    for place, one in enumerate(every.free):
+        if one.sd is not None:
+            out[place] = prior_of(every, place)[1]
+        elif _bounded(every, place):
+            out[place] = 0.3 * (every.high[place] - every.low[place])
+    return out
+
+
+def _bounded(every: Shared, place: int) -> bool:
+    one = every.free[place]
+    return one.low is not None and one.high is not None and (one.low > 0 or not every.logarithmic[place])

@@ -1,0 +1,157 @@
+"""The search of a fit on problems with a known answer that cost nothing: valleys, starts, stops, bad input."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from contarm_sim.errors import InputError
+from contarm_sim.identify import search
+from contarm_sim.identify.fit import fit
+from contarm_sim.identify.freedom import Free
+from contarm_sim.identify.losses import LOSSES, rho
+from contarm_sim.identify.recording import Recording
+from contarm_sim.identify.rig import Actuation, Rig
+from contarm_sim.model.arm import Arm
+
+ARM = Arm()
+
+
+class Waves:
+    """Predicts a marker that swings at a rate: its offset x over 0.1 m; many valleys. No pose beyond `most`."""
+
+    def __init__(self, recording, most=np.inf):
+        self.recording, self.most, self.calls = recording, most, 0
+
+    def __call__(self, arms, rigs):
+        self.calls += 1
+        offsets = np.array([rig.markers[0].offset for rig in rigs])
+        out = np.zeros((len(rigs), len(self.recording), 1, 3))
+        out[:, :, 0, 0] = 0.1 * np.sin(offsets[:, :1] / 0.1 * self.recording.time)
+        out[:, :, 0, 1] = offsets[:, 1:2]
+        out[offsets[:, 0] > self.most] = np.nan
+        return out
+
+
+def _recording(rate=0.5, shift=0.02, count=60, **kwargs):
+    blank = np.zeros((count, 1, 3))
+    made = Recording("static", np.arange(count) * 1.0, blank, np.zeros((count, 0)),
+                     Rig(actuation=Actuation(drive="none")), np.array([f"block {k // 10}" for k in range(count)]),
+                     **kwargs)  # fmt: skip
+    true = replace(made.rig, markers=(replace(made.rig.markers[0], offset=(0.1 * rate, shift, 0)),))
+    noise = np.random.default_rng(0).normal(0, 1e-4, blank.shape)
+    return replace(made, positions=Waves(made)([ARM], [true])[0] + noise)
+
+
+FREE = [Free(name="marker.offset.x", low=-0.01, high=0.2), "marker.offset.y"]
+
+
+def _fit(recording, free=FREE, **kwargs):
+    return fit(ARM, recording, free, predictors=[Waves(recording)], **kwargs)
+
+
+def test_least_squares_from_one_start_stay_in_their_valley():
+    assert _fit(_recording(rate=0.7, count=20)).left[0].rms() > 0.05
+
+
+@pytest.mark.parametrize("options", [{"method": "cma"}, {"starts": 12}])
+def test_populations_and_many_starts_find_the_deepest_valley(options):
+    if options.get("method") == "cma":
+        pytest.importorskip("cma")
+    recording = _recording(rate=0.7, count=20)
+    found = [_fit(recording, seed=seed, **options) for seed in (1, 1)]
+    assert found[0].parameters[0].value == pytest.approx(0.07, abs=1e-4)
+    assert found[0].cost == found[1].cost
+    assert found[0].parameters[0].value == found[1].parameters[0].value
+    assert list(found[0].cost) == sorted(found[0].cost)
+    assert len(found[0].cost) == options.get("starts", 1)
+
+
+def test_starts_without_a_pose_fail_and_are_told():
+    recording = _recording(rate=0.02)
+    found = fit(ARM, recording, FREE, predictors=[Waves(recording, most=0.1)], starts=6)
+    lost = sum(np.isinf(found.cost))
+    assert 0 < lost < 6
+    assert f"{lost} of 6 starts failed" in found.message
+    assert found.parameters[0].value == pytest.approx(0.002, abs=1e-4)
+    with pytest.raises(InputError, match="without a pose at any sample"):
+        fit(ARM, recording, FREE, predictors=[Waves(recording, most=-1)])
+
+
+def test_a_search_comes_back_from_where_there_is_no_pose():
+    recording = _recording(rate=0.02)
+    found = fit(ARM, recording, FREE, predictors=[Waves(recording, most=0.0021)])
+    assert found.parameters[0].value == pytest.approx(0.002, abs=1e-4)
+    assert np.isfinite(found.left[0].predicted).all()
+
+
+@pytest.mark.parametrize("after", [1, 6, 11])
+def test_ctrl_c_returns_what_was_found_so_far(after):
+    recording, rms = _recording(rate=0.02), []
+
+    def stop(progress):
+        rms.append(progress.rms)
+        if len(rms) == after:
+            raise KeyboardInterrupt
+
+    if after == 1:  # before there is anything
+        with pytest.raises(KeyboardInterrupt):
+            _fit(recording, on_progress=stop)
+        return
+    found = _fit(recording, on_progress=stop)
+    assert not found.converged
+    assert found.message.startswith(search.STOPPED)
+    assert found.left[0].rms() == pytest.approx(rms[-1], rel=1e-6)
+    assert all(np.isfinite(one.value) for one in found.parameters)
+
+
+def test_progress_is_told():
+    told = []
+    done = _fit(_recording(rate=0.02), starts=2, on_progress=told.append)
+    counts = [one.evaluation for one in told]
+    assert counts == sorted(counts)
+    assert counts[-1] <= done.evaluations
+    assert {"start 1 of 2", "start 2 of 2", "intervals"} <= {one.phase for one in told}
+    assert told[-1].of == told[-1].evaluation
+
+
+@pytest.mark.parametrize("loss", LOSSES)
+def test_losses_have_the_derivatives_that_they_say(loss):
+    z = np.array([0.01, 0.5, 1.5, 40.0])
+    h = 1e-5 * z
+    value, slope, curvature = rho(z, loss)
+    up, down = rho(z + h, loss), rho(z - h, loss)
+    np.testing.assert_allclose(slope, (up[0] - down[0]) / (2 * h), rtol=1e-6)
+    np.testing.assert_allclose(curvature, (up[1] - down[1]) / (2 * h), rtol=1e-5, atol=1e-9)
+    assert rho(np.array([1e-9]), loss)[0] == pytest.approx(1e-9)
+    assert (value <= z).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"free": []}, "free is 'nothing'|free is nothing"),
+        ({"free": ["marker.offset.w"]}, "did you mean 'marker.offset"),
+        ({"free": ["frame.x", "frame.x"]}, "each parameter once"),
+        ({"free": [Free(name="bending_stiffness", mean=-1.0, sd=0.1)]}, "prior of bending_stiffness is -1"),
+        ({"held_out": "block 9"}, "did you mean 'block"),
+        ({"held_out": ["b*"]}, "samples left to fit to"),
+        ({"held_out": 1.5}, "a fraction from 0 to less than 1"),
+        ({"held_out": [True, False]}, "a mask of 60 samples"),
+        ({"loss": "l2"}, "linear, soft_l1"),
+        ({"method": "newton"}, "least-squares, cma"),
+        ({"noise": 0.0}, "a length above 0"),
+        ({"starts": 0}, "starts is 0"),
+        ({"recordings": []}, "one or more"),
+        ({"recordings": "short"}, "free is 4 parameters; allowed: at most 3"),
+    ],
+)
+def test_bad_input_is_one_clear_line(change, said):
+    recording = _recording()
+    given = {"recordings": recording, "free": FREE} | change
+    if given["recordings"] == "short":
+        given = {"recordings": recording.part(slice(0, 1)), "free": ["frame.x", "frame.y", "frame.z", "marker.xi"]}
+    recordings, free = given.pop("recordings"), given.pop("free")
+    with pytest.raises(InputError, match=said) as caught:
+        fit(ARM, recordings, free, predictors=[Waves(recording)], **given)
+    assert "\n" not in str(caught.value)
