@@ -66,6 +66,8 @@ class Direction:
         if not members:
             if math.isinf(self.sd):
                 return f"{name} changes nothing that was measured"
+            if self.sd <= 1:
+                return f"{name} was held"
             return f"{name} changes too little of what was measured: it may be off by {self._far()}"
         every, powers = [self.names[place] for place in sorted([*members, self.held])], self._powers(members)
         kinds = {bool(self.logarithmic[place]) for place in [*members, self.held]}
@@ -84,7 +86,7 @@ class Direction:
         follow = listed([self.determined(place) for place in members])
         verb = "is" if len(members) == 1 else "are"
         others = listed([self.names[place] for place in members])
-        return f"{name} may change by {amount} if {others} change with it: only {follow} {verb} determined"
+        return f"{name} may change by {amount} together with {others}: only {follow} {verb} determined"
 
     def determined(self, member: int) -> str:
         """Return what is determined of a member that follows the held one alone."""

@@ -52,7 +52,7 @@ class Seen:
 
 
 def plausible(
-    free: Sequence[Free], units: Sequence[str], logarithmic: Sequence[bool], start: Array, bounds: tuple[Array, Array]
+    free: Sequence[Free], units: Sequence[str], logarithmic: Sequence[bool], vector: Array, bounds: tuple[Array, Array]
 ) -> Array:
     """Return what each element of the vector may plausibly be wrong by, shape (P,).
 
@@ -63,21 +63,20 @@ def plausible(
     out = np.ones(len(free))
     for place, (unit, positive) in enumerate(zip(units, logarithmic, strict=True)):
         if not positive:
-            out[place] = USUAL.get(unit, abs(start[place]) or 1.0)
+            out[place] = USUAL.get(unit, abs(vector[place]) or 1.0)
     with np.errstate(invalid="ignore"):
         width = 0.5 * (bounds[1] - bounds[0])
     out = np.where(np.isfinite(width) & (width > 0), np.minimum(out, width), out)
-    known = prior_precision(free, logarithmic, start)
+    known = prior_precision(free, logarithmic, vector)
     return np.where(known > 0, np.maximum(out, 1.001 / np.sqrt(np.maximum(known, 1e-300))), out)
 
 
-def prior_precision(free: Sequence[Free], logarithmic: Sequence[bool], start: Array) -> Array:
-    """Return 1 / variance of the priors in the vector, 0 where there is none, shape (P,)."""
+def prior_precision(free: Sequence[Free], logarithmic: Sequence[bool], vector: Array) -> Array:
+    """Return 1 / variance of the priors about a vector, 0 where there is none, shape (P,)."""
     out = np.zeros(len(free))
     for place, one in enumerate(free):
         if one.sd is not None:
-            mean = one.mean if one.mean is not None else float(np.exp(start[place]))
-            out[place] = (mean / one.sd) ** 2 if logarithmic[place] else one.sd**-2
+            out[place] = ((np.exp(vector[place]) if logarithmic[place] else 1.0) / one.sd) ** 2
     return out
 
 

@@ -4,17 +4,19 @@ Residuals of one block are not independent: what the model lacks, or what the ar
 there are two estimates.
 
 clustered   Of `ENOUGH` blocks or more. Bread times meat times bread, the meat from the scores of whole blocks,
-            residuals corrected for leverage (CR2), and Student's t with as many degrees of freedom as each
-            parameter's own estimate has (Bell and McCaffrey 2002; Pustejovsky and Tipton 2018, doi
-            10.1080/07350015.2016.1247004). It holds whatever the residuals of one block have in common, if there is
-            no more than that.
+            residuals corrected for leverage as the jackknife does (CR3: each block left out once), and Student's t
+            with as many degrees of freedom as each parameter's own estimate has (Bell and McCaffrey 2002; MacKinnon,
+            Nielsen and Webb 2023, doi 10.1016/j.jeconom.2022.04.001). It holds whatever the residuals of one block
+            have in common. In simulations of linear fits of 2 to 20 parameters to 6 to 40 blocks it covers 95.5 to
+            98.7 %, of independent residuals and of an offset for each block; the milder correction, CR2, covers 78 to
+            94 % of the latter. The price: of independent residuals it is 1.1 (40 blocks) to 1.9 times (6) as wide.
 plain       Of fewer blocks: residuals count as independent, of one spread, sigma^2 (J^T J)^-1 with Huber's correction
             for robust losses (Huber and Ronchetti 2009, eq. 7.81), n - p degrees of freedom. Successive pieces of
             blocks, of `PIECE` rows or more, are clusters too, if there are enough, and the larger of the two
             variances is taken: it holds for what residuals have in common for a short time, not for a whole block.
 
-The clustered estimate is taken for each parameter only if it rests on more than `LEAST` degrees of freedom: one that
-a single block tells has no clusters, and keeps the plain one.
+The clustered estimate is taken for each parameter only if it rests on more than `LEAST` degrees of freedom. One that
+a single block tells keeps the plain one, widened as those of the others are in the middle.
 """
 
 from __future__ import annotations
@@ -35,6 +37,10 @@ PIECE = 12
 """Rows that a piece has at least."""
 LEAST = 2.0
 """Degrees of freedom that a clustered estimate needs."""
+ALONE = 1e-6
+"""What a block leaves of a direction at most that it alone tells."""
+LEAST_VARIANCE = 1e-12
+"""Of residuals over the noise: a perfect fit has none."""
 LEVEL = 0.95
 """Of intervals."""
 
@@ -139,11 +145,14 @@ def spread(told: Rows, blocks: NDArray[np.intp], prior: Array) -> Spread:
     if len(np.unique(groups)) < ENOUGH:
         return plain
     by_group = _clustered(told, groups, prior)
-    taken = by_group.degrees > LEAST
+    taken = (by_group.degrees > LEAST) & (by_group.sd > 1e-3 * plain.sd)  # not where the fit is perfect
     if not enough:
         taken &= by_group.sd > plain.sd
-    sd = np.where(taken, by_group.sd, plain.sd)
-    source = by_group.covariance if taken.any() else plain.covariance
+    if not taken.any():
+        return plain
+    wider = max(1.0, float(np.median((by_group.sd / plain.sd)[taken]))) if enough else 1.0
+    sd = np.where(taken, by_group.sd, wider * plain.sd)
+    source = by_group.covariance if taken.all() else plain.covariance
     own = np.sqrt(np.diag(source))
     scaled = source * np.outer(sd / own, sd / own)
     return Spread(scaled, np.where(taken, by_group.degrees, plain.degrees), taken & enough)
@@ -168,34 +177,36 @@ def _plain(told: Rows, prior: Array) -> Spread:
     left = max(1.0, count - used)
     mean = float(told.slope.mean())
     correction = 1 + used / count * float(told.slope.var()) / mean**2
-    variance = correction**2 * float((told.psi**2).sum()) / left
+    least = LEAST_VARIANCE if count - used > 1 else 1.0  # nothing is left to tell the noise from: it is as was given
+    variance = max(correction**2 * float((told.psi**2).sum()) / left, least)
     meat = variance * told.jacobian.T @ told.jacobian + np.diag(prior)
     size = len(prior)
     return Spread(bread @ meat @ bread, np.full(size, left), np.zeros(size, dtype=bool))
 
 
 def _clustered(told: Rows, groups: NDArray[np.intp], prior: Array) -> Spread:
-    """CR2 and Bell-McCaffrey degrees of freedom, all by the P columns of each group's factor: groups may be long."""
+    """CR3 and Bell-McCaffrey degrees of freedom, all by the P columns of each group's factor: groups may be long."""
     bread = np.asarray(np.linalg.inv(told.hessian + np.diag(prior)))
     root = np.sqrt(told.weight)
     design, residual = root[:, None] * told.jacobian, told.psi / root
     inverse = np.asarray(np.linalg.inv(design.T @ design + np.diag(prior)))
     half = np.linalg.cholesky(inverse)
-    scores, adjusted, squares = [], [], []
+    scores, adjusted, squares, lost = [], [], [], np.zeros_like(half)
     for group in np.unique(groups):
         own = groups == group
         left, values, right = np.linalg.svd(design[own] @ half, full_matrices=False)
-        # (1 - H)^-1/2 of the group: more than 1 only along the columns of `left`
-        stretch = 1 / np.sqrt(np.maximum(1 - values**2, 1e-6))
+        # (1 - H)^-1 of the group differs from 1 only along `left`; of what it alone tells it leaves no residual
+        rest = 1 - values**2
+        stretch = np.where(rest > ALONE, 1 / np.maximum(rest, ALONE), 0.0)
+        lost += right[rest <= ALONE].T @ right[rest <= ALONE]
         design_adjusted = (left * (stretch * values)) @ right @ np.linalg.inv(half)
         scores.append(design_adjusted.T @ residual[own])
         adjusted.append(design[own].T @ design_adjusted)
         squares.append(design_adjusted.T @ design_adjusted)
     meat = np.array(scores).T @ np.array(scores) + np.diag(prior)
-    return Spread(
-        bread @ meat @ bread, _degrees(bread, inverse, np.array(adjusted), np.array(squares), prior),
-        np.ones(len(prior), dtype=bool)
-    )  # fmt: skip
+    degrees = _degrees(bread, inverse, np.array(adjusted), np.array(squares), prior)
+    told_by_one = np.diag(half @ lost @ half.T) > 0.1 * np.diag(inverse)
+    return Spread(bread @ meat @ bread, np.where(told_by_one, 0.0, degrees), ~told_by_one)
 
 
 def _degrees(bread: Array, inverse: Array, adjusted: Array, squares: Array, prior: Array) -> Array:

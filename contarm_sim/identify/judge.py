@@ -80,7 +80,7 @@ def judge(
     """Return what became of P parameters of a fit to R measured coordinates.
 
     The fit minimised sum rho((residual / noise / loss_scale)^2) loss_scale^2 + sum ((value - mean) / sd)^2, the second
-    sum over the priors of `free` (in the vector: of a logarithm, sd / mean), as SciPy's `least_squares` does.
+    sum over the priors of `free`; the losses are those of SciPy's `least_squares`.
 
     Args:
         free: the parameters, with bounds and priors.
@@ -103,9 +103,9 @@ def judge(
         boot: resamples of a bootstrap over blocks; 0: none.
         seed: of the bootstrap.
     """
-    prior = prior_precision(free, logarithmic, start)
+    prior = prior_precision(free, logarithmic, vector)
     if scales is None:
-        scales = plausible(free, units, logarithmic, start, bounds)
+        scales = plausible(free, units, logarithmic, vector, bounds)
     told = rows(residual / noise, jacobian / noise, loss, loss_scale)
     labels = np.unique(np.asarray(blocks), return_inverse=True)[1]
     found, spreads = _seen_and_spread(told, labels, prior, scales, rounding, tuple(held))
@@ -117,6 +117,8 @@ def judge(
     if boot and kept:
         steps = one_step(told.columns(kept), labels, prior[kept], boot, seed)
         booted[:, kept] = np.clip(moved[kept] + np.percentile(steps, (2.5, 97.5), axis=0), *(b[kept] for b in bounds))
+        if spreads.clustered.any():  # what one block tells alone, no draw of blocks tells
+            booted[:, [place for place, by_block in zip(kept, spreads.clustered, strict=True) if not by_block]] = np.nan
     directions = [
         Direction([one.name for one in free], units, logarithmic, scales, number, found.follows[:, place], sd)
         for place, (number, sd) in enumerate(zip(found.hold, found.sds.tolist(), strict=True))
