@@ -26,7 +26,7 @@ def benchmark():
 
 
 def tendon_file(folder, build, pulls):
-    """Write a file as the data are: one row for each pull [mm] of nine tendons, the tip at the end of a straight arm."""
+    """Write a file as the data are: one row for each pull [mm] of nine tendons."""
     names = ["timestamp", "pattern_label", *(f"servo_{one}_mm" for one in SERVOS[build]), "tip_x", "tip_y", "tip_z"]
     rows = [[10 + k, label, *row, 0.5 * k, 2, 190] for k, (label, row) in enumerate(pulls)]
     file = folder / f"tendon_{build}.csv"
@@ -53,7 +53,7 @@ def test_holds_are_of_the_pattern_before_them(benchmark, tmp_path):
     pulls = [("rep1_seg1_dir0", np.ones(9)), ("rep1_seg1_dir0_hold", np.zeros(9)), ("rep2_seg1_dir60", np.ones(9))]
     recording = benchmark.loaded("tendon_v4", arm, [tendon_file(tmp_path, "v4", pulls)])
     assert recording.blocks.tolist() == ["seg1_dir0", "seg1_dir0", "seg1_dir60"]
-    assert benchmark.held(recording, "*dir60").tolist() == [False, False, True]
+    assert benchmark.held(recording, ("*dir60",)).tolist() == [False, False, True]
 
 
 def test_motors_of_the_trunk_bend_it_where_its_tendons_are(benchmark, tmp_path):
