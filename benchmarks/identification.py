@@ -52,9 +52,9 @@ RUBBING = [
 """Of the tendon arms with friction in the backbone, beside the others."""
 
 TRUNK = [
-    *(Free(name=f"section_{s}.bending_stiffness") for s in SECTIONS),
-    Free(name="muscle.stiffness"),
-    *(Free(name=f"actuation.gain_{k}") for k in range(1, 7)),
+    *(Free(name=f"section_{s}.bending_stiffness", low=1e-3, high=0.3) for s in SECTIONS),
+    Free(name="muscle.stiffness", sd=150.0, low=50.0, high=5e3),
+    *(Free(name=f"actuation.gain_{k}", low=3e-3, high=0.1) for k in range(1, 7)),
     *(Free(name=f"actuation.slack_{k}", sd=3e-3) for k in range(1, 13)),
     *(Free(name=f"section_{s}.muscle.angle_{k}", sd=0.15) for s in SECTIONS for k in (1, 2, 3, 4)),
     *(Free(name=f"section_{s}.length", sd=4e-3) for s in SECTIONS),
