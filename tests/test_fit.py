@@ -99,15 +99,6 @@ def test_held_out_samples_are_predicted_and_change_nothing(recording, fitted):
     assert other.left[0].rms(left.held_out) > 0.05 > left.rms(left.held_out)
 
 
-def test_a_fraction_is_held_out_as_whole_blocks(recording):
-    found = [fit(START, recording, ["frame.turn_x"], held_out=0.3, seed=seed, threads=1).left[0].held_out
-             for seed in (0, 0, 1)]  # fmt: skip
-    assert np.array_equal(found[0], found[1])
-    assert not np.array_equal(found[0], found[2])
-    assert 0.3 <= found[0].mean() < 0.5
-    assert not set(recording.blocks[found[0]]) & set(recording.blocks[~found[0]])
-
-
 def test_what_no_force_tells_is_held_and_the_ratio_is_found():
     """Windings alone bend an arm as the ratio of its stiffness and its tendons' says: either may be any."""
     recording = _recording()

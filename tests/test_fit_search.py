@@ -10,7 +10,11 @@ from contarm_sim.identify import search
 from contarm_sim.identify.fit import fit
 from contarm_sim.identify.freedom import Free
 from contarm_sim.identify.losses import LOSSES, rho
+from contarm_sim.identify.moving import InMotion
+from contarm_sim.identify.predict import AtRest
+from contarm_sim.identify.predictors import predictor_of
 from contarm_sim.identify.recording import Recording
+from contarm_sim.identify.remembering import WithMemory
 from contarm_sim.identify.rig import Actuation, Rig
 from contarm_sim.model.arm import Arm
 
@@ -105,6 +109,15 @@ def test_ctrl_c_returns_what_was_found_so_far(after):
     assert all(np.isfinite(one.value) for one in found.parameters)
 
 
+def test_a_fraction_is_held_out_as_whole_blocks():
+    recording = _recording(rate=0.02)
+    found = [_fit(recording, held_out=0.3, seed=seed).left[0].held_out for seed in (0, 0, 1)]
+    assert np.array_equal(found[0], found[1])
+    assert not np.array_equal(found[0], found[2])
+    assert 0.3 <= found[0].mean() < 0.5
+    assert not set(recording.blocks[found[0]]) & set(recording.blocks[~found[0]])
+
+
 def test_progress_is_told():
     told = []
     done = _fit(_recording(rate=0.02), starts=2, on_progress=told.append)
@@ -113,6 +126,19 @@ def test_progress_is_told():
     assert counts[-1] <= done.evaluations
     assert {"start 1 of 2", "start 2 of 2", "intervals"} <= {one.phase for one in told}
     assert told[-1].of == told[-1].evaluation
+
+
+def test_each_recording_has_the_predictor_of_its_kind():
+    rubbing = replace(ARM, friction_moment=0.01, friction_stiffness=1.0)
+    rest = _recording()
+    moving = replace(rest, kind="motion", blocks=np.full(len(rest), "all"), positions=rest.positions + 0)
+    assert type(predictor_of(rest, ARM)) is type(predictor_of(rest, rubbing, memory=False)) is AtRest
+    assert type(predictor_of(rest, rubbing)) is type(predictor_of(rest, ARM, memory=True)) is WithMemory
+    assert type(predictor_of(moving, ARM)) is InMotion
+    with pytest.raises(InputError, match="memory is 'yes'"):
+        predictor_of(rest, ARM, memory="yes")
+    with pytest.raises(InputError, match="friction_moment"):
+        predictor_of(rest, ARM, names=["friction_moment"])
 
 
 @pytest.mark.parametrize("loss", LOSSES)
@@ -152,6 +178,7 @@ def test_bad_input_is_one_clear_line(change, said):
     if given["recordings"] == "short":
         given = {"recordings": recording.part(slice(0, 1)), "free": ["frame.x", "frame.y", "frame.z", "marker.xi"]}
     recordings, free = given.pop("recordings"), given.pop("free")
+    own = recordings if isinstance(recordings, Recording) else recording
     with pytest.raises(InputError, match=said) as caught:
-        fit(ARM, recordings, free, predictors=[Waves(recording)], **given)
+        fit(ARM, recordings, free, predictors=[Waves(own)], **given)
     assert "\n" not in str(caught.value)

@@ -78,6 +78,7 @@ def fit(
     held = held_out_of(several, held_out, seed)
     if predictors is None:
         predictors = [predictor_of(one, arm, names=every.names, memory=memory, threads=threads) for one in several]
+    several = tuple(one.recording for one in predictors)  # a motion is followed from its release on
     problem = Problem(every, several, held, predictors, loss, on_progress)
     if len(every.free) > problem.size:
         said = f"at most {problem.size}, as many as there are coordinates to fit to"

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Literal
 
 from contarm_sim.errors import InputError
 from contarm_sim.identify.predict import AtRest, Predictor
 from contarm_sim.identify.recording import Recording
+from contarm_sim.identify.remembering import WithMemory, remembers
 from contarm_sim.model.arm import Arm
 
-Memory = Any
+Memory = Literal["auto"] | bool
 """`auto`: poses remember what came before where the arm rubs; True or False: they do or do not."""
 
 
@@ -27,8 +28,14 @@ def predictor_of(
         threads: that share the work; 0: one a processor.
 
     Raises:
-        InputError: a recording that nothing predicts.
+        InputError: friction is free that the arm does not have, or a `memory` that is none.
     """
-    if recording.kind == "static":
-        return AtRest(recording, threads)
-    raise InputError("kind", repr(recording.kind), "static", recording.name)
+    if recording.kind == "motion":
+        from contarm_sim.identify.moving import InMotion
+
+        return InMotion(recording, threads)
+    if memory not in ("auto", True, False):
+        raise InputError("memory", repr(memory), "'auto', True or False")
+    if memory is True or (memory == "auto" and remembers(arm, names)):
+        return WithMemory(recording)
+    return AtRest(recording, threads)

@@ -29,7 +29,7 @@ SETTLED = 0.05
 COARSE, FINE = 1e-2, 1e-3
 """Change of the cost at which a search ends: as a share, before the noise is settled; at last, as it is.
 
-A cost that is higher by 0.5 is one standard deviation off.
+The cost is half the number of residuals in the end; one that is higher by 0.5 is one standard deviation off.
 """
 
 INSIDE = 1e-3
@@ -80,8 +80,9 @@ def searched(problem: Problem, start: Array, noise: float | None, method: Method
     if method == "cma":
         moved = _evolved(problem, moved, seed)
         _renewed(problem, moved, noise)
+    indifferent = problem.loss == "linear" and not any(one.sd is not None for one in problem.every.free)
     for turn in range(ROUNDS):
-        settled = noise is not None or turn == ROUNDS - 1
+        settled = noise is not None or indifferent or turn == ROUNDS - 1
         before = problem.noise
         moved, converged, message = _least_squares(problem, moved, settled)
         if settled:
@@ -89,13 +90,16 @@ def searched(problem: Problem, start: Array, noise: float | None, method: Method
         _renewed(problem, moved, noise)
         if abs(problem.noise - before) <= SETTLED * before:
             noise = problem.noise
-    vector = problem.full(moved)
-    errors = problem.errors(vector[None])[0]
-    return Found(vector, errors, problem.noise, converged, message)
+    errors = _renewed(problem, moved, None if indifferent and noise is None else problem.noise)
+    return Found(problem.full(moved), errors, problem.noise, converged, message)
 
 
-def _renewed(problem: Problem, moved: Array, noise: float | None) -> None:
-    """Estimate the noise where a search stands, unless it is given; costs are then of that noise."""
+def _renewed(problem: Problem, moved: Array, noise: float | None) -> Array:
+    """Estimate the noise where a search stands, unless it is given; costs are then of that noise.
+
+    Returns:
+        errors there [m], shape (M,).
+    """
     vector = problem.full(moved)
     errors = problem.errors(vector[None])[0]
     if noise is None:
@@ -103,13 +107,13 @@ def _renewed(problem: Problem, moved: Array, noise: float | None) -> None:
     problem.noise = max(noise, LEAST_NOISE * problem.length)
     problem.best = None
     problem.note(vector, errors)
+    return errors
 
 
 def _least_squares(problem: Problem, moved: Array, settled: bool) -> tuple[Array, bool, str]:
     from scipy.optimize import least_squares
 
-    assert problem.best is not None
-    tolerance = max(FINE / max(problem.best[1], 1.0), 1e-9) if settled else COARSE
+    tolerance = max(FINE / (0.5 * problem.size), 1e-9) if settled else COARSE
     low, high = problem.every.low[problem.active], problem.every.high[problem.active]
     # from clearly inside: SciPy would begin at 1e-10 of a bound, where a mass of 0 is none that the engine takes
     inside = np.minimum(INSIDE * problem.every.typical[problem.active], 0.25 * (high - low))
@@ -117,6 +121,7 @@ def _least_squares(problem: Problem, moved: Array, settled: bool) -> tuple[Array
         problem.residuals, np.clip(moved, low + inside, high - inside), problem.jacobian, (low, high), x_scale="jac",
         loss=problem.scipy_loss, f_scale=THRESHOLD, ftol=tolerance, xtol=1e-9, gtol=1e-12, max_nfev=MOST,
     )  # fmt: skip
+    assert problem.best is not None
     return problem.best[0][problem.active], bool(found.success), str(found.message)
 
 
