@@ -15,14 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contarm_sim.display import Shown
-from contarm_sim.engine.plant import engine_room
+from contarm_sim.engine.plant import bent, engine_room
 from contarm_sim.errors import ContarmError, InputError, expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import muscles
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
-from contarm_sim.statics.driving import checked_values, commands
+from contarm_sim.statics.driving import DRIVEN, checked_values, commands
 from contarm_sim.statics.equilibria import equilibria
+from contarm_sim.statics.equilibrium import reused
 from contarm_sim.statics.rubbing import without_friction
 from contarm_sim.statics.several import alike
 from contarm_sim.statics.walking import Walk
@@ -148,6 +149,7 @@ class _Way:
         arms, bare: at each load, with and without friction.
         loads: T of them.
         control: of its muscles, shape (T, M).
+        about: joint angles that its winches about make of the straight arm [rad], shape (T, dofs).
         key: alike of arms that go together.
         changes: whether it carries now this, now that.
     """
@@ -156,6 +158,7 @@ class _Way:
     bare: Sequence[Arm]
     loads: Sequence[Load]
     control: Array
+    about: Array
     key: Any
     changes: bool
 
@@ -193,14 +196,18 @@ def _way(arms: list[Arm], bare: list[Arm], loads: list[Load]) -> _Way:
     if any(load.muscles.kind != kind for load in loads):
         raise InputError("loads", "muscles driven now so, now otherwise", f"muscles driven alike, here: {kind}")
     values = np.array([checked_values(first, load) for load in loads])
+    bend = None
     if kind == "off":
         control = np.zeros((len(loads), muscles.count(first)))
-    elif kind == "setpoints":
-        control = values
     else:
-        control = commands(bare[0], kind, values)[1]
+        bend, control = commands(bare[0], kind, values)
+    pull_only, actuation = DRIVEN[kind]
+    plant = reused(bare[0], pull_only, actuation)
+    about = np.zeros((len(loads), plant.model.nv))
+    if bend is not None:
+        bent(about, bare[0], plant.index, bend.reshape(len(loads), -1, 2))
     placed = any(load.wrenches for load in loads)
-    return _Way(arms, bare, loads, control, alike(bare[0], kind, placed), changes)
+    return _Way(arms, bare, loads, control, about, alike(bare[0], kind, placed), changes)
 
 
 def _walk(out: _Rows, part: NDArray[np.intp], states: States | None, guess: Array | None) -> None:
@@ -210,6 +217,8 @@ def _walk(out: _Rows, part: NDArray[np.intp], states: States | None, guess: Arra
     control = np.stack([way.control for way in ways])
     walk = Walk([way.arms[0] for way in ways], [way.bare[0] for way in ways], kind)
     going = np.ones(len(part), dtype=bool)
+    about = np.stack([way.about for way in ways])
+    before = about[:, 0]
     dofs = walk.poses.qpos.shape[1]
     if states is None:
         first = equilibria(
@@ -222,18 +231,18 @@ def _walk(out: _Rows, part: NDArray[np.intp], states: States | None, guess: Arra
         walk.begin(np.where(going[:, None], first.qpos, 0.0), control[:, 0], [way.loads[0] for way in ways])
     else:
         last = [states.loads[number] for number in part.tolist()]
-        before = np.stack(
-            [_way(way.arms[:1], way.bare[:1], [load]).control[0] for way, load in zip(ways, last, strict=True)]
-        )
-        walk.begin(states.qpos[part][:, :dofs], before, last)
+        were = [_way(way.arms[:1], way.bare[:1], [load]) for way, load in zip(ways, last, strict=True)]
+        before = np.stack([way.about[0] for way in were])
+        walk.begin(states.qpos[part][:, :dofs], np.stack([way.control[0] for way in were]), last)
         walk.rubbing.remember(states.slid[part], states.grip[part], states.lengths[part])
+    lead = np.diff(about, axis=1, prepend=before[:, None])
     changing = any(way.changes for way in ways)
     for moment in range(times):
         rows = np.flatnonzero(going)
         if not len(rows):
             break
         bare = [way.bare[moment] for way in ways] if changing else None
-        failed = walk.step(rows, control[:, moment], [way.loads[moment] for way in ways], bare)
+        failed = walk.step(rows, control[:, moment], [way.loads[moment] for way in ways], lead[:, moment], bare)
         for row, error in failed.items():
             going[row] = False
             out.stop(int(part[row]), moment, error)
@@ -249,10 +258,7 @@ class _Rows:
         count, times = len(ways), len(ways[0].loads)
         links = max(way.arms[0].links for way in ways)
         tendons = max(way.control.shape[1] for way in ways)
-        dofs = max(
-            sum((2 + (section.torsional_stiffness is not None)) * section.links for section in way.arms[0].sections)
-            for way in ways
-        )
+        dofs = max(way.about.shape[1] for way in ways)
         shapes = {
             "frames": (times, len(kept), 4, 4), "tip": (times, 3), "qpos": (times, dofs),
             "muscle_lengths": (times, tendons), "start_tensions": (times, tendons), "end_tensions": (times, tendons),

@@ -1,7 +1,8 @@
 """Arms taken from rest to rest, all together: Newton with what rubs, one load after the other.
 
-Steps are those of `together`: plain, halved where they leave more force than before. An arm that does not come to rest
-so is taken there in halves of the step of its load; the others do not notice.
+Steps are those of `together`: plain, halved where they leave more force than before. They begin where the last pose
+would be if winches bent the arm by as much as they seem to. An arm that does not come to rest so begins at the last
+pose itself, and then takes the step of its load in halves; the others do not notice.
 """
 
 from __future__ import annotations
@@ -21,11 +22,14 @@ from contarm_sim.statics.failures import impossible, possible, unsettled, unstab
 from contarm_sim.statics.loads import AppliedLoad
 from contarm_sim.statics.rubbing import Rubbing
 from contarm_sim.statics.several import SeveralPoses
-from contarm_sim.statics.solver import HALVINGS, ITERATIONS, TOTAL_STEP, tolerance
+from contarm_sim.statics.solver import TOTAL_STEP, tolerance
 from contarm_sim.statics.stiffness import TangentStiffness, definite, solved
 
 HALVES = 6
 """Most times that a step of the load is halved."""
+
+ITERATIONS, HALVINGS = 20, 4
+"""Most steps of Newton, and most tries for one: fewer than from far away, for half of the load is the better try."""
 
 Rows = NDArray[np.intp]
 
@@ -67,7 +71,7 @@ class Walk:
         self.rubbing.restart()
 
     def step(
-        self, rows: Rows, control: Array, loads: Sequence[Load], bare: Sequence[Arm] | None = None
+        self, rows: Rows, control: Array, loads: Sequence[Load], lead: Array, bare: Sequence[Arm] | None = None
     ) -> dict[int, ContarmError]:
         """Take these arms to rest under the next controls, shape (C, M), and loads; return why some did not get there.
 
@@ -75,6 +79,7 @@ class Walk:
             rows: of the arms.
             control: of all arms.
             loads: of all arms; how they drive muscles is in `control`.
+            lead: by what joint angles may change [rad], shape (C, dofs): where the search begins.
             bare: the arms themselves, where they carry something else now.
         """
         if bare is not None:
@@ -86,7 +91,11 @@ class Walk:
         self._put(loads)
         for row in rows.tolist():
             self.poses.send(row, control[row])
+        self.poses.qpos[rows] += lead[rows]
         lost, failed = self._rest(rows), {}
+        if len(lost) and lead[lost].any():
+            self.poses.qpos[lost] = start[lost]
+            lost = self._rest(lost)
         for row in lost.tolist():
             self.poses.qpos[row] = start[row]
             error = self._halved(row, self._control[row], control[row], self._loads[row], loads[row])
