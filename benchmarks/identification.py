@@ -31,6 +31,7 @@ from contarm_sim.identify.rig_file import read_toml, toml_text
 from contarm_sim.model.arm_file import load_arm
 
 ARMS = Path(__file__).parents[1] / "examples" / "arms"
+RECORDINGS = Path(__file__).parents[1] / "examples" / "recordings"
 SECTIONS = (1, 2, 3)
 
 TENDON = [
@@ -65,36 +66,42 @@ TRUNK = [
 
 FREE = {"tendon_v4": TENDON, "tendon_v6": TENDON, "trunk": TRUNK}
 FOLDS = {
-    "tendon_v4": (("pair12*",), ("pair13*",), ("pair23*",), ("*same*",)),
-    "tendon_v6": (("pair12*",), ("pair13*",), ("pair23*",), ("*same*",)),
+    "tendon_v4": (("*pair12*",), ("*pair13*",), ("*pair23*",), ("*same*",)),
+    "tendon_v6": (("*pair12*",), ("*pair13*",), ("*pair23*",), ("*same*",)),
     "trunk": tuple((str(k), str(k + 5)) for k in range(1, 6)),
 }
-NOISE = {"tendon_v4": 2e-3, "tendon_v6": 2e-3, "trunk": 4e-3}
+NOISE = {"tendon_v4": 2e-3, "tendon_v6": 2e-3, "trunk": 7e-3}
 """Of a coordinate [m]: what such an arm repeats itself by, about."""
+
+DATA = {"tendon_v4": "tendon_v4_train.csv", "tendon_v6": "tendon_v6_train.csv", "trunk": "trunk_0g.csv.gz"}
+SLACK = {"tendon_v4": (-5e-4,), "tendon_v6": (-5e-4,), "trunk": (-6.8e-3, -9.7e-3, -9.4e-3)}
+TRUNK_BASE = (0.098, -0.004, 0.107)
+"""Where fits begin [m]: tendons are mounted under tension."""
 
 COMPARE = {
     "tendon_v4": "asked 9; others: OpenCR-MuJoCo 12.1, constant curvature 12.5; repeats itself within 4.7",
     "tendon_v6": "asked 11; others: constant curvature 14.7; repeats itself within 5.1",
     "trunk": "asked 10 at the tip; others: quadratic regression 11.7",
 }
-SINGLES, THIN = 10, {"tendon_v4": 8, "tendon_v6": 5, "trunk": 3}
+SINGLES, THIN = 10, {"tendon_v4": 8, "tendon_v6": 5, "trunk": 80}
 """Of patterns that pull one tendon while the other eight are slack every tenth sample is kept; of the rest every ..."""
 
 
 def loaded(name, arm, files):
-    """Return the recording of an arm with other data files in place of its own."""
-    spec = read_toml(ARMS / f"{name}_recording.toml", "data = ...")
+    """Return the recording of an arm in data files, in the rig that its fit begins with."""
+    own = name.replace("tendon", "tendon_arm")
+    spec = read_toml(RECORDINGS / f"{own}.toml", "data = ...")
     spec["data"] = [str(Path(file).resolve()) for file in files]
-    if len(files) == 1:
-        spec["data"] = spec["data"][0]
+    if name == "trunk":
+        spec["block"] = {"seconds": 15}
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder) / "recording.toml"
         place.write_text(toml_text(spec))
-        return load_recording(place, arm)
-
-
-def own_data(name):
-    return read_toml(ARMS / f"{name}_recording.toml", "data = ...")["data"]
+        recording = load_recording(place, arm)
+    rig = recording.rig
+    slack = np.repeat(SLACK[name], len(rig.actuation.channels) // len(SLACK[name])).tolist()
+    position = TRUNK_BASE if name == "trunk" else rig.position
+    return recording.in_rig(replace(rig, position=position, actuation=replace(rig.actuation, slack=tuple(slack))))
 
 
 def thinned(name, recording):
@@ -148,7 +155,7 @@ def folds(name, arm, recording, friction):
         found = fitted(name, arm, recording, patterns, friction)
         minutes = (time.process_time() - began) / 60
         out, where = held(recording, patterns), predicted(found, recording)
-        mm, own = off(recording, where, out), off(recording, where, ~out & ~held(recording, ("tendon*",)))
+        mm, own = off(recording, where, out), off(recording, where, ~out & ~held(recording, ("*tendon*",)))
         print(f"{' '.join(patterns):14} {out.sum():7d} {mm:9.2f} {own:9.2f} {minutes:8.2f}", flush=True)
         squares, count = squares + mm**2 * out.sum(), count + out.sum()
     print(f"{'together':14} {count:7d} {np.sqrt(squares / count):9.2f}")
@@ -187,7 +194,7 @@ def main():
     given = parser.parse_args()
     for name in given.arms:
         arm = load_arm(ARMS / f"{name}.toml")
-        recording = loaded(name, arm, given.fit_on or [given.folder / own_data(name)])
+        recording = loaded(name, arm, given.fit_on or [given.folder / DATA[name]])
         print(f"\n{recording.name}: {len(recording)} samples, {len(FREE[name])} free parameters; {COMPARE[name]}")
         if given.test_on:
             tested(name, arm, recording, given.test_on, given.friction, given.out)
