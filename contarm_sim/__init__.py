@@ -19,6 +19,9 @@ The public names are few and load late, so that `import contarm_sim` costs nothi
     load                  a Trajectory that `contarm run` left, or of a .npz
     compare               a trajectory beside the closed forms
     Recording             what was commanded of a real arm and measured; load_recording, save_recording
+    fit                   an arm and a rig that predict recordings, with intervals; Free, load_fit
+    replay                a recording beside what a fitted arm predicts; covariance_of a fit, for bands
+    excite                what to command next, so that a fit knows most
     Rig                   what stands around it: frame, Marker, Actuation
     Controller            what drives an arm; subclass it, with Plan and Feedback
     studies               what the commands compute, as functions
@@ -47,9 +50,15 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
     from contarm_sim.errors import InputError as InputError
     from contarm_sim.errors import Interrupted as Interrupted
     from contarm_sim.errors import InterruptedMany as InterruptedMany
+    from contarm_sim.identify.covariance import covariance_of as covariance_of
+    from contarm_sim.identify.excite import excite as excite
+    from contarm_sim.identify.fit import fit as fit
+    from contarm_sim.identify.fit_folder import load_fit as load_fit
+    from contarm_sim.identify.freedom import Free as Free
     from contarm_sim.identify.recording import Recording as Recording
     from contarm_sim.identify.recording_file import load_recording as load_recording
     from contarm_sim.identify.recording_saved import save_recording as save_recording
+    from contarm_sim.identify.replay import replay as replay
     from contarm_sim.identify.rig import Actuation as Actuation
     from contarm_sim.identify.rig import Marker as Marker
     from contarm_sim.identify.rig import Rig as Rig
@@ -81,12 +90,12 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
     __version__: str
 
 __all__ = [
-    "Actuation", "Arm", "ContarmError", "Controller", "DivergenceError", "EquilibriumError", "Feedback", "Ideal",
-    "InputError", "Interrupted", "InterruptedMany", "Load", "Marker", "McKibben", "Muscles", "Plan", "Recording",
-    "Reference", "Rig", "Routing", "Section", "Seen", "Tendon", "Trajectory", "World", "Wrench", "arm_spec", "compare",
-    "envs", "equilibria", "equilibrium", "kinematics", "load", "load_arm", "load_recording", "mechanics", "mjcf",
-    "paths", "poses_at_rest", "presets", "save_recording", "scene_spec", "simulate", "simulate_many", "spec", "studies",
-    "sweeps",
+    "Actuation", "Arm", "ContarmError", "Controller", "DivergenceError", "EquilibriumError", "Feedback", "Free",
+    "Ideal", "InputError", "Interrupted", "InterruptedMany", "Load", "Marker", "McKibben", "Muscles", "Plan",
+    "Recording", "Reference", "Rig", "Routing", "Section", "Seen", "Tendon", "Trajectory", "World", "Wrench",
+    "arm_spec", "compare", "covariance_of", "envs", "equilibria", "equilibrium", "excite", "fit", "kinematics", "load",
+    "load_arm", "load_fit", "load_recording", "mechanics", "mjcf", "paths", "poses_at_rest", "presets", "replay",
+    "save_recording", "scene_spec", "simulate", "simulate_many", "spec", "studies", "sweeps",
 ]  # fmt: skip
 
 _HOMES = {
@@ -118,6 +127,12 @@ _HOMES = {
     "Actuation": "identify.rig",
     "Marker": "identify.rig",
     "Rig": "identify.rig",
+    "Free": "identify.freedom",
+    "covariance_of": "identify.covariance",
+    "excite": "identify.excite",
+    "fit": "identify.fit",
+    "load_fit": "identify.fit_folder",
+    "replay": "identify.replay",
     "Recording": "identify.recording",
     "load_recording": "identify.recording_file",
     "save_recording": "identify.recording_saved",

@@ -73,6 +73,9 @@ def redraw_figures() -> None:
         contarm("trust", "--out", "trust", folder=folder)
         (folder / "trust" / "trust.png").replace(IMAGES / "trust.png")
         _sweeps(folder)
+        fit = f"import runpy; runpy.run_path({str(ROOT / 'examples' / 'fit_recording.py')!r})['found'].report('fit')"
+        subprocess.run([sys.executable, "-c", fit], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+        (folder / "fit" / "parameters.png").replace(IMAGES / "fit.png")
         contarm("run", "--no-video", "--out", "spiral", folder=folder)
         contarm("render", "spiral", "--out", "spiral.gif", "--size", "480p", "--speed", "2", folder=folder)
         telling = ("--size", "1280x640", "--time", "9.5", "--no-plots")
@@ -88,7 +91,8 @@ def redraw_figures() -> None:
         contarm("render", "two", "--out", "two-sections.gif", "--size", "480p", "--speed", "2", folder=folder)
         for name in ("spiral.gif", "social.png", "two-sections.gif", "sampled.png"):
             (folder / name).replace(IMAGES / name)
-    subprocess.run([sys.executable, ROOT / "scripts" / "drawings.py"], check=True)
+    for script in ("drawings.py", "replays.py"):
+        subprocess.run([sys.executable, ROOT / "scripts" / script], check=True)
 
 
 def _sweeps(folder: Path) -> None:

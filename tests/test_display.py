@@ -10,6 +10,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from made_fit import made_fit
 from references import along, resting
 from text_boxes import faults
 
@@ -17,6 +18,7 @@ import contarm_sim
 from contarm_sim import paths, studies
 from contarm_sim.display import LONGEST, Shown
 from contarm_sim.errors import InputError
+from contarm_sim.identify.replay import Replay
 from contarm_sim.kinematics import inverse
 from contarm_sim.mechanics.shape import backbone
 from contarm_sim.mjcf.scene import base_rotation
@@ -61,8 +63,13 @@ def shown(run, rest):
         studies.judge_run(run, 5), studies.possibility(ARM, planes=1),
         studies.compare_controllers(replace(ARM, links=4), duration=0.5), studies.validate(ARM, grid=1),
         studies.trust(replace(ARM, links=4), planes=1),
-        *studies.cases_at_rest([studies.LoadCase(ARM, Load())]),
+        *studies.cases_at_rest([studies.LoadCase(ARM, Load())]), made_fit(), _replay(),
     ]  # fmt: skip
+
+
+def _replay():
+    left = made_fit().left[0]
+    return Replay(presets.tendon(), left.recording, left.predicted, np.zeros((len(left.recording), 1, 4, 4)))
 
 
 class Seen(HTMLParser):

@@ -50,6 +50,7 @@ CHEAPER = {
     "build --links 48 --out my_arm": ([], "my_arm/scene.xml"),
     "build --preset two --out my_arm_of_two": ([], "my_arm_of_two/scene.xml"),
     "doctor": ([], "mujoco"),
+    "fit tendon --names": ([], "section_*.bending_stiffness"),
     "equilibrium --muscles pressures 500000 200000 200000": ([], "stable"),
     "equilibrium --gravity -9.81 0 0 --wrench 1 0 0.2 0 0 0 0": ([], "softest mode 6.48 N m/rad"),
 }

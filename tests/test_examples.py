@@ -72,6 +72,19 @@ def test_of_two_sections_many_poses_reach_a_point_and_one_rests_there():
     assert _numbers(printed, r"tip: ([\d.]+) mm")[0] < 0.01
 
 
+def test_a_recording_tells_stiffness_and_place_and_no_damping():
+    printed = _run("fit_recording.py")
+    found = re.findall(r"(\S+) +(-?[\d.]+|nan), 95 % interval +(-?[\d.]+|nan) to +(-?[\d.]+|nan)", printed)
+    truth = {"section_1.bending_stiffness": 0.022, "section_2.bending_stiffness": 0.037, "frame.x": 0.003,
+             "frame.y": -0.002}  # fmt: skip
+    assert [name for name, *_ in found] == [*truth, "damping_time"]
+    for name, value, low, high in found[:-1]:
+        assert float(low) <= truth[name] <= float(high)
+        assert float(low) < float(value) < float(high)
+    assert found[-1][1] == "nan"
+    assert _numbers(printed, r"held out ([\d.]+) mm")[0] == pytest.approx(0.5 * 3**0.5, rel=0.15)
+
+
 @pytest.mark.skipif(importlib.util.find_spec("gymnasium") is None, reason="gymnasium is not installed")
 def test_the_baseline_reaches_and_chance_does_not():
     assert _numbers(_run("gymnasium_reach.py"), r"solved (\d) of 5") == [5, 0]

@@ -205,3 +205,17 @@ def test_the_bootstrap_agrees_with_the_jacobian_and_with_fits_anew():
 def test_an_unknown_loss_is_refused():
     with pytest.raises(InputError, match="soft_l1"):
         rows(np.zeros(3), np.zeros((3, 1)), "soft")
+
+
+def test_a_parameter_that_blocks_leave_open_is_not_returned():
+    """Samples alone would determine it; what blocks have in common does not let them."""
+    blocks = np.repeat(np.arange(8), 75)
+    jacobian = np.stack([np.full(600, 1e-4), columns(600, 1)[:, 0]], axis=1)
+    residual = np.random.default_rng(7).normal(0, NOISE, 600) + np.random.default_rng(8).normal(0, 5e-4, 8)[blocks]
+    inf, names = np.full(2, np.inf), [Free(name="bending_stiffness"), Free(name="frame.x")]
+    own = (names, ["N m^2", "m"], [True, False], np.zeros(2), (-inf, inf), np.zeros(2), residual, jacobian)
+    for held in ((), (0,)):
+        open_one, x = judge(*own, blocks, noise=NOISE, held=held).parameters
+        assert (open_one.status, x.status) == ("not seen", "determined")
+        assert "too little of what was measured: it may be off by a factor" in open_one.said
+    assert judge(*own, np.arange(600), noise=NOISE).parameters[0].status == "determined"

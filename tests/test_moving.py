@@ -166,6 +166,30 @@ def _swung(arm):
     )  # fmt: skip
 
 
+def test_swings_start_where_they_do_in_spite_of_outliers_and_gaps():
+    true = replace(ARM, friction_moment=0.01, friction_stiffness=0.06)
+    recording, rng = _swung(true), np.random.default_rng(0)
+    positions = recording.positions.copy()
+    jumps = rng.random(positions.shape[:2]) < 0.05
+    positions[jumps] += 0.03 * rng.normal(size=(jumps.sum(), 3))
+    found = InMotion(replace(recording, positions=positions))([true], [RIG])[0] - recording.positions
+    assert np.nanmedian(np.abs(found)) < 1e-3
+    assert np.nanmax(np.abs(found)) < 0.1 * ARM.length
+    positions[:70] = np.nan
+    predictor = InMotion(replace(recording, positions=positions))
+    assert np.isnan(predictor([true], [RIG])[0, :70]).all()
+    assert not predictor.recording.seen[:70].any()
+    with pytest.raises(InputError, match="none of them with a start"):
+        InMotion(recording.part(slice(0, 3)))
+
+
+def test_an_arm_that_diverges_has_no_motion_and_leaves_the_others_alone(swings):
+    arms = [ARM, replace(ARM, damping_time=1e-6)]
+    found, lost = InMotion(swings, timestep=0.02)(arms, [RIG, RIG])
+    assert np.isfinite(found).mean() > 0.7
+    assert np.isnan(lost).all()
+
+
 def test_slow_commands_are_followed_from_rest_to_rest():
     """Tendons pulled over seconds, sampled unevenly: the arm is where it would rest at each time."""
     arm = replace(ARM, muscle=Tendon(), damping_time=0.1)

@@ -21,7 +21,9 @@ def film_at_first(interrupted: bool, wanted: bool) -> str:
     return "not asked for" if not wanted else "interrupted" if interrupted else NOT_YET
 
 
-def draw(job: Any, folder: Path, summary: dict[str, Any], prints: Prints) -> tuple[list[str], bool]:
+def draw(
+    job: Any, folder: Path, summary: dict[str, Any], prints: Prints, again: str = "contarm render {}"
+) -> tuple[list[str], bool]:
     """Draw figures, page and, if it is not drawn yet, film; keep `video` of the summary, here and on disk, true.
 
     A page without the film comes first, so that the film costs nothing but itself. What cannot be drawn or written is
@@ -31,6 +33,7 @@ def draw(job: Any, folder: Path, summary: dict[str, Any], prints: Prints) -> tup
         job: the run's `RunReport`.
         folder: holds the numbers.
         prints: what figures are written.
+        again: the command that films it later, with {} for the folder.
 
     Returns:
         the names of what an interruption left out, and whether a figure, the page or the summary cannot be written.
@@ -46,7 +49,7 @@ def draw(job: Any, folder: Path, summary: dict[str, Any], prints: Prints) -> tup
                 written.append(_drawn(folder, stem, figure, prints))
             written.append(_tried("no report.html", lambda: job.write_page(folder, summary)))
             if filming:
-                summary["video"] = _film(job, folder)
+                summary["video"] = _film(job, folder, again)
                 loss = "report.html is as before the film" if written[-1] else "no report.html"
                 written.append(_tried(loss, lambda: job.write_page(folder, summary)))
         missing = []
@@ -89,7 +92,7 @@ def _tried(loss: str, write: Callable[[], object]) -> bool:
     return True
 
 
-def _film(job: Any, folder: Path) -> str:
+def _film(job: Any, folder: Path, again: str) -> str:
     """Film the run; return the file's name, or why there is none: nothing is lost for want of a film."""
     from contarm_sim.cli.terminal import progress, say
     from contarm_sim.stopping import came
@@ -104,7 +107,7 @@ def _film(job: Any, folder: Path) -> str:
         if not isinstance(error, MACHINE):
             error.add_note(f"Numbers, figures and report.html are whole: {folder}")
             raise
-        say(f"no video: {_reason(error)}; it is drawn by: contarm render {folder}")
+        say(f"no video: {_reason(error)}; it is drawn by: {again.format(folder)}")
         return f"none: {_reason(error)}"
     if name.endswith(".gif"):
         say("there is no video encoder: an animated picture instead")

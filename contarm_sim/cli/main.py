@@ -19,7 +19,10 @@ from contarm_sim.cli import (
     doctor,
     envs,
     equilibrium,
+    excite,
     figures,
+    fit,
+    fit_report,
     fk,
     hold,
     ik,
@@ -28,6 +31,7 @@ from contarm_sim.cli import (
     possibility,
     release,
     render,
+    replay,
     run,
     stiffness,
     sweep,
@@ -43,7 +47,7 @@ from contarm_sim.stopping import came, exit_code, listening
 MESSAGE = 330
 """Most characters of a message about an argument; its middle is left out where it would be longer."""
 
-_VARIADIC = ("--xi", "--pressure")
+_VARIADIC = ("--xi", "--pressure", "--free")
 _JOINED = "--muscles"
 
 
@@ -78,6 +82,10 @@ COMMANDS = (
     muscle.muscle,
     sweep.sweep,
     sweep_report.sweep_report,
+    fit.fit,
+    fit_report.fit_report,
+    replay.replay,
+    excite.excite,
     figures.figures,
     fk.fk,
     ik.ik,
@@ -101,6 +109,10 @@ SHORT = {
     "muscle": "Force of one muscle.",
     "sweep": "Run many cases and keep a table.",
     "sweep-report": "Draw a sweep and the validity chart.",
+    "fit": "Fit an arm to recordings of a real one.",
+    "fit-report": "Draw a fit and what it leaves over.",
+    "replay": "Predict a recording and compare.",
+    "excite": "Propose what to command next.",
     "figures": "Draw the figures of the paper and more.",
     "fk": "Pose of a bend or of muscle lengths.",
     "ik": "Bend and muscle lengths for a position.",
@@ -119,7 +131,7 @@ for command in COMMANDS:
 def _spell_out(arguments: list[str]) -> list[str]:
     """Make flags that take any number of words digestible.
 
-    --xi 0 1 becomes --xi 0 --xi 1, and --muscles bend 1 0 becomes --muscles "bend 1 0".
+    --xi 0 1 becomes --xi 0 --xi 1, --free likewise, and --muscles bend 1 0 becomes --muscles "bend 1 0".
     """
     spelt: list[str] = []
     flag = None
@@ -129,6 +141,9 @@ def _spell_out(arguments: list[str]) -> list[str]:
             spelt.append(word)
         elif flag == _JOINED and spelt[-1] != flag:
             spelt[-1] += " " + word
+        elif flag == "--free" and word.endswith(".toml"):  # no parameter: the files come after the names
+            spelt.append(word)
+            flag = None
         elif flag is not None and spelt[-1] != flag:
             spelt += [flag, word]
         else:

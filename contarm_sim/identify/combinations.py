@@ -13,6 +13,8 @@ from contarm_sim.kinematics.arrays import Array
 
 PART = 0.1
 """Of the largest part in a direction, what takes part in it at least."""
+SMALL_PART = 0.01
+"""The same where nothing takes such a part."""
 UNBOUNDED = 3.0
 """Scales beyond which nothing is said of how far a direction is open."""
 NEAR = 0.03
@@ -50,7 +52,9 @@ class Direction:
         """Numbers of the parameters that take part besides the held one, the largest part first."""
         parts = np.abs(self.scaled)
         order = sorted(range(len(parts)), key=lambda place: (-round(float(parts[place]), 6), place))
-        return [place for place in order if place != self.held and parts[place] > PART * parts.max()]
+        others = [(place, parts[place] / parts.max()) for place in order if place != self.held]
+        least = PART if any(part > PART for _, part in others) else SMALL_PART
+        return [place for place, part in others if part > least]
 
     def combination(self) -> Combination:
         """Return it with its words."""
@@ -86,7 +90,8 @@ class Direction:
         follow = listed([self.determined(place) for place in members])
         verb = "is" if len(members) == 1 else "are"
         others = listed([self.names[place] for place in members])
-        return f"{name} may change by {amount} together with {others}: only {follow} {verb} determined"
+        with_it = "changes with it" if len(members) == 1 else "change with it"
+        return f"{name} may change by {amount} if {others} {with_it}: only {follow} {verb} determined"
 
     def determined(self, member: int) -> str:
         """Return what is determined of a member that follows the held one alone."""

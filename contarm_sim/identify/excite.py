@@ -51,6 +51,7 @@ class Excitation(Shown):
         sd_before: expected standard deviation of each from what is known already, shape (P,); inf where that does not
             determine it. Of independent noise alone: what the model lacks comes on top.
         sd_after: with the chosen patterns measured besides.
+        steps: expected standard deviations with none, one, two, ... of the chosen patterns, shape (count + 1, P).
         patterns: names of all candidates.
         chosen: numbers of the chosen ones, the most telling first.
         gain: of the choice: half the logarithm of the ratio of determinants (D), or by how much the sum of variances
@@ -66,6 +67,7 @@ class Excitation(Shown):
     values: Array
     sd_before: Array
     sd_after: Array
+    steps: Array
     patterns: tuple[str, ...]
     chosen: tuple[int, ...]
     gain: float
@@ -150,16 +152,17 @@ def excite(
         known = known + found.T @ found
     score = _score(known, criterion)
     picked = _exchanged(told, score, count)
-    after = known + told[picked].sum(axis=0)
+    gained = [told[picked[:k]].sum(axis=0) for k in range(count + 1)]
     gains = np.full(len(patterns), np.nan)
     gains[fine] = score(told)
     values = every.of_vector(every.start)
     size = scales * np.where(every.logarithmic, values, 1.0)
+    steps = np.array([size * expected_sd(known + each) for each in gained])
     chosen = tuple(fine[place] for place in picked)
     rows = np.concatenate([np.flatnonzero(own[place]) for place in chosen])
     return Excitation(
-        commands[rows], names[rows], every.names, every.units, values, size * expected_sd(known),
-        size * expected_sd(after), patterns, chosen, float(score(told[picked].sum(axis=0))), gains,
+        commands[rows], names[rows], every.names, every.units, values, steps[0], steps[-1], steps, patterns, chosen,
+        float(score(told[picked].sum(axis=0))), gains,
         tuple(pattern for place, pattern in enumerate(patterns) if place not in fine),
     )  # fmt: skip
 

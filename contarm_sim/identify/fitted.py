@@ -12,6 +12,7 @@ from contarm_sim.display import Shown
 from contarm_sim.identify.freedom import Free
 from contarm_sim.identify.recording import Recording
 from contarm_sim.identify.rig import Rig
+from contarm_sim.identify.showing import ShowingFit
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.results.document import document
@@ -20,7 +21,7 @@ _TOLD = ("singular_values", "noise", "cost", "converged", "evaluations", "second
 _OF_PARAMETER = ("unit", "start", "value", "sd", "low", "high", "boot_low", "boot_high", "status", "said")
 
 Status = Literal["determined", "at bound", "only with others", "not seen"]
-"""Of a parameter: found, found at one of its bounds, seen only in a combination with others, or without any effect.
+"""Of a parameter: found, found at one of its bounds, seen only with others, or of no or too little effect.
 
 Of the last two no value is returned: the fitted arm keeps what it started with.
 """
@@ -66,8 +67,9 @@ class Combination(Shown):
 
     Attributes:
         names: parameters that take part, the largest part first.
-        weights: parts of each, in the fit's vector (logarithms of positive parameters), of length 1 together.
-        sd: what the data leave along it; inf where they see nothing.
+        weights: parts of each, in steps of what it may plausibly be wrong by (`identifiability.plausible`: a factor e
+            of a positive parameter), of length 1 together.
+        sd: what the data leave along it, in such steps; inf where they see nothing.
         said: in words, such as "bending_stiffness and muscle.stiffness may grow together by any factor".
     """
 
@@ -133,7 +135,7 @@ class Left(Shown):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Fit(Shown):
+class Fit(ShowingFit):
     """What a fit of P parameters to recordings came to.
 
     Attributes:

@@ -164,8 +164,9 @@ def free_names(arm: Arm, rig: Rig) -> dict[str, str]:
         found |= {f"{owner}.offset.{axis}": "m" for axis in _AXES} | {f"{owner}.xi": "-"}
     unit = {"windings": "m", "tensions": "N", "pressures": "Pa", "none": "-"}[rig.actuation.drive]
     gains, muscles = len(rig.actuation.gains), len(rig.actuation.slack)
-    found |= {f"actuation.gain{part}": f"{unit}/command" for part in ("", *(f"_{k + 1}" for k in range(gains)))}
-    found |= {f"actuation.slack{part}": unit for part in ("", *(f"_{k + 1}" for k in range(muscles)))}
+    for name, own, count in (("gain", f"{unit}/command", gains), ("slack", unit, muscles)):
+        if count:
+            found |= {f"actuation.{name}{part}": own for part in ("", *(f"_{k + 1}" for k in range(count)))}
     return found
 
 

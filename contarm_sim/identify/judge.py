@@ -10,7 +10,7 @@ A fit calls it twice where something is not determined:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -144,8 +144,21 @@ def _seen_and_spread(
         values, along = np.linalg.eigh(spreads.covariance / np.outer(scales[kept], scales[kept]))
         open_ones = along[:, values > 1]
         if not open_ones.size:
-            return found, spreads
+            return replace(found, sds=_along(told, labels, prior, scales, found, kept)), spreads
         held = (*found.hold, *(kept[place] for place in pivots(open_ones)))
+
+
+def _along(
+    told: Rows, labels: NDArray[np.intp], prior: Array, scales: Array, found: Seen, kept: list[int]
+) -> Array:  # fmt: skip
+    """Return the sds along directions, of both estimates the larger: were the held one free again."""
+    out = found.sds.copy()
+    for place, number in enumerate(found.hold):
+        if out[place] <= 1:
+            own = [*kept, number]
+            alone = spread(told.columns(own), labels, prior[own]).sd[-1]
+            out[place] = max(out[place], alone * np.linalg.norm(found.follows[:, place] / scales))
+    return out
 
 
 def _told(
@@ -165,7 +178,7 @@ def _told(
     out: list[Parameter] = []
     for place, one in enumerate(free):
         low, high = vector[place] - half[place], vector[place] + half[place]
-        status, said = _status(place, vector, bounds, scales, found, leak)
+        status, said = _status(place, vector, bounds, scales, found, leak, directions)
         if status == "only with others":
             said = _only(place, vector, alone[place], logarithmic, directions)
         elif status == "at bound":
@@ -199,9 +212,10 @@ def _told(
 
 
 def _status(
-    place: int, vector: Array, bounds: tuple[Array, Array], scales: Array, found: Seen, leak: Array
-) -> tuple[Status, str]:
-    if place in found.unseen:
+    place: int, vector: Array, bounds: tuple[Array, Array], scales: Array, found: Seen, leak: Array,
+    directions: list[Direction]
+) -> tuple[Status, str]:  # fmt: skip
+    if place in found.hold and not directions[found.hold.index(place)].members:
         return "not seen", ""
     if place in found.hold or leak[place] > LEAK * scales[place]:
         return "only with others", ""
@@ -220,7 +234,7 @@ def _only(
     own = [one for one in directions if one.held == place]
     if own:
         follow = [own[0].determined(member) for member in own[0].members]
-        return f"held at its start; see {listed(follow)}" if follow else "held at its start: " + own[0].said()
+        return f"held at its start; see {listed(follow)}"
     others = [one for one in directions if place in one.members]
     text, value, factors = others[0].names[place], vector[place], bool(logarithmic[place])
     factors = factors and all(logarithmic[one.held] for one in others)

@@ -79,10 +79,11 @@ class InMotion:
         timestep: of the engine [s]; default what the arm takes, see `step_for`.
 
     Attributes:
-        recording: the one given; markers at samples before a swing's start are not seen in it.
+        recording: the one given; markers at samples before a swing's start are not seen in it, nor those of a swing
+            whose start no marker tells of. Compare predictions with this one.
 
     Raises:
-        InputError: a recording at rest, or forces on the backbone, which motions do not know.
+        InputError: a recording at rest, forces on the backbone, which motions do not know, or no swing with a start.
     """
 
     def __init__(self, recording: Recording, threads: int = 0, timestep: float | None = None) -> None:
@@ -93,7 +94,11 @@ class InMotion:
         self._threads, self._given, self._step = threads, timestep, np.inf
         drive = recording.rig.actuation.drive
         self._swings, self._actuation = drive == "none", DRIVEN[_DRIVEN[drive]][1]
-        self._blocks = [self._block(recording, name) for name in dict.fromkeys(recording.blocks.tolist())]
+        every = [self._block(recording, name) for name in dict.fromkeys(recording.blocks.tolist())]
+        self._blocks = [one for one in every if not self._swings or np.isfinite(one.start).any()]
+        if not self._blocks:
+            allowed = "swings with four samples or more, about their start, at which a marker is seen"
+            raise InputError("blocks", f"{len(every)}, none of them with a start", allowed, recording.name)
         followed = np.zeros(len(recording), dtype=bool)
         followed[np.concatenate([one.rows for one in self._blocks])] = True
         self.recording = replace(recording, positions=np.where(followed[:, None, None], recording.positions, np.nan))

@@ -48,7 +48,7 @@ def speeds(time: Array, positions: Array) -> Array:
     for marker in range(positions.shape[1]):
         seen = np.isfinite(positions[:, marker]).all(axis=-1)
         if np.count_nonzero(seen) > 2:
-            padded = np.pad(positions[seen, marker], ((2, 2), (0, 0)), mode="edge")
+            padded = np.pad(positions[seen, marker], ((2, 2), (0, 0)), mode="reflect")
             middle = np.median(np.lib.stride_tricks.sliding_window_view(padded, 5, axis=0), axis=-1)
             velocity = np.gradient(middle, time[seen], axis=0)
             out[seen] = np.maximum(out[seen], np.linalg.norm(velocity, axis=-1))

@@ -144,6 +144,8 @@ def with_parameters(arm: Arm, values: Mapping[str, Any]) -> Arm:
                 part = parts[one.kind][owner]
                 none = one.field.endswith(("friction", "friction_coefficient")) and value == 0
                 new = _changed(_angles(part), one.component, value) if one.field == "at" else value
+                if one.field == "at" and new == _angles(part):
+                    continue  # even spacing stays even spacing
                 changes = {one.field: None if none else new}
                 parts[one.kind][owner] = rerouted(part, changes) if one.kind == "routings" else replace(part, **changes)
     return replace(

@@ -34,7 +34,16 @@ GRID, MAX_BEND = 4, math.radians(120)
 MOST_GRID = 40
 """Most bend angles of the poses at rest of a case."""
 
-_MOVING = ("damping_time", "joint_friction", "friction", "braid_friction", "valve_time", "servo_time")
+_MOVING = (
+    "damping_time",
+    "joint_friction",
+    "friction_moment",
+    "friction_stiffness",
+    "friction",
+    "braid_friction",
+    "valve_time",
+    "servo_time",
+)
 """Ends of names of what changes nothing at rest."""
 
 _PROJECT = ("refuse", "nearest", "ray", "paper")

@@ -22,6 +22,9 @@ ANALYTIC = "#7529CC"
 SIMULATED = RED
 """What the engine found: tip, lengths, poses."""
 
+MEASURED = BLUE
+"""What was measured on a real arm: its markers."""
+
 TARGET = "#4D5466"
 """What was asked for: the path, and the target of a moment."""
 

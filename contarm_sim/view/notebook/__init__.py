@@ -34,6 +34,41 @@ def film(samples: Any, path: Any, **given: Any) -> Film:
     return made(samples, path, **given)
 
 
+def fit_figure(fit: Any, *given: Any) -> Sheet:
+    """Return a figure of a fit."""
+    from contarm_sim.view.notebook.fits import figure as made
+
+    return made(fit, *given)
+
+
+def fit_report(fit: Any, folder: Any) -> Report:
+    """Report a fit."""
+    from contarm_sim.view.notebook.fits import report as made
+
+    return made(fit, folder)
+
+
+def replay_figure(replay: Any, *given: Any) -> Sheet:
+    """Return a figure of a replay."""
+    from contarm_sim.view.notebook.replays import figure as made
+
+    return made(replay, *given)
+
+
+def replay_film(replay: Any, path: Any, **given: Any) -> Film:
+    """Film a replay."""
+    from contarm_sim.view.notebook.replays import film as made
+
+    return made(replay, path, **given)
+
+
+def replay_report(replay: Any, folder: Any, **given: Any) -> Report:
+    """Report a replay."""
+    from contarm_sim.view.notebook.replays import report as made
+
+    return made(replay, folder, **given)
+
+
 def report(samples: Any, folder: Any, **given: Any) -> Report:
     """Report a trajectory."""
     from contarm_sim.view.notebook.reports import report as made

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import fields
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -148,6 +149,20 @@ def _equilibrium(found: Any) -> str:
     )
 
 
+def _fit(found: Any) -> str:
+    from contarm_sim.view.notebook.fits import html as made  # with what draws figures
+
+    return made(found)
+
+
+def _replay(found: Any) -> str:
+    from contarm_sim.view.report.replays import words
+
+    table = grid(["", *words.COLUMNS], words.marker_rows(found))
+    said = "".join(f"<br><small>{escape(f'{one.title} {one.text}')}</small>" for one in words.standings(found))
+    return card(words.headline(found), table, "", said.replace("`", ""))
+
+
 def _ends(stations: Any, arm: Arm) -> list[Line]:
     """Return the places [m] at which a section ends and another begins."""
     ends = np.cumsum([section.links for section in arm.sections])[:-1]
@@ -167,5 +182,5 @@ def _size(distances: Any) -> str:
 
 _CARDS: dict[str, Callable[[Any], str]] = {
     "Arm": _arm, "Trajectory": _trajectory, "Reference": _reference, "Comparison": _comparison, "Inverse": _inverse,
-    "Equilibrium": _equilibrium, **studies.CARDS,
+    "Equilibrium": _equilibrium, "Fit": _fit, "Replay": _replay, **studies.CARDS,
 }  # fmt: skip

@@ -72,7 +72,7 @@ class Film:
         Raises:
             InputError: a name with another ending, or a place that cannot be written to.
         """
-        target = _target(path, (self.suffix,))
+        target = target_of(path, (self.suffix,))
         try:
             with appearing(target) as scratch:
                 scratch.write_bytes(self.content)
@@ -105,12 +105,12 @@ def film(
     """Film a trajectory, see `Trajectory.film`."""
     check_switches(plots=plots, captions=captions, plain=plain, transparent=transparent)
     check_progress(on_frame)
-    target = None if path is None else _target(path, tuple(WRITERS))
+    target = None if path is None else target_of(path, tuple(WRITERS))
     suffix = ".mp4" if target is None else target.suffix.lower()
     if transparent and suffix not in _CLEAR:
         given = "True for a film without a file, a .mp4" if target is None else f"True for a {suffix}"
         raise InputError("transparent", given, f"a path that ends in {' or '.join(_CLEAR)}")
-    width, height = _size(size, SMALL if target is None else SIZES[USUAL])
+    width, height = size_of(size, SMALL if target is None else SIZES[USUAL])
     rate = fps if fps is not None else usual_fps(suffix, samples.moving, small=target is None)
     _refuse_too_long(samples, rate, speed)
     look = Look(width, height, camera, plots=plots, captions=captions, transparent=transparent)
@@ -130,10 +130,10 @@ def film(
                     shutil.copyfile(made, scratch)
             except OSError as error:
                 raise not_written(target, error) from error
-        return Film(made.read_bytes(), suffix, (width, height), seconds, target, _shown(made, height, seconds))
+        return Film(made.read_bytes(), suffix, (width, height), seconds, target, shown_of(made, height, seconds))
 
 
-def _shown(film: Path, height: int, seconds: float) -> tuple[str, bytes] | None:
+def shown_of(film: Path, height: int, seconds: float) -> tuple[str, bytes] | None:
     """Return the kind and the bytes of what a notebook is given of a film."""
     kind = _KINDS.get(film.suffix)
     if kind is not None and film.stat().st_size <= LARGEST:
@@ -159,7 +159,12 @@ def _refuse_too_long(samples: Trajectory, fps: Any, speed: Any) -> None:
         raise InputError(name, f"{value:g}, which makes {frames:.0f} frames", f"at most {MOST_FRAMES:,} frames")
 
 
-def _size(given: Any, usual: tuple[int, int]) -> tuple[int, int]:
+def size_of(given: Any, usual: tuple[int, int]) -> tuple[int, int]:
+    """Return a film's width and height [pixels], the usual ones unless given.
+
+    Raises:
+        InputError: not two numbers, or too large ones.
+    """
     if given is None:
         return usual
     if isinstance(given, str) or not isinstance(given, Sequence) or len(given) != 2:
@@ -169,7 +174,7 @@ def _size(given: Any, usual: tuple[int, int]) -> tuple[int, int]:
     return given[0], given[1]
 
 
-def _target(path: str | Path, suffixes: tuple[str, ...]) -> Path:
+def target_of(path: str | Path, suffixes: tuple[str, ...]) -> Path:
     """Return a file that can be written to.
 
     Raises:

@@ -65,8 +65,12 @@ class Report:
             said.insert(0, f"interrupted at {(self.summary['samples'] - 1) / self.summary['rate']:.2f} s")
         return "\n  ".join([f"Report({'not written' if self.folder is None else self.folder}", *said]) + ")"
 
+    @property
+    def _title(self) -> str:
+        return in_short(self.summary)
+
     def _repr_html_(self) -> str:
-        frame = f'<iframe title="{escape(in_short(self.summary))}" sandbox="allow-scripts" srcdoc="{escape(self.page)}"'
+        frame = f'<iframe title="{escape(self._title)}" sandbox="allow-scripts" srcdoc="{escape(self.page)}"'
         return f'{frame} style="width:100%;height:{HEIGHT}px;border:1px solid rgba(128,128,128,.4)"></iframe>'
 
 

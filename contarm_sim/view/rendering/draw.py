@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -179,6 +180,20 @@ class ArmRenderer:
         self._ghost.hide(self._renderer.scene)
         if target is not None:
             add_ball(self._renderer.scene, self.to_world(target), 0.02 * self.arm.length, ASKED)
+        return self._shot()
+
+    def with_marks(
+        self, qpos: Array, add: Callable[[Any, Callable[[float], float]], object], share: float = 0.0
+    ) -> Pixels:
+        """Draw the arm with joint angles [rad], shape (dofs,), and what is added to the scene.
+
+        Args:
+            add: given the scene, and what turns the width of a line in a picture of 720 rows into its width here.
+            share: of its turn that the camera `orbit` has made.
+        """
+        self._show(qpos, np.ones(self._index.zero.size), share)
+        self._ghost.hide(self._renderer.scene)
+        add(self._renderer.scene, self._pixels)
         return self._shot()
 
     def stations(self, qpos: Array) -> Array:

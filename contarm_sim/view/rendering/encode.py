@@ -8,7 +8,7 @@ import shutil
 import signal
 import subprocess
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,6 +17,7 @@ from threading import Thread
 import numpy as np
 
 from contarm_sim.errors import EncodingError, one_line
+from contarm_sim.stopping import unbroken
 from contarm_sim.view.rendering.draw import Pixels
 
 _REPRODUCIBLE = ("-threads", "1", "-fflags", "+bitexact", "-flags:v", "+bitexact")
@@ -134,9 +135,12 @@ def encoding(
     ]  # fmt: skip
     pipe, said = subprocess.PIPE, bytearray()
     # A session of its own: Ctrl-C in a terminal is for us, who then end the encoder.
-    with subprocess.Popen(
-        command, stdin=pipe, stdout=pipe, stderr=subprocess.STDOUT, start_new_session=True
-    ) as process:
+    with ExitStack() as ended:
+        with unbroken():  # or an interruption while it starts would leave it to write on by itself
+            process = ended.enter_context(
+                subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.STDOUT, start_new_session=True)
+            )
+            ended.callback(process.kill)
         stdin, stdout = process.stdin, process.stdout
         assert stdin is not None
         assert stdout is not None

@@ -37,13 +37,17 @@ def inset_cards(
         pressure, tension: likewise [Pa], [N].
         band: percentiles of the tip error of other arms [m], shape (3, T), or None.
     """
-    width, height = picture
-    letters = max(LETTERS * height, _SMALLEST)
-    size = (round(min(_WIDEST * width, max(_WIDE * width, _NARROW * height))), round(_HIGH * height))
+    size, letters = card_size(*picture)
     plots = {"left": error_plot(samples, error, band)}
     if samples.muscle_tensions.shape[1]:
         plots["right"] = muscle_plot(samples, pressure, tension)
     return {corner: Panel(size, letters, plot) for corner, plot in plots.items() if fits(size, letters, plot)}
+
+
+def card_size(width: int, height: int) -> tuple[tuple[int, int], float]:
+    """Return width and height of a card [pixels] in pictures of a size [pixels], and the size of its letters."""
+    letters = max(LETTERS * height, _SMALLEST)
+    return (round(min(_WIDEST * width, max(_WIDE * width, _NARROW * height))), round(_HIGH * height)), letters
 
 
 def error_plot(samples: Trajectory, largest: float, band: Array | None = None) -> Plot:

@@ -7,7 +7,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -26,6 +26,33 @@ _PALETTE_FRAMES = 8
 
 _QUICK = 3
 """How hard pictures of a sequence are pressed, of 9."""
+
+
+class Filmed(Protocol):
+    """What a moving picture is written of; see `Shot`, which is one."""
+
+    @property
+    def look(self) -> Look:
+        """Size [pixels], and whether edges are transparent."""
+        ...
+
+    @property
+    def fps(self) -> float:
+        """Frames per second."""
+        ...
+
+    @property
+    def count(self) -> int:
+        """Number of frames."""
+        ...
+
+    def frames(self, on_frame: Progress | None = None, some: int | None = None) -> Generator[Pixels, None, None]:
+        """Draw all frames one after the other, or `some` of them, evenly picked."""
+        ...
+
+    def checked(self) -> Filmed:
+        """Return itself, or raise an InputError."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -79,7 +106,7 @@ class Shot:
         return self
 
 
-def write_video(shot: Shot, path: Path, on_frame: Progress | None = None) -> None:
+def write_video(shot: Filmed, path: Path, on_frame: Progress | None = None) -> None:
     """Write a video: .mp4 (H.264), .mov (ProRes 4444) or .webm (VP9); the file appears when it is complete.
 
     Args:
@@ -108,7 +135,7 @@ def write_video(shot: Shot, path: Path, on_frame: Progress | None = None) -> Non
             add(image)
 
 
-def write_pictures(shot: Shot, folder: Path, on_frame: Progress | None = None) -> None:
+def write_pictures(shot: Filmed, folder: Path, on_frame: Progress | None = None) -> None:
     """Write every frame as frame-00001.png and so on into a folder that is there; arguments as `write_video`.
 
     Raises:
@@ -122,7 +149,7 @@ def write_pictures(shot: Shot, folder: Path, on_frame: Progress | None = None) -
             Image.fromarray(image).save(folder / f"frame-{number:05d}.png", compress_level=_QUICK)
 
 
-def write_gif(shot: Shot, path: Path, on_frame: Progress | None = None) -> None:
+def write_gif(shot: Filmed, path: Path, on_frame: Progress | None = None) -> None:
     """Write an animated picture (.gif) with one palette for all frames; arguments as `write_video`.
 
     Raises:
@@ -147,7 +174,7 @@ def write_gif(shot: Shot, path: Path, on_frame: Progress | None = None) -> None:
             next(frames).save(file, "GIF", save_all=True, append_images=frames, duration=durations, loop=0)
 
 
-def write_webp(shot: Shot, path: Path, on_frame: Progress | None = None) -> None:
+def write_webp(shot: Filmed, path: Path, on_frame: Progress | None = None) -> None:
     """Write an animated picture (.webp), smaller than a GIF and in full colour; arguments as `write_video`.
 
     Raises:

@@ -1,0 +1,286 @@
+"""`contarm fit`: an arm fitted to recordings of a real one."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from contarm_sim.cli.figure_options import figure_options
+from contarm_sim.cli.options import Command, json_option, out_option
+from contarm_sim.view.prints import Prints
+
+if TYPE_CHECKING:
+    from contarm_sim.identify.fitted import Fit
+    from contarm_sim.identify.freedom import Free
+    from contarm_sim.identify.recording import Recording
+    from contarm_sim.model.arm import Arm
+
+_METHODS = ("least-squares", "cma")
+_LOSSES = ("soft_l1", "linear", "huber", "cauchy")
+
+
+@click.command(cls=Command)
+@click.argument("arm_file", metavar="ARM.toml")
+@click.argument("recording_files", metavar="RECORDING.toml [...]", nargs=-1)
+@click.option("--free", "free", multiple=True, metavar="NAME ...", help="Parameters that the fit may change.")
+@click.option(
+    "--bounds", multiple=True, nargs=3, metavar="NAME LOW HIGH", help="Bounds of a free parameter; may come often."
+)
+@click.option(
+    "--prior",
+    multiple=True,
+    nargs=3,
+    metavar="NAME MEAN SD",
+    help="What is known of a free parameter from elsewhere: mean and standard deviation; may come often.",
+)
+@click.option(
+    "--hold-out",
+    metavar="BLOCK,...|SHARE",
+    help="Samples that are only predicted: blocks by name (* stands for anything), or a share of them, 0.25 or 25%.",
+)
+@click.option("--starts", type=click.IntRange(1, 1000), default=1, show_default=True, metavar="N", help="Searches.")
+@click.option(
+    "--loss",
+    type=click.Choice(_LOSSES),
+    default=_LOSSES[0],
+    show_default=True,
+    help="How large errors count: all but linear take outliers for what they are.",
+)
+@click.option(
+    "--method",
+    type=click.Choice(_METHODS),
+    default=_METHODS[0],
+    show_default=True,
+    help="cma, an evolution strategy that least squares finish, is for many valleys; it needs the extra fit.",
+)
+@click.option(
+    "--bootstrap",
+    type=click.IntRange(0, 100_000),
+    default=0,
+    show_default=True,
+    metavar="N",
+    help="Resamplings of blocks, for a second kind of intervals.",
+)
+@click.option(
+    "--rig",
+    "rig_file",
+    metavar="RIG.toml",
+    help="What stands around the arm, in place of what the recordings say: a rig.toml of another fit, say.",
+)
+@click.option(
+    "--threads",
+    type=click.IntRange(0, 4096),
+    default=0,
+    metavar="N",
+    help="Most threads; default one for each processor.",
+)
+@click.option("--names", is_flag=True, help="List all parameters that may be free, with units and present values.")
+@out_option("runs/fit-<time>")
+@figure_options()
+@json_option
+def fit(
+    arm_file: str, recording_files: tuple[str, ...], free: tuple[str, ...], bounds: tuple[tuple[str, str, str], ...],
+    prior: tuple[tuple[str, str, str], ...], hold_out: str | None, starts: int, loss: str, method: str, bootstrap: int,
+    rig_file: str | None, threads: int, names: bool, out: str | None, prints: Prints, as_json: bool,
+) -> int:  # fmt: skip
+    """Fit an arm to recordings of a real one: parameters with intervals, and what the data do not determine.
+
+    ARM.toml, or the name of a preset, is where the search starts from. RECORDING.toml says what was commanded and
+    measured. Names with a star stand for several: section_*.bending_stiffness gives each section a value of its own.
+    Leaves a folder: the fitted arm.toml and rig.toml, report.html, summary.json, tables. Ctrl-C ends the search and
+    keeps what was found so far. Exit code 1 if the search did not converge, or nothing is determined.
+
+    \b
+    contarm fit arm.toml --names
+    contarm fit arm.toml day1.toml --free bending_stiffness frame.* actuation.slack_*
+    contarm fit arm.toml day1.toml --free muscle.stiffness --bounds muscle.stiffness 1kN 1e5
+    contarm fit arm.toml day1.toml day2.toml --free section_*.bending_stiffness marker.offset.z
+        --prior marker.offset.z 12mm 1mm --hold-out "circle*" --starts 8 --bootstrap 200
+    """
+    from contarm_sim.cli.study import output_for
+    from contarm_sim.identify.fit import fit as fitted
+
+    arm = _arm(arm_file)
+    recordings = [_recording(file, arm, rig_file) for file in recording_files]
+    if names:
+        _show_names(arm, recordings, rig_file, as_json)
+        return 0
+    asked = _free(arm, recordings, free, bounds, prior)
+    target, held = output_for(out, "fit"), _held_out(hold_out)
+    with _told() as told:
+        found = fitted(arm, recordings, asked, held_out=held, loss=loss, method=method, starts=starts,  # type: ignore[arg-type]
+                       bootstrap=bootstrap, threads=threads, on_progress=told)  # fmt: skip
+    return _deliver(found, target, prints, as_json)
+
+
+def _arm(file: str) -> Arm:
+    from contarm_sim.model.arm_file import load_arm
+    from contarm_sim.model.presets import PRESETS
+
+    return PRESETS[file]() if file in PRESETS and not Path(file).exists() else load_arm(file)
+
+
+def _recording(file: str, arm: Arm, rig_file: str | None) -> Recording:
+    from contarm_sim.identify.recording_file import load_recording
+    from contarm_sim.identify.rig_file import load_rig
+
+    recording = load_recording(file, arm)
+    return recording if rig_file is None else recording.in_rig(load_rig(rig_file, arm))
+
+
+def _units(arm: Arm, recordings: list[Recording]) -> dict[str, str]:
+    """Return the units of all parameters that may be free, by name."""
+    from contarm_sim.identify.freedom import free_names
+    from contarm_sim.identify.rig import Rig
+
+    found: dict[str, str] = {}
+    for rig in [recording.rig for recording in recordings] or [Rig()]:
+        found |= free_names(arm, rig)
+    return found
+
+
+def _free(arm: Arm, recordings: list[Recording], free: tuple[str, ...], bounds: Any, prior: Any) -> list[Free]:
+    """Return the free parameters that the options describe, with bounds and priors in SI units.
+
+    Raises:
+        InputError: none, an unknown one, or a bound or prior of what is not free.
+    """
+    from contarm_sim.errors import InputError
+    from contarm_sim.identify.freedom import Free
+    from contarm_sim.identify.wildcards import spread
+
+    if not recordings:
+        raise InputError("RECORDING.toml", "missing", "one recording or more (see contarm fit --help)")
+    if not free:
+        raise InputError("--free", "missing", "names of parameters; contarm fit ARM.toml --names lists all")
+    units = _units(arm, recordings)
+    given: dict[str, dict[str, float]] = {one: {} for name in free for one in spread(name, units)}
+    for option, keys, rows in (("--bounds", ("low", "high"), bounds), ("--prior", ("mean", "sd"), prior)):
+        for name, *numbers in rows:
+            for one in spread(name, units):
+                if one not in given:
+                    raise InputError(f"{option} {name}", "of a parameter that is not free", ", ".join(given))
+                values = [_number(text, units[one], f"{option} {name}") for text in numbers]
+                given[one] |= dict(zip(keys, values, strict=True))
+    return [Free(name=name, **known) for name, known in given.items()]
+
+
+def _number(text: str, unit: str, name: str) -> float:
+    from contarm_sim.model.units import quantity
+
+    return quantity(text, unit.removesuffix("/command"), name)
+
+
+def _held_out(text: str | None) -> Any:
+    """Return what `--hold-out` says: a share of the samples, or names of blocks."""
+    if text is None:
+        return ()
+    with suppress(ValueError):
+        return float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
+    return tuple(name.strip() for name in text.split(","))
+
+
+def _told() -> Any:
+    """Return a context of a function that is told of progress, and shows it on stderr: phase, evaluations, rms."""
+    from contextlib import contextmanager
+
+    from contarm_sim.cli.terminal import progress
+
+    @contextmanager
+    def opened() -> Any:
+        last: list[Any] = []
+
+        def words(done: int, total: int) -> str:
+            return f"{last[0].phase}, evaluation {last[0].evaluation:,}, rms {1e3 * last[0].rms:.3g} mm"
+
+        with progress("fit", words) as show:
+
+            def told(step: Any) -> None:
+                last[:] = [step]
+                show(step.evaluation, step.of)
+
+            yield told
+
+    return opened()
+
+
+def _deliver(found: Fit, target: Path, prints: Prints, as_json: bool) -> int:
+    """Write the folder, whole or not at all, print what was found, and return the exit code."""
+    from contarm_sim.cli.study import deliver
+    from contarm_sim.cli.terminal import command_line, say
+    from contarm_sim.identify.fit_folder import save_fit
+    from contarm_sim.stopping import came, exit_code
+    from contarm_sim.view.report.fits.page import write_fit_report
+    from contarm_sim.view.report.fits.summary import summary_of
+    from contarm_sim.view.report.fits.words import negative
+
+    summary = summary_of(found, command_line())
+
+    def draw(folder: Path) -> None:
+        save_fit(found, folder)
+        write_fit_report(folder, found, summary, prints)
+
+    deliver(target, summary, as_json, lambda: show(found), draw)
+    if came() is not None:
+        say("contarm: interrupted; what was found so far is kept")
+        return exit_code()
+    why = negative(found)
+    if why:
+        say(f"contarm: {why}")
+    return 1 if why else 0
+
+
+def show(found: Fit) -> None:
+    """Print parameters with intervals, what is not determined, and errors."""
+    from contarm_sim.cli.terminal import table, width
+    from contarm_sim.view.report.fits import words
+
+    table("", words.parameter_columns(found), words.rows_of(found))
+    for title, lines in (("of single parameters:", words.notes(found)),
+                         ("not determined by the data:", words.undetermined(found))):  # fmt: skip
+        if lines:
+            click.echo("\n".join([title, *(click.wrap_text(line, min(width(), 120), "- ", "  ") for line in lines)]))
+    table("", words.error_columns(), words.error_rows(found))
+    for remark in words.remarks(found):
+        click.echo(click.wrap_text(f"{remark[0].upper()}{remark[1:]}.", min(width(), 120)))
+    click.echo(click.wrap_text(words.headline(found), min(width(), 120)))
+
+
+def _show_names(arm: Arm, recordings: list[Recording], rig_file: str | None, as_json: bool) -> None:
+    from contarm_sim.identify.freedom import freedom
+    from contarm_sim.identify.rig import Rig
+    from contarm_sim.identify.wildcards import families
+
+    if recordings:
+        rigs = [recording.rig for recording in recordings]
+    elif rig_file is not None:
+        from contarm_sim.identify.rig_file import load_rig
+
+        rigs = [load_rig(rig_file, arm)]
+    else:
+        rigs = [Rig()]
+    values: dict[str, float] = {}
+    units: dict[str, str] = {}
+    for rig in rigs:
+        from contarm_sim.identify.freedom import free_names
+
+        own = free_names(arm, rig)
+        now = freedom(arm, rig, list(own)).values().tolist()
+        units |= own
+        values = dict(zip(own, now, strict=True)) | values
+    starred = families(units)
+    if as_json:
+        from contarm_sim.view.report.output import to_json
+
+        told = {name: {"unit": unit, "value": values[name]} for name, unit in units.items()}
+        click.echo(to_json({"parameters": told, "together": starred}))
+        return
+    click.echo("May be free, with the present value (of several sections or markers, that of the first):")
+    for name, unit in units.items():
+        click.echo(f"  {name:36} {values[name]:>12.6g} {unit.replace('-', '')}".rstrip())
+    click.echo("Names with a star give each of several a value of its own; without one, they share it:")
+    for name, of_them in starred.items():
+        click.echo(f"  {name:36} {len(of_them)} of them: {of_them[0]} to {of_them[-1]}")

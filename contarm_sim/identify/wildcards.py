@@ -1,0 +1,42 @@
+"""Names of free parameters with a star: one name for several of a kind.
+
+section_*.bending_stiffness    of each section, a value each
+actuation.slack_*              of each muscle, marker_*.offset.z of each marker
+frame.*                        x, y and z; frame.turn_* likewise
+
+A star stands for a number, or for an axis.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+
+from contarm_sim.errors import InputError, did_you_mean
+
+
+def spread(name: str, known: Iterable[str]) -> list[str]:
+    """Return the known names that a name, perhaps with stars, stands for, in their order.
+
+    Raises:
+        InputError: none; says the nearest.
+    """
+    every = list(known)
+    pattern = re.compile("(?:[0-9]+|[xyz])".join(map(re.escape, name.split("*"))))
+    found = [one for one in every if pattern.fullmatch(one)]
+    alone = name.removeprefix("section_*.")
+    if not found and alone in every:  # an arm of one section
+        found = [alone]
+    if not found:
+        asked = did_you_mean(name.replace("*", "1"), every) or did_you_mean(alone, every)
+        raise InputError(f"parameter {name!r}", "unknown", f"{asked}contarm fit ARM.toml --names lists all")
+    return found
+
+
+def families(known: Mapping[str, str]) -> dict[str, list[str]]:
+    """Return what names with a star stand for, by these names: those that stand for two or more."""
+    found: dict[str, list[str]] = {}
+    for name in known:
+        for starred in {re.sub(r"_\d+", "_*", name), re.sub(r"(?<=[._])[xyz]$", "*", name)} - {name}:
+            found.setdefault(starred, []).append(name)
+    return {starred: names for starred, names in found.items() if len(names) > 1}

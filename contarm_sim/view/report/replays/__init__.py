@@ -1,0 +1,1 @@
+"""Replays of recordings in pictures and words: what `contarm replay` leaves."""
