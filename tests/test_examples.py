@@ -162,3 +162,11 @@ def test_all_are_tested_and_named():
         assert f'"{file.name}"' in text, file.name
         assert f"`{file.name}`" in listed, file.name
         assert len(file.read_text().splitlines()) <= 40
+
+
+def test_what_rubs_comes_back_another_way_and_takes_work():
+    printed = _run("hysteresis.py")
+    apart, lost = _numbers(printed, r"ways +([\d.]+) mm"), _numbers(printed, r"turn +(-?[\d.]+) mJ")
+    assert [apart[0], lost[0]] == pytest.approx([0, 0], abs=0.01)
+    assert min(apart[1:]) > 1
+    assert min(lost[1:]) > 10

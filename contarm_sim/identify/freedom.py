@@ -136,6 +136,7 @@ def freedom(arm: Arm, rig: Rig, free: Sequence[Free | str]) -> Freedom:
     known = free_names(arm, rig)
     every = [one for each in given for one in _written_out(each, len(arm.sections))]
     for one in every:
+        _check_start(one.name, arm)
         find(one.name, known)
     twice = [one.name for place, one in enumerate(every) if one.name in [other.name for other in every[:place]]]
     if twice:
@@ -150,6 +151,18 @@ def freedom(arm: Arm, rig: Rig, free: Sequence[Free | str]) -> Freedom:
         if not low <= value <= high:
             raise InputError(one.name, value, f"a start within its bounds, {low:g} to {high:g}")
     return made
+
+
+def _check_start(name: str, arm: Arm) -> None:
+    """Refuse a parameter that the arm leaves out, such as friction: there is nothing to start from.
+
+    Raises:
+        InputError: says what would do.
+    """
+    given = named_parameters(arm).get(name)
+    if given is not None and given.value(arm) is None:
+        last = name.split(".")[-1]
+        raise InputError(name, "omitted", f"a value in the arm's file to start from, such as {last} = 0.05")
 
 
 def free_names(arm: Arm, rig: Rig) -> dict[str, str]:

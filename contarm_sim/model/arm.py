@@ -207,14 +207,20 @@ class Arm(FlatArm, Shown):
 
     @property
     def without_memory(self) -> Arm:
-        """The same arm without friction in its backbone, see `Section`: what each pose is without what came before."""
-        if all(section.friction_moment is None for section in self.sections):
+        """The same arm without friction in its backbone and along its tendons: poses without what came before."""
+        backbone = any(section.friction_moment is not None for section in self.sections)
+        along = [getattr(law, "friction_coefficient", None) is not None for law in self.laws]
+        if not (backbone or any(along)):
             return self
         parts = (replace(section, friction_moment=None, friction_stiffness=None) for section in self.sections)
-        return replace(self, sections=tuple(parts))
+        laws: Any = (
+            replace(law, friction_coefficient=None) if rubs else law  # type: ignore[call-arg]  # it has the field
+            for law, rubs in zip(self.laws, along, strict=True)
+        )
+        return replace(self, sections=tuple(parts), laws=tuple(laws))
 
     def refuse_memory(self, what: str) -> None:
-        """Refuse friction in the backbone, where it would be left out without a word.
+        """Refuse friction in the backbone and along tendons, where it would be left out without a word.
 
         Args:
             what: would leave it out.
@@ -226,6 +232,11 @@ class Arm(FlatArm, Shown):
             if section.friction_moment is not None:
                 allowed = f"omitted: {what} without friction in the backbone; fits and replays of recordings know it"
                 raise InputError("friction_moment", section.friction_moment, allowed, self._said_of(number))
+        for number, law in enumerate(self.laws):
+            given = getattr(law, "friction_coefficient", None)
+            if given is not None:
+                allowed = f"omitted: {what} without friction along tendons; slow poses of recordings know it"
+                raise InputError("muscle.friction_coefficient", given, allowed, self._said_of(number))
 
     @cached_property
     def groups(self) -> tuple[MuscleGroup, ...]:

@@ -207,7 +207,10 @@ def _way(arms: list[Arm], bare: list[Arm], loads: list[Load]) -> _Way:
     if bend is not None:
         bent(about, bare[0], plant.index, bend.reshape(len(loads), -1, 2))
     placed = any(load.wrenches for load in loads)
-    return _Way(arms, bare, loads, control, about, alike(bare[0], kind, placed), changes)
+    laws = [group.law for group in first.groups]
+    dry = any(law.dry_friction is not None for law in laws)
+    along = any(getattr(law, "friction_coefficient", None) is not None for law in laws)
+    return _Way(arms, bare, loads, control, about, (dry, along, alike(bare[0], kind, placed)), changes)
 
 
 def _walk(out: _Rows, part: NDArray[np.intp], states: States | None, guess: Array | None) -> None:

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -257,11 +258,10 @@ class _Numbers:
 
 
 def without_friction(arm: Arm) -> Arm:
-    """Return the same arm without any friction that poses remember: what single poses are of."""
-    laws = []
-    for law in arm.laws:
-        rubs = {item.name for item in fields(law)} & {"friction", "friction_coefficient", "braid_friction"}
-        rubs = {name for name in rubs if getattr(law, name) is not None}
-        laws.append(replace(law, **dict.fromkeys(rubs)) if rubs else law)
-    bare = arm.without_memory
-    return bare if all(a is b for a, b in zip(laws, arm.laws, strict=True)) else replace(bare, laws=tuple(laws))
+    """Return the same arm without any friction, dry friction of its muscles included: what single poses are of."""
+    bare, laws = arm.without_memory, []
+    for law in bare.laws:
+        dry = {item.name for item in fields(law)} & {"friction", "braid_friction"}
+        given: Any = {name: None for name in dry if getattr(law, name) is not None}
+        laws.append(replace(law, **given) if given else law)
+    return bare if all(a is b for a, b in zip(laws, bare.laws, strict=True)) else replace(bare, laws=tuple(laws))

@@ -62,7 +62,7 @@ class SeveralPoses(Poses):
         super().__init__(plant, starts)
         self._differ = True
         self._of_case = [plant for plant, _ in first]
-        self._mixed = len({id(plant) for plant in self._of_case}) > 1 or len(self._plants) > 1
+        self._mixed = not plant.index.straight.any() and self.helices is None  # then each has arrays of its own
         self._names = list(self._views)
         self._view_of = {id(plant): [getattr(plant.data, name) for name in self._names] for plant in self._of_case}
         self._offset = np.stack([plant.index.zero for plant in self._of_case])
@@ -99,7 +99,6 @@ class SeveralPoses(Poses):
         self._of_case[row] = plant
         if id(plant) not in self._view_of:
             self._view_of[id(plant)] = [getattr(plant.data, name) for name in self._names]
-            self._mixed = True
         index, model = plant.index, plant.model
         self._offset[row], self._by_angle[row] = index.zero, index.by_angle
         self._range[row], self._limited[row] = model.actuator_forcerange, model.actuator_forcelimited != 0

@@ -28,7 +28,7 @@ from contarm_sim.statics.stiffness import TangentStiffness, definite, solved
 HALVES = 6
 """Most times that a step of the load is halved."""
 
-ITERATIONS, HALVINGS = 20, 4
+ITERATIONS, HALVINGS = 30, 4
 """Most steps of Newton, and most tries for one: fewer than from far away, for half of the load is the better try."""
 
 Rows = NDArray[np.intp]
