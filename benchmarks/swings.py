@@ -178,22 +178,22 @@ def main():
     parser.add_argument("--steps", type=int, default=6, help="most steps of one search (default %(default)s)")
     parser.add_argument("--every", type=int, default=12, help="sample of a swing that is kept (default %(default)s)")
     given = parser.parse_args()
-    with ProcessPoolExecutor(3) as pool:
-        jobs = (PAYLOADS, (200,), (300,)), (True, False, False), [given] * 3
-        (both, *alone), minutes = zip(*pool.map(fitted, *jobs), strict=True)
     print("Medians over releases of the damped cosine, 1.6 s from 70 % of peak speed; rms of disks 1, 2, 3 [mm]")
-    print(f"{'fitted to -> swings of':34} swings    Hz  model      %    1/s  model      %   rms")
+    print(f"{'fitted to -> swings of':34} swings    Hz  model      %    1/s  model      %   rms", flush=True)
     own = releases(given.folder, load_arm(ARMS / "trunk.toml"))
-    for one, found in zip((200, 300), alone, strict=True):
-        for other in PAYLOADS:
-            rows = halves(own[other])[1] if one == other else np.ones(len(own[other]), dtype=bool)
-            said = f"{one} g -> {other} g" + (", held out" if one == other else "")
-            told(said, found, found.rigs[0], own[other], rows)
-    for place, other in enumerate(PAYLOADS, start=1):
-        told(f"0 g, 200 g, 300 g -> {other} g, held out", both, both.rigs[place], own[other], halves(own[other])[1])
-    print(f"last disk without payload, fitted: {1e3 * both.left[0].rms(marker=2, centred=True):.1f} mm")
-    shifts(both, statics(given.folder))
-    print("minutes of processor:", ", ".join(f"{one:.1f}" for one in minutes))
+    every = {grams: np.ones(len(one), dtype=bool) for grams, one in own.items()}
+    others = {grams: halves(one)[1] for grams, one in own.items()}
+    with ProcessPoolExecutor(3) as pool:
+        fits = pool.map(fitted, ((200,), (300,), PAYLOADS), (False, False, True), [given] * 3)
+        for one, (found, minutes) in zip(("200 g", "300 g", "0 g, 200 g, 300 g"), fits, strict=True):
+            for grams, recording in own.items():
+                seen = f"{grams} g" in one
+                rig = next(left.recording.rig for left in found.left if left.recording.kind == "motion")
+                told(f"{one} -> {grams} g{', held out' if seen else ''}", found, rig, recording,
+                     (others if seen else every)[grams])  # fmt: skip
+            print(f"  {minutes:.1f} minutes of processor", flush=True)
+    print(f"last disk without payload, fitted: {1e3 * found.left[0].rms(marker=2, centred=True):.1f} mm")
+    shifts(found, statics(given.folder))
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ from scipy.stats import t
 from contarm_sim.errors import InputError
 from contarm_sim.identify.freedom import Free
 from contarm_sim.identify.judgement.bootstrap import one_step, refitted
+from contarm_sim.identify.judgement.combinations import Direction
 from contarm_sim.identify.judgement.intervals import rows, spread
 from contarm_sim.identify.judgement.judge import judge
 
@@ -228,3 +229,8 @@ def test_small_parts_of_two_combinations_are_told_by_the_larger():
     last = judged(jacobian, names).parameters[-1]
     assert last.status == "only with others"
     assert "muscle.stiffness" in last.said
+
+
+def test_a_factor_beyond_all_numbers_is_any_factor():
+    alone = Direction(["damping_time"], ["s"], [True], np.ones(1), 0, np.ones(1), 1e4)
+    assert alone.said().endswith("it may be off by any factor")

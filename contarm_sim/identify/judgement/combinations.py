@@ -17,6 +17,8 @@ SMALL_PART = 0.01
 """The same where nothing takes such a part."""
 UNBOUNDED = 3.0
 """Scales beyond which nothing is said of how far a direction is open."""
+ENORMOUS = 20.0
+"""Logarithm of a factor that is no longer said."""
 NEAR = 0.03
 """How near a power must be to a simple one to be called by it."""
 
@@ -126,7 +128,7 @@ class Direction:
         # along a direction of length 1, the held one moves by its own part of the direction alone
         step = self.sd * abs(float(self.scaled[self.held])) * float(self.scales[self.held])
         if self.logarithmic[self.held]:
-            return f"a factor {math.exp(step):.2g}"
+            return f"a factor {math.exp(step):.2g}" if step < ENORMOUS else "any factor"
         return f"{step:.2g} {self.units[self.held]}"
 
 
