@@ -175,8 +175,9 @@ def test_a_recording_has_samples_and_blocks_of_motions_stand_together(made):
 def test_synthetic_recordings_refuse_what_makes_no_sense(made):
     with pytest.raises(InputError, match=r"gaps is 2; allowed: a part from 0 to 0\.9"):
         recorded(ARM, made.rig, made.commands, seed=1, gaps=2)
-    with pytest.raises(InputError, match="predictor is AtRest; allowed: a predictor of motions"):
-        recorded(ARM, made.rig, made.commands, seed=1, kind="motion")
+    free = replace(made.rig, actuation=Actuation(drive="none"))
+    with pytest.raises(InputError, match="predictor is missing; allowed: one of free swings"):
+        recorded(ARM, free, made.commands[:, :0], seed=1, kind="motion")
     with pytest.raises(InputError, match="count is 0"):
         random_windings(ARM, 0, seed=1)
 
