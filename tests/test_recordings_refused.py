@@ -117,6 +117,7 @@ def made():
         ({"drive": "pressures", "commands": 1e4}, 'they seem to be kPa or bar: unit = "kPa"'),
         ({"drive": "pressures", "commands": 1e12}, "pressures up to"),
         ({"drive": "tensions", "commands": 1e8}, 'mN. unit = "mN"'),
+        ({"drive": "tensions", "commands": 1.0}, "pulls above 0, not windings in m"),
         ({"channels": (0, 1, 2)}, "of 3 muscles; allowed: channels of 9, as the arm has muscles"),
         ({"gains": (57.3,) * 9}, 'degrees. unit = "deg"'),
     ],

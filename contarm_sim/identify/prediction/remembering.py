@@ -96,8 +96,9 @@ class WithMemory:
         if not self._begun and isinstance(found.failed.get(0), InputError):
             raise found.failed[0]
         self._begun = True
-        first = found.states.qpos[0] if 0 in found.failed else found.qpos[0, 0]
-        self._near = np.where(np.isfinite(first), first, 0.0)
+        first = found.qpos[0, 0]
+        if np.isfinite(first).any():
+            self._near = np.where(np.isfinite(first), first, 0.0)
         frames = np.full((len(recording), int(stations[-1]) + 1, 4, 4), np.nan)
         for place, (arm, rig) in enumerate(zip(arms, rigs, strict=True)):
             if which[place] is None:
