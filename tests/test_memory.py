@@ -282,7 +282,7 @@ def test_motions_refuse_friction_along_tendons_and_single_poses_leave_it_out():
 
 def test_an_arm_that_cannot_be_driven_so_has_no_pose_and_leaves_the_others_alone():
     arm = Arm(links=4, friction_moment=0.02, friction_stiffness=0.1)
-    weak = replace(arm, laws=(replace(arm.laws[0], max_pressure=2e5),))
+    weak = with_parameters(arm, {"muscle.max_pressure": 2e5})
     loads = [Load(muscles=Muscles(kind="pressures", values=(p, 0, 0))) for p in (2e5, 3e5)]
     found = settle([arm, weak], loads)
     assert "pressures" in str(found.failed[1])

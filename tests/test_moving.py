@@ -164,7 +164,7 @@ def test_swings_tell_stiffness_damping_and_friction():
         return (at[1:] - at[0]).T / 1e-3
 
     begin = start.vector(start.values())
-    found = least_squares(lambda x: left([x])[0], begin, jacobian, max_nfev=8)
+    found = least_squares(lambda x: left([x])[0], begin, jacobian, max_nfev=6)
     off = np.abs(found.x - start.vector(start.values(true)))
     assert (off < [0.05, 0.12, 0.12, 0.12]).all(), off
     assert found.cost < 0.01 * np.sum(left([begin])[0] ** 2)

@@ -126,7 +126,7 @@ def settle(
     if stations is not None and (kept.ndim != 1 or not len(kept) or kept.min() < 0 or kept.max() > fewest):
         raise InputError("stations", list(stations), f"whole numbers from 0 (base) to {fewest}")
     groups: dict[Any, list[int]] = {}
-    begun = np.ones(len(ways), dtype=bool) if states is None else np.isfinite(states.qpos).any(axis=1)
+    begun = np.full(len(ways), True) if states is None else np.array(np.isfinite(states.qpos).any(axis=1))
     for number, way in enumerate(ways):
         if way.error is None and begun[number]:
             groups.setdefault(way.key, []).append(number)

@@ -174,4 +174,4 @@ OTHERS = tuple(
     if item.name
     not in ("kind", "time", "positions", "commands", "rig", "blocks", "payload", "force", "force_xi", "name")
 )
-"""Fields that files hold as they are, by the same names."""
+"""Fields that files of motions hold as they are, by the same names."""
