@@ -47,6 +47,7 @@ FILES = [
     ("text", TOML, ROWS.replace("0.04,0.3", "far,0.3"), "row 6, column y is 'far'; allowed: a number"),
     ("infinite", TOML, ROWS.replace("0.04,0.3", "inf,0.3"), "row 6, column y is inf; allowed: a finite number"),
     ("column", TOML.replace('"y"', '"yy"'), ROWS, f"'yy', which is no column.*mean 'y'. the columns are {NAMED}"),
+    ("one for two", TOML.replace('"y"', '"x"'), ROWS, "marker tip.columns is .*; allowed: each column once"),
     ("two of three", TOML.replace('"x", ', ""), ROWS, "marker tip.columns is 2 columns; allowed: 3"),
     ("unseen", TOML, re.sub(r"0\.1,0\.0\d", ",", ROWS), "marker tip is seen in 0 of 6|marker tip is never seen"),
     ("nearly unseen", TOML, re.sub(r"(\n[2-5].*)0\.1,0\.0\d", r"\1,", ROWS), "seen in 2 of 6 samples; allowed: 3"),
@@ -171,6 +172,13 @@ def test_a_recording_has_samples_and_blocks_of_motions_stand_together(made):
     with pytest.raises(InputError, match="samples of one block together; block 'a' begins again"):
         replace(made, kind="motion", blocks=mixed)
     assert len(replace(made, blocks=mixed)) == 48
+
+
+def test_numbers_that_say_missing_are_not_positions(made):
+    positions = made.positions.copy()
+    positions[3:5] = -9.999
+    with pytest.raises(InputError, match=r"2 times at -9\.999 m in x, y and z; .*gaps\.values = \[-9999\]"):
+        check_against(replace(made, positions=positions), ARM)
 
 
 def test_synthetic_recordings_refuse_what_makes_no_sense(made):
