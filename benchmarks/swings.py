@@ -152,7 +152,7 @@ def told(name, found, rig, recording, rows):
                for one in seen]  # fmt: skip
     f, f_own, d, d_own = np.median(numbers, axis=0)
     mm = 1e3 * np.sqrt(np.nanmean(((predictor.recording.positions - where) ** 2).sum(axis=-1), axis=0))
-    print(f"{name:34} {len(seen):6d} {f:5.2f} {f_own:6.2f} {100 * (f_own / f - 1):+6.1f} {d:6.2f} {d_own:6.2f} "
+    print(f"{name:36} {len(seen):6d} {f:5.2f} {f_own:6.2f} {100 * (f_own / f - 1):+6.1f} {d:6.2f} {d_own:6.2f} "
           f"{100 * (d_own / d - 1):+6.1f}   {'  '.join(f'{one:4.1f}' for one in mm)}", flush=True)  # fmt: skip
 
 
@@ -179,7 +179,7 @@ def main():
     parser.add_argument("--every", type=int, default=12, help="sample of a swing that is kept (default %(default)s)")
     given = parser.parse_args()
     print("Medians over releases of the damped cosine, 1.6 s from 70 % of peak speed; rms of disks 1, 2, 3 [mm]")
-    print(f"{'fitted to -> swings of':34} swings    Hz  model      %    1/s  model      %   rms", flush=True)
+    print(f"{'fitted to -> swings of':36} swings    Hz  model      %    1/s  model      %   rms", flush=True)
     own = releases(given.folder, load_arm(ARMS / "trunk.toml"))
     every = {grams: np.ones(len(one), dtype=bool) for grams, one in own.items()}
     others = {grams: halves(one)[1] for grams, one in own.items()}
