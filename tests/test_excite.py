@@ -55,7 +55,7 @@ def test_expected_sds_are_those_of_linear_least_squares():
     after = NOISE / np.sqrt([0.05**2 + 0.2**2 + 0.3**2, 3.0])
     np.testing.assert_allclose(found.sd_after[:2], [0.005 * after[0], after[1]], rtol=1e-6)
     assert np.isinf([found.sd_before[2], found.sd_after[2]]).all()
-    assert found.ranking == ("row_3", "row_2", "row_1")
+    assert np.argsort(found.gains).tolist() == [0, 1, 2]
 
 
 def test_a_prior_counts_as_information():

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from contarm_sim.identify.fitted import Parameter
 from contarm_sim.identify.judgement.judge import Judgement, judge
 from contarm_sim.identify.search.descent import STOPPED, Found, searched
 from contarm_sim.identify.search.losses import THRESHOLD
@@ -17,17 +18,14 @@ from contarm_sim.kinematics.arrays import Array
 ROUNDING = 1e-5
 """Relative error of derivatives from both sides."""
 
-ROUNDING_ONE_SIDED = 1e-3
-"""Of those from one side, where the fit was stopped before the others."""
-
 
 def closed(
     problem: Problem, found: Found, noise: float | None, bootstrap: int, seed: int
 ) -> tuple[Found, Judgement]:  # fmt: skip
     """Return where the fit ends, and what became of the parameters.
 
-    What the data do not determine is held at its start, and the search goes on for the others. Ctrl-C leaves all as it
-    is, and the last derivatives serve.
+    What the data do not determine is held at its start, and the search goes on for the others. After Ctrl-C values are
+    as they were found, and nothing is said of how well they are known.
 
     Args:
         problem: where the search was.
@@ -36,37 +34,43 @@ def closed(
         bootstrap: resamplings of blocks.
         seed: of the draws.
     """
-    if found.converged or not found.message.startswith(STOPPED):
+    if not found.message.startswith(STOPPED):
         try:
             return _settled(problem, found, noise, bootstrap, seed)
         except KeyboardInterrupt:
             found = replace(found, converged=False, message=f"{STOPPED}, before the intervals")
-    slopes = problem.latest if problem.latest is not None else np.zeros((problem.size, len(found.vector)))
-    return found, replace(_judged(problem, found, slopes, (), 0, seed, ROUNDING_ONE_SIDED), vector=found.vector)
+    return found, _unjudged(problem, found.vector)
 
 
 def _settled(
     problem: Problem, found: Found, noise: float | None, bootstrap: int, seed: int
 ) -> tuple[Found, Judgement]:  # fmt: skip
-    started = problem.active
+    started, held = problem.active, tuple[int, ...]()
     slopes = _slopes(problem, found)
     if (moves(problem, slopes) & ~started).any():  # seen from here, though not from the start
         problem.phase, problem.of, problem.active = "search", None, moves(problem, slopes)
         found = _again(problem, found, found.vector, noise, seed)
         slopes = _slopes(problem, found)
-    judged = _judged(problem, found, slopes, (), bootstrap, seed)
-    if judged.hold:
-        problem.phase, problem.of = "search without what is not determined", None
+    judged = _judged(problem, found, slopes, held, bootstrap, seed)
+    while len(judged.hold) > len(held):  # each search may end where less is seen
+        problem.phase, problem.of, held = "search without what is not determined", None, judged.hold
         problem.active = np.ones(len(found.vector), dtype=bool)
-        problem.active[list(judged.hold)] = False
+        problem.active[list(held)] = False
         if problem.active.any():
             found = _again(problem, found, judged.vector, problem.noise, seed)
         else:
             found = replace(found, vector=judged.vector, errors=problem.errors(judged.vector[None])[0])
-        judged = _judged(problem, found, _slopes(problem, found), judged.hold, bootstrap, seed)
-        if len(judged.hold) and not np.array_equal(judged.vector, found.vector):
-            found = replace(found, vector=judged.vector)
+        judged = _judged(problem, found, _slopes(problem, found), held, bootstrap, seed)
     return found, judged
+
+
+def _unjudged(problem: Problem, vector: Array) -> Judgement:
+    """Return values as a search that was stopped left them."""
+    every, count, nan = problem.every, len(vector), float("nan")
+    rows = zip(every.free, every.units, every.start_values.tolist(), every.of_vector(vector).tolist(), strict=True)
+    told = tuple(Parameter(*row, nan, nan, nan, nan, nan, "stopped early") for row in rows)
+    unknown = np.full((count, count), nan)
+    return Judgement(told, (), (), vector, unknown, unknown, unknown[0], problem.noise, "plain", unknown[0])
 
 
 def _again(problem: Problem, found: Found, start: Array, noise: float | None, seed: int) -> Found:
@@ -83,14 +87,13 @@ def _slopes(problem: Problem, found: Found) -> Array:
 
 
 def _judged(
-    problem: Problem, found: Found, slopes: Array, hold: Sequence[int], bootstrap: int, seed: int,
-    rounding: float = ROUNDING,
+    problem: Problem, found: Found, slopes: Array, hold: Sequence[int], bootstrap: int, seed: int
 ) -> Judgement:  # fmt: skip
     every, rows = problem.every, np.isfinite(found.errors)
     judged = judge(
         every.free, every.units, every.logarithmic, every.start, (every.low, every.high), found.vector,
         found.errors[rows], slopes[rows], problem.blocks[rows], noise=found.noise, loss=problem.loss,
-        loss_scale=THRESHOLD, rounding=rounding, held=tuple(hold), boot=bootstrap, seed=seed,
+        loss_scale=THRESHOLD, rounding=ROUNDING, held=tuple(hold), boot=bootstrap, seed=seed,
     )  # fmt: skip
     told = []
     for one, start in zip(judged.parameters, every.start_values.tolist(), strict=True):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.identify.fitted import Fit, Parameter
+from contarm_sim.identify.fitted import FOUND, Fit, Parameter
 from contarm_sim.view.report.fits.left_over import (
     FITTED,
     HELD_OUT,
@@ -19,9 +19,6 @@ from contarm_sim.view.report.fits.left_over import (
 )
 from contarm_sim.view.report.headline import Standing
 from contarm_sim.view.report.sweeps.columns import READ
-
-FOUND = ("determined", "at bound")
-"""Statuses of parameters that have a value."""
 
 MEANINGS = {
     "recording": "what was commanded, and where markers were measured to be, sample by sample.",
