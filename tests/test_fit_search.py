@@ -106,7 +106,9 @@ def test_ctrl_c_returns_what_was_found_so_far(after):
     assert not found.converged
     assert found.message.startswith(descent.STOPPED)
     assert found.left[0].rms() == pytest.approx(rms[-1], rel=1e-6)
-    assert all(np.isfinite(one.value) for one in found.parameters)
+    assert all(np.isfinite(one.value) and np.isnan(one.low) for one in found.parameters)
+    assert {one.status for one in found.parameters} == {"stopped early"}
+    assert found.rig.markers[0].offset[0] == found.parameters[0].value
 
 
 def test_a_fraction_is_held_out_as_whole_blocks():
@@ -169,6 +171,7 @@ def test_losses_have_the_derivatives_that_they_say(loss):
         ({"noise": 0.0}, "a length above 0"),
         ({"starts": 0}, "starts is 0"),
         ({"recordings": []}, "one or more"),
+        ({"predictors": []}, "predictors is 0; allowed: 1, one for each recording"),
         ({"recordings": "short"}, "free is 4 parameters; allowed: at most 3"),
     ],
 )
@@ -180,5 +183,5 @@ def test_bad_input_is_one_clear_line(change, said):
     recordings, free = given.pop("recordings"), given.pop("free")
     own = recordings if isinstance(recordings, Recording) else recording
     with pytest.raises(InputError, match=said) as caught:
-        fit(ARM, recordings, free, predictors=[Waves(own)], **given)
+        fit(ARM, recordings, free, **{"predictors": [Waves(own)], **given})
     assert "\n" not in str(caught.value)

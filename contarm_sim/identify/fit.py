@@ -74,6 +74,8 @@ def fit(
     began = time.perf_counter()
     several = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
     _check(several, loss, noise, starts, method, bootstrap, threads)
+    if predictors is not None and len(predictors) != len(several):
+        raise InputError("predictors", f"{len(predictors)}", f"{len(several)}, one for each recording")
     every = shared(arm, several, free)
     held = held_out_of(several, held_out, seed)
     if predictors is None:

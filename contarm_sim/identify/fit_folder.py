@@ -71,6 +71,8 @@ def _arm_text(fit: Fit) -> str:
     kept = [one for one in fit.parameters if one.status not in FOUND]
     names = ", ".join(one.recording.name for one in fit.left)
     lines = [f"# Fitted to {names}: {', '.join(found) if found else 'nothing was determined'}."]
+    if any(one.status == "only with others" for one in kept):
+        lines.append("# Of what is determined only with others, the values are one of many sets that fit.")
     if not fit.converged:
         lines.insert(0, f"# Not finished: {fit.message}. Values are those that the search had come to.")
     for one in kept:

@@ -107,6 +107,11 @@ class Left(Shown):
         """Measured less predicted [m], shape (T, K, 3); NaN where nothing was seen."""
         return self.recording.positions - self.predicted
 
+    @property
+    def unpredicted(self) -> int:
+        """Samples in which a marker was seen, and none is predicted: they weigh in the fit, and are in no error."""
+        return int((self.recording.seen & ~np.isfinite(self.predicted).all(axis=-1)).any(axis=-1).sum())
+
     def numbers(self) -> dict[str, Any]:
         """Return what a summary says: samples, and errors [m], fitted and held out; NaN where there are none."""
         recording, out = self.recording, self.held_out

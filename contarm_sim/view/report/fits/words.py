@@ -30,8 +30,10 @@ MEANINGS = {
     "Errors of the model itself are not in it; a bootstrap over blocks has more of them.",
     "determined": "the recording tells the parameter apart from all others.",
     "at bound": "the best value is at a bound that was given, or that an arm has: what is beyond is not known.",
+    "weakly determined": "the 95 % interval is wide: a factor of 3 or more either way, or about 10 mm, 30 degrees.",
+    "stopped early": "where the search was when it was stopped: not the best value, and how far off is not known.",
     "only with others": "the recording sees the parameter, but other parameters do the same: only the combination that "
-    "is named is determined. The arm keeps the start.",
+    "is named is determined. The arm has one of many sets of values that fit: what is said to be held keeps its start.",
     "not seen": "the parameter changes nothing in the recording. The arm keeps the start.",
     "block": "samples that are not independent: a pattern, a trial.",
     "repeatability": "how far samples of the same command are from their mean, rms: what a model without memory "
@@ -135,6 +137,8 @@ def error_rows(fit: Fit) -> list[list[str]]:
             rows.append(_sizes(f"{before}{part}", rms(left, chosen)))
             if len(markers) > 1:
                 rows += [_sizes(f"  {marker.name}", rms(left, chosen, k)) for k, marker in enumerate(markers)]
+        if left.unpredicted:
+            rows.append([f"{before}without a pose", f"{left.unpredicted:,}", "-", "-", "-", "-"])
     return rows
 
 
@@ -236,9 +240,12 @@ def _prediction(fit: Fit) -> list[Standing]:
 
 
 def remarks(fit: Fit) -> list[str]:
-    """Say what the errors of each recording tell: hysteresis by channel."""
+    """Say what the errors of each recording tell: samples without a pose, hysteresis by channel."""
     said = []
     for left in fit.left:
+        if left.unpredicted:
+            said.append(f"{_count(left.unpredicted, 'sample')} of {left.recording.name}: the fitted arm has no pose "
+                        "there; errors and intervals are without them")  # fmt: skip
         own = gaps(left)
         channel = max(own, key=lambda name: abs(own[name]), default=0)
         if own and abs(own[channel]) > fit.noise:
