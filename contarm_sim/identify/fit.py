@@ -130,4 +130,6 @@ def _look(problem: Problem) -> None:
     if not problem.active.any():
         sentences = dict.fromkeys(cannot_see(name, problem.recordings) for name in every.names)
         why = "; ".join(one for one in sentences if one) or "its markers do not move with them"
+        if sum(map(len, problem.recordings)) == 1:
+            why += "; it is one sample alone"
         raise InputError("free", ", ".join(every.names), f"parameters that the recording sees ({why})")

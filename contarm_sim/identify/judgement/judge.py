@@ -20,7 +20,7 @@ from contarm_sim.display import Shown
 from contarm_sim.identify.fitted import FOUND, Combination, Parameter, Status
 from contarm_sim.identify.freedom import Free
 from contarm_sim.identify.judgement.bootstrap import one_step
-from contarm_sim.identify.judgement.combinations import Direction, listed
+from contarm_sim.identify.judgement.combinations import Direction, listed, with_interval
 from contarm_sim.identify.judgement.identifiability import (
     LEAK,
     Seen,
@@ -49,6 +49,7 @@ class Judgement(Shown):
     Attributes:
         parameters: values, intervals and statuses.
         undetermined: combinations that the data do not determine, the worst first; one for each number in `hold`.
+        open: the directions of `undetermined`, in the vector, one plausible step long, shape (P, their number).
         hold: numbers of the parameters to hold at their start, so that the data determine the others.
         vector: the optimum, moved along what is not determined until those in `hold` are at their start, shape (P,).
         correlation: of errors, shape (P, P); NaN where one is not determined.
@@ -61,6 +62,7 @@ class Judgement(Shown):
 
     parameters: tuple[Parameter, ...]
     undetermined: tuple[Combination, ...]
+    open: Array
     hold: tuple[int, ...]
     vector: Array
     correlation: Array
@@ -194,7 +196,7 @@ def _told(
         low, high = vector[place] - half[place], vector[place] + half[place]
         status, said = _status(place, vector, bounds, scales, found, leak, directions)
         if status == "only with others":
-            said = _only(place, vector, alone[place], logarithmic, directions)
+            said = _only(place, vector, alone[place], directions)
         elif status == "at bound":
             low, high = (low, vector[place]) if said == "upper" else (vector[place], high)
             said = f"at its {said} bound"
@@ -221,8 +223,9 @@ def _told(
     own = np.sqrt(np.diag(covariance))[known]
     correlation[np.ix_(known, known)] = covariance[np.ix_(known, known)] / np.outer(own, own)
     worst = sorted(directions, key=lambda one: -one.sd)
+    steps = np.array([one.scaled * scales for one in worst]).reshape(-1, count).T
     return Judgement(
-        tuple(out), tuple(one.combination() for one in worst), found.hold, vector, correlation, covariance,
+        tuple(out), tuple(one.combination() for one in worst), steps, found.hold, vector, correlation, covariance,
         found.singular_values, noise, "clustered" if spreads.clustered.any() else "plain", degrees,
     )  # fmt: skip
 
@@ -252,22 +255,19 @@ def _status(
     return "determined", ""
 
 
-def _only(
-    place: int, vector: Array, half: float, logarithmic: Sequence[bool], directions: list[Direction]
-) -> str:  # fmt: skip
+def _only(place: int, vector: Array, half: float, directions: list[Direction]) -> str:
     """Return what is determined of a parameter with others, with its value and interval."""
     own = [one for one in directions if one.held == place]
     if own:
         follow = [own[0].determined(member) for member in own[0].members]
         return f"held at its start; see {listed(follow)}"
     others = [one for one in directions if place in one.members]
-    text, value, factors = others[0].names[place], vector[place], bool(logarithmic[place])
-    factors = factors and all(logarithmic[one.held] for one in others)
-    if not factors and logarithmic[place]:
-        text = f"ln({text})"
+    first = others[0]
+    name, unit, logarithmic = first.names[place], first.units[place], bool(first.logarithmic[place])
+    factors = logarithmic and all(one.logarithmic[one.held] for one in others)
+    text, value = f"ln({name})" if logarithmic and not factors else name, vector[place]
     for one in others:
         text += one.term(place, factors)
         value -= one.power(place) * vector[one.held]
-    ends = np.array([value, value - half, value + half])
-    middle, low, high = (np.exp(ends) if factors else ends).tolist()
-    return f"{text} = {middle:.4g} (95 %: {low:.4g} to {high:.4g})"
+    alike = not logarithmic and all(one.units[one.held] == unit for one in others)
+    return f"{text} = {with_interval(value, half, unit if alike else '', factors)}"

@@ -19,6 +19,13 @@ ROUNDING = 1e-5
 """Relative error of derivatives from both sides."""
 
 
+CLEARLY = 2.0
+"""Rise of the cost, half a sum of squares over the noise, that data clearly see: of two standard deviations."""
+
+NEARBY = "near these values: larger steps change the errors"
+"""Said of a combination that the data do not determine where the fit ended."""
+
+
 def closed(
     problem: Problem, found: Found, noise: float | None, bootstrap: int, seed: int
 ) -> tuple[Found, Judgement]:  # fmt: skip
@@ -61,7 +68,21 @@ def _settled(
         else:
             found = replace(found, vector=judged.vector, errors=problem.errors(judged.vector[None])[0])
         judged = _judged(problem, found, _slopes(problem, found), held, bootstrap, seed)
-    return found, judged
+    return found, _near(problem, found, judged)
+
+
+def _near(problem: Problem, found: Found, judged: Judgement) -> Judgement:
+    """Say of which combinations a plausible step changes the errors, though small ones do not."""
+    steps = np.concatenate([judged.open.T, -judged.open.T])
+    vectors = np.clip(found.vector + steps, problem.every.low, problem.every.high)
+    if not len(vectors):
+        return judged
+    now = problem.cost(found.errors, found.vector)
+    costs = np.array([problem.cost(*both) for both in zip(problem.errors(vectors), vectors, strict=True)])
+    ends = costs.reshape(2, -1).min(axis=0) > now + CLEARLY
+    told = [replace(one, said=f"{one.said} ({NEARBY})" if end else one.said)
+            for one, end in zip(judged.undetermined, ends.tolist(), strict=True)]  # fmt: skip
+    return replace(judged, undetermined=tuple(told))
 
 
 def _unjudged(problem: Problem, vector: Array) -> Judgement:
@@ -70,7 +91,9 @@ def _unjudged(problem: Problem, vector: Array) -> Judgement:
     rows = zip(every.free, every.units, every.start_values.tolist(), every.of_vector(vector).tolist(), strict=True)
     told = tuple(Parameter(*row, nan, nan, nan, nan, nan, "stopped early") for row in rows)
     unknown = np.full((count, count), nan)
-    return Judgement(told, (), (), vector, unknown, unknown, unknown[0], problem.noise, "plain", unknown[0])
+    return Judgement(
+        told, (), np.zeros((count, 0)), (), vector, unknown, unknown, unknown[0], problem.noise, "plain", unknown[0]
+    )
 
 
 def _again(problem: Problem, found: Found, start: Array, noise: float | None, seed: int) -> Found:
