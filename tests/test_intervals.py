@@ -7,7 +7,7 @@ from scipy.stats import t
 from contarm_sim.errors import InputError
 from contarm_sim.identify.freedom import Free
 from contarm_sim.identify.judgement.bootstrap import groups, one_step, widening
-from contarm_sim.identify.judgement.intervals import rows, spread
+from contarm_sim.identify.judgement.intervals import noise_of, rows, spread
 from contarm_sim.identify.judgement.judge import judge
 
 NOISE = 5e-4
@@ -221,3 +221,45 @@ def test_a_parameter_that_blocks_leave_open_is_not_returned():
         assert (open_one.status, x.status) == ("not seen", "determined")
         assert "too little of what was measured: it may be off by a factor" in open_one.said
     assert judge(*own, np.arange(600), noise=NOISE).parameters[0].status == "determined"
+
+
+def test_small_parts_of_two_combinations_are_told_by_the_larger():
+    alike = np.array([[1, 1, 0, 0, 0.09], [0, 0, 1, 1, 0.08]])  # directions that change nothing
+    jacobian = columns(600, 3) @ np.linalg.svd(alike)[2][2:]
+    names = ["bending_stiffness", "muscle.stiffness", "mass", "bending_stiffness", "mass"]
+    last = judged(jacobian, names).parameters[-1]
+    assert last.status == "only with others"
+    assert "muscle.stiffness" in last.said
+
+
+def test_what_a_bound_pulls_is_no_part_of_the_spread():
+    """Of blocks of one design the same is pulled from each."""
+    random, blocks = np.random.default_rng(9), np.repeat(np.arange(8), 20)
+    jacobian, residual = np.tile(random.normal(size=(20, 3)), (8, 1)), random.normal(size=160)
+    residual -= jacobian @ np.linalg.lstsq(jacobian, residual, rcond=None)[0]
+    free, bound = (rows(residual + pull * jacobian[:, 0], jacobian) for pull in (0.0, 3.0))
+    expected = spread(free, blocks, np.zeros(3)).covariance
+    np.testing.assert_allclose(spread(bound, blocks, np.zeros(3)).covariance, expected, rtol=1e-9)
+
+
+def test_a_prior_is_as_wide_in_the_intervals_as_in_the_search_and_may_contradict_the_data():
+    """Of a positive parameter it is about the mean, sd / mean wide in the logarithm, wherever the fit ends."""
+    jacobian, free = columns(600, 1) * 1e-4, [Free(name="bending_stiffness", mean=0.02, sd=0.004)]
+    found = judged(jacobian, ["bending_stiffness"], free=free, at=np.log(0.01), start=np.log(0.03)).parameters[0]
+    assert found.sd == pytest.approx(0.2 * found.value, rel=1e-2)
+    assert "contradict each other: it is 3.5 standard deviations off" in found.said
+
+
+def test_a_wide_interval_is_called_weak():
+    jacobian = columns(600, 2) * [0.0007, 1]
+    found = judged(jacobian, ["bending_stiffness", "frame.x"]).parameters
+    assert [one.status for one in found] == ["weakly determined", "determined"]
+    assert found[0].determined
+    assert found[0].high / found[0].low > 9
+
+
+def test_outliers_leave_the_noise_as_it_is():
+    residual = np.random.default_rng(10).normal(0, NOISE, 20000)
+    assert noise_of(residual, 0, "huber") == pytest.approx(NOISE, rel=0.02)
+    residual[::10] += 0.02
+    assert noise_of(residual, 0, "huber") == pytest.approx(NOISE, rel=0.03)

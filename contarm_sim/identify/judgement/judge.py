@@ -262,6 +262,8 @@ def _only(place: int, vector: Array, half: float, directions: list[Direction]) -
         follow = [own[0].determined(member) for member in own[0].members]
         return f"held at its start; see {listed(follow)}"
     others = [one for one in directions if place in one.members]
+    if not others:  # a small part of several directions, which together are not small
+        others = [max(directions, key=lambda one: abs(float(one.scaled[place])))]
     first = others[0]
     name, unit, logarithmic = first.names[place], first.units[place], bool(first.logarithmic[place])
     factors = logarithmic and all(one.logarithmic[one.held] for one in others)
