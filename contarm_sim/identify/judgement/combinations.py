@@ -78,9 +78,8 @@ class Direction:
         every, powers = [self.names[place] for place in sorted([*members, self.held])], self._powers(members)
         kinds = {bool(self.logarithmic[place]) for place in [*members, self.held]}
         factors = kinds == {True}
-        plain = "factor" if factors else "amount"
         alike = factors or (kinds == {False} and len({self.units[place] for place in [*members, self.held]}) == 1)
-        amount = f"any {plain}" if self.sd > UNBOUNDED else self._far()
+        amount = self._far()
         if alike and all(power == 1 for power in powers):
             what = ("ratio" if factors else "difference") + ("" if len(members) == 1 else "s")
             verb = "is" if len(members) == 1 else "are"
@@ -126,6 +125,8 @@ class Direction:
 
     def _far(self) -> str:
         # along a direction of length 1, the held one moves by its own part of the direction alone
+        if self.sd > UNBOUNDED:
+            return "any factor" if self.logarithmic[self.held] else "any amount"
         step = self.sd * abs(float(self.scaled[self.held])) * float(self.scales[self.held])
         if self.logarithmic[self.held]:
             return f"a factor {math.exp(step):.2g}"

@@ -159,9 +159,11 @@ def millimetres(metres: float) -> str:
 
 def headline(fit: Fit) -> str:
     """Say in one sentence what the fit comes to."""
-    known, count = sum(one.status in FOUND for one in fit.parameters), len(fit.parameters)
+    known, count = sum(one.determined for one in fit.parameters), len(fit.parameters)
+    weak = sum(one.status == "weakly determined" for one in fit.parameters)
     held, own = together(fit, HELD_OUT), together(fit, FITTED)
-    of = f"{known} of {count} parameters determined" if count > 1 else f"{fit.parameters[0].name}: " + (
+    weakly = f", {weak} of them weakly" if weak else ""
+    of = f"{known} of {count} parameters determined{weakly}" if count > 1 else f"{fit.parameters[0].name}: " + (
         "determined" if known else "not determined")  # fmt: skip
     if math.isfinite(held):
         return f"The fitted arm predicts what was held out within {millimetres(held)} mm rms; {of}."
@@ -209,6 +211,12 @@ def _determined(fit: Fit) -> Standing:
     if bound:
         return Standing("note", f"{_count(len(bound), 'parameter')} at a bound.",
                         f"{_ticked(bound)}: the data would rather have it beyond.")  # fmt: skip
+    if any(one.status == "stopped early" for one in fit.parameters):
+        return Standing("bad", "The search was stopped.", "Values are where it was; nothing is known of how far off.")
+    weak = [one.name for one in fit.parameters if one.status == "weakly determined"]
+    if weak:
+        return Standing("note", f"{_count(len(weak), 'parameter')} weakly determined.",
+                        f"{_ticked(weak)}: see how wide the intervals are.")  # fmt: skip
     return Standing("good", "All free parameters are determined.", "Each is told apart from the others by the data.")
 
 
