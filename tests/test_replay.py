@@ -7,15 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from made_fit import made_fit
 from text_boxes import faults
 
 from contarm_sim.errors import InputError
 from contarm_sim.identify.freedom import freedom
-from contarm_sim.identify.prediction.base import under
+from contarm_sim.identify.prediction.base import AtRest, under
 from contarm_sim.identify.recordings.recording import Recording
 from contarm_sim.identify.recordings.rig import Actuation, Marker, Rig
 from contarm_sim.identify.recordings.saved import save_recording
 from contarm_sim.identify.recordings.synthetic import random_windings, recorded
+from contarm_sim.identify.replays.by_fit import held_out_in
 from contarm_sim.identify.replays.covariance import Covariance
 from contarm_sim.identify.replays.replay import replay
 from contarm_sim.model.arm_file import arm_to_toml
@@ -136,6 +138,43 @@ class Swings:
         out[:, :3] = np.nan
         out[:, self.recording.blocks == "3"] = np.nan
         return out
+
+
+@pytest.mark.parametrize("kind", ["static", "motion"])
+def test_a_recording_that_a_fit_was_made_from_is_known_again(kind):
+    """A fit knows no positions before a swing starts, and may have had every tenth sample alone."""
+    done = made_fit(kind, recordings=2)
+    first, second = done.left
+    whole = second.recording
+    unseen = whole.positions.copy()
+    unseen[::30] = np.nan
+    thin = slice(1, None, 10)
+    some = replace(second, recording=replace(whole, positions=unseen).part(thin), predicted=second.predicted[thin],
+                   held_out=second.held_out[thin])  # fmt: skip
+    for left in (replace(second, recording=replace(whole, positions=unseen)), some):
+        place, held = held_out_in(replace(done, left=(first, left)), replace(whole, name="a copy"))
+        assert place == 1
+        inside = held == second.held_out
+        assert inside.all() if left is not some else inside.mean() > 0.7  # the rest is outside of what was fitted
+    assert held[second.held_out].all()
+    assert not held[1:22].any()
+    place, held = held_out_in(done, replace(whole, positions=whole.positions + 1e-5))
+    assert place is None
+    assert held.all()
+
+
+def test_a_replay_without_bands_predicts_once(arm, recording):
+    calls = []
+
+    class Counted(AtRest):
+        def __call__(self, arms, rigs):
+            calls.append(len(arms))
+            return super().__call__(arms, rigs)
+
+    few = recording.part(slice(0, 8))
+    found = replay(arm, few, predictor=Counted)
+    assert calls == [1]
+    np.testing.assert_allclose(found.predicted, AtRest(few)([arm], [few.rig])[0], atol=1e-12)
 
 
 def test_swings_are_drawn_one_after_the_other_and_count_from_where_the_hand_lets_go(arm):

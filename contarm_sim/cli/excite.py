@@ -45,8 +45,21 @@ ROWS = 24
 @click.option(
     "--bend", type=ANGLE, default=1.0, show_default=True, metavar="X", help="Largest bend of random patterns."
 )
-@click.option("--limits", type=float, nargs=2, metavar="LOW HIGH", help="Of every command, as they are written.")
-@click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Other random patterns.")
+@click.option(
+    "--limits",
+    type=float,
+    nargs=2,
+    metavar="LOW HIGH",
+    help="Lowest and highest command of a channel, in the unit of the commands.",
+)
+@click.option(
+    "--seed",
+    type=int,
+    default=0,
+    show_default=True,
+    metavar="N",
+    help="Of the random patterns: another number draws others.",
+)
 @out_option("runs/excite-<time>")
 @figure_options()
 @json_option
@@ -68,6 +81,7 @@ def excite(
     """
     from contarm_sim.cli.study import deliver, output_for, signed
     from contarm_sim.cli.terminal import progress
+    from contarm_sim.identify.asked import free_of, units_of
     from contarm_sim.identify.excite import excite as excited
     from contarm_sim.identify.replays.replay import usual_predictor
     from contarm_sim.identify.replays.written import written_of
@@ -75,7 +89,10 @@ def excite(
     from contarm_sim.view.style import save
 
     arm, rig, known, own, recorded = _given(arm_file, rig_file, known_file)
-    names, written = _names(arm, rig, free), written_of(rig, recorded)
+    if not free:
+        raise InputError("--free", "missing", "names of parameters; contarm fit ARM.toml --names lists all")
+    names = [one.name for one in free_of(free, units_of(arm, [rig]))]
+    written = written_of(rig, recorded)
     table, blocks = _candidates(candidates, written)
     target = output_for(out, "excite")
     ends = None if limits is None else tuple(sorted(written.worth * end for end in limits))
@@ -119,17 +136,13 @@ def _given(
     Raises:
         InputError: no rig, or a recording that is not static.
     """
+    from contarm_sim.cli.given import arm_named
     from contarm_sim.identify.fit_folder import load_fit
     from contarm_sim.identify.recordings.file import load_recording
     from contarm_sim.identify.recordings.rig_file import load_rig, read_toml
-    from contarm_sim.model.arm_file import load_arm
-    from contarm_sim.model.presets import PRESETS
 
     fit = load_fit(arm_file) if Path(arm_file).is_dir() else None
-    if fit is not None:
-        arm = fit.arm
-    else:
-        arm = PRESETS[arm_file]() if arm_file in PRESETS and not Path(arm_file).exists() else load_arm(arm_file)
+    arm = arm_named(arm_file) if fit is None else fit.arm
     rig, known, recorded = None if fit is None else fit.rig, None, None
     if rig_file is not None and "data" in read_toml(Path(rig_file), "[frame], position = [0, 0, 0]"):
         recorded, known = rig_file, load_recording(rig_file, arm)
@@ -145,15 +158,6 @@ def _given(
     if known is not None and known.kind != "static":
         raise InputError("kind", "a motion", "a static recording: only static patterns are proposed", known.name)
     return arm, rig, known, None if fit is None else fit.noise, recorded
-
-
-def _names(arm: Arm, rig: Rig, free: tuple[str, ...]) -> list[str]:
-    from contarm_sim.identify.freedom import free_names
-    from contarm_sim.identify.wildcards import spread
-
-    if not free:
-        raise InputError("--free", "missing", "names of parameters; contarm fit ARM.toml --names lists all")
-    return [one for name in free for one in spread(name, free_names(arm, rig))]
 
 
 def _candidates(given: str, written: Written) -> tuple[Any, list[str] | None]:
