@@ -142,6 +142,7 @@ def test_names_lists_units_values_and_stars(contarm, files):
         (["--free", "mass", "--hold-out", "3_*"], "1_all, 2_all"),
         (["--free", "mass", "--hold-out", "120%"], "a fraction"),
         (["--free", "mass", "--hold-out", "0"], "above 0 and below 1 (25%), or blocks: 1_all, 2_all"),
+        (["--free", "mass", "--bounds", "mass", "2", "--starts", "3"], "--bounds is"),
         (["--free", "mass", "--noise", "0"], "a length above 0"),
         (["--free", "mass", "--rig", "nothing.toml"], "nothing.toml"),
     ],

@@ -308,10 +308,12 @@ def test_some_samples_and_errors_in_one_line(contarm, files, tmp_path):
     code, out, _ = contarm("replay", *files, "--samples", 12, "--within", "1cm", "--no-video", "--figures", "none")
     assert code == 0
     assert "12 samples" in out
+    assert "errors [mm]" in out
     for words_of, said in (
         ((files[1],), "an arm (or the folder of a fit) and a recording"),
         ((*files, files[1]), "3 arguments"),
         ((files[0], "missing.toml"), "missing.toml"),
+        ((*files, "--within", "5"), "such as 5mm"),
         ((tmp_path, files[1]), str(tmp_path)),
     ):
         code, out, err = contarm("replay", *words_of)

@@ -14,13 +14,14 @@ from contarm_sim.view.prints import Prints
 
 if TYPE_CHECKING:
     from contarm_sim.identify.excite import Excitation
+    from contarm_sim.identify.fitted import Fit
     from contarm_sim.identify.recordings.recording import Recording
     from contarm_sim.identify.recordings.rig import Rig
     from contarm_sim.identify.replays.written import Written
     from contarm_sim.model.arm import Arm
 
-ROWS = 24
-"""Most commands that are printed."""
+ROWS = 3
+"""Most commands that are printed: all are in commands.csv."""
 
 
 @click.command(cls=Command)
@@ -79,6 +80,7 @@ def excite(
     contarm excite runs/fit-20260101-120000 day1.toml --free section_*.bending_stiffness --limits -10 4
     contarm excite arm.toml day1.toml --free frame.* --candidates possible.csv --count 20
     """
+    from contarm_sim.cli.given import as_options
     from contarm_sim.cli.study import deliver, output_for, signed
     from contarm_sim.cli.terminal import progress
     from contarm_sim.identify.asked import free_of, units_of
@@ -88,18 +90,22 @@ def excite(
     from contarm_sim.view.report.excited import draw_gain
     from contarm_sim.view.style import save
 
-    arm, rig, known, own, recorded = _given(arm_file, rig_file, known_file)
+    arm, rig, known, fit, recorded = _given(arm_file, rig_file, known_file)
     if not free:
         raise InputError("--free", "missing", "names of parameters; contarm fit ARM.toml --names lists all")
     names = [one.name for one in free_of(free, units_of(arm, [rig]))]
     written = written_of(rig, recorded)
+    if lost := [name for name in names if "damping" in name]:
+        raise InputError("--free", lost[0], "what poses show: an arm at rest does not show its damping")
+    if limits is not None and limits[0] > limits[1]:
+        raise InputError("--limits", f"{limits[0]:g} {limits[1]:g}", "the lowest first, then the highest")
     table, blocks = _candidates(candidates, written)
     target = output_for(out, "excite")
     ends = None if limits is None else tuple(sorted(written.worth * end for end in limits))
-    with progress("weighing candidates") as show:
+    with as_options("--count", "--free", "--noise", "--candidates"), progress("weighing candidates") as show:
         show(0, 1)
         found = excited(arm, rig, names, candidates=table, blocks=blocks, count=count, criterion=criterion,
-                        recording=known, noise=noise or own or 0.0005, bend=bend, limits=ends,  # type: ignore[arg-type]
+                        recording=known, noise=noise or (fit.noise if fit else 0.0005), bend=bend, limits=ends,  # type: ignore[arg-type]
                         predictor=usual_predictor(arm), seed=seed)  # fmt: skip
     summary = signed({name: getattr(found, name) for name in _TOLD}) | _said(found, written, known)
 
@@ -107,7 +113,8 @@ def excite(
         (folder / "commands.csv").write_text(written.text(found.commands, found.blocks), encoding="utf-8")
         save(folder, "gain", lambda sheet: draw_gain(sheet, found), prints)
 
-    deliver(target, summary, as_json, lambda: _show(found, written, known), draw)
+    unsure = [one.name for one in fit.parameters if one.name not in names] if fit else []
+    deliver(target, summary, as_json, lambda: _show(found, written, known, unsure), draw)
 
 
 _TOLD = ("names", "units", "values", "sd_before", "sd_after", "steps", "gain", "refused")
@@ -130,8 +137,8 @@ def _said(found: Excitation, written: Written, known: Recording | None) -> dict[
 
 def _given(
     arm_file: str, rig_file: str | None, known_file: str | None
-) -> tuple[Arm, Rig, Recording | None, float | None, str | None]:
-    """Return arm, rig, what is measured already, a fit's noise, and the recording's file, as the arguments say.
+) -> tuple[Arm, Rig, Recording | None, Fit | None, str | None]:
+    """Return arm, rig, what is measured already, a fit, and the recording's file, as the arguments say.
 
     Raises:
         InputError: no rig, or a recording that is not static.
@@ -157,7 +164,7 @@ def _given(
         known = load_recording(known_file, arm)
     if known is not None and known.kind != "static":
         raise InputError("kind", "a motion", "a static recording: only static patterns are proposed", known.name)
-    return arm, rig, known, None if fit is None else fit.noise, recorded
+    return arm, rig, known, fit, recorded
 
 
 def _candidates(given: str, written: Written) -> tuple[Any, list[str] | None]:
@@ -165,8 +172,12 @@ def _candidates(given: str, written: Written) -> tuple[Any, list[str] | None]:
     return (int(given), None) if given.isdigit() else written.read(given)
 
 
-def _show(found: Excitation, written: Written, known: Recording | None) -> None:
-    """Print the proposed patterns, their commands, and what is known of the parameters before and after."""
+def _show(found: Excitation, written: Written, known: Recording | None, unsure: list[str]) -> None:
+    """Print the proposed patterns, their commands, and what is known of the parameters before and after.
+
+    Args:
+        unsure: names of parameters that count as known, though a fit had them free.
+    """
     import math
 
     import numpy as np
@@ -174,7 +185,11 @@ def _show(found: Excitation, written: Written, known: Recording | None) -> None:
     from contarm_sim.cli.terminal import table, width
     from contarm_sim.view.report.excited import parameter_rows, pattern_rows, told
 
-    table("proposed, the most telling first", ["pattern", "poses", "tells alone", "tells besides"], pattern_rows(found))
+    table(
+        "proposed, the most telling first",
+        ["pattern", "poses", "information alone [nats]", "besides those above"],
+        pattern_rows(found),
+    )
     values = written.numbers(found.commands)
     places = max(0, 3 - math.floor(math.log10(max(float(np.abs(values).max()), 1e-9))))
     names = ["", *found.blocks.tolist()]
@@ -182,7 +197,10 @@ def _show(found: Excitation, written: Written, known: Recording | None) -> None:
         [name if name != before else "", *(f"{x:.{places}f}" for x in row)]
         for before, name, row in zip(names, names[1:], values.tolist(), strict=False)
     ]
-    more = "" if len(rows) <= ROWS else f", the first {ROWS} of {len(rows)}"
+    more = "" if len(rows) <= ROWS else f", the first {ROWS} of {len(rows)} in commands.csv"
     table(f"commands, {written.unit}{more}", ["pattern", *written.columns], rows[:ROWS])
     table("expected standard deviations", ["", "unit", "value", "before", "after", "smaller by"], parameter_rows(found))
     click.echo(click.wrap_text(told(found, known), min(width(), 120)))
+    if unsure:
+        said = f"Taken as known, though the fit had them free: {', '.join(unsure)}."
+        click.echo(click.wrap_text(said, min(width(), 120)))

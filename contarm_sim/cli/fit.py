@@ -117,12 +117,15 @@ def fit(
     contarm fit arm.toml day1.toml day2.toml --free section_*.bending_stiffness marker.offset.z
         --prior marker.offset.z 12mm 1mm --hold-out "circle*" --starts 8 --bootstrap 200
     """
-    from contarm_sim.cli.given import arm_named, recording_in
+    from contarm_sim.cli.given import arm_named, as_options, recording_in, say_findings
     from contarm_sim.cli.study import output_for
     from contarm_sim.errors import InputError
     from contarm_sim.identify.asked import free_of, held_out_from, units_of
     from contarm_sim.identify.fit import fit as fitted
 
+    for option, rows, allowed in (("--bounds", bounds, "NAME LOW HIGH"), ("--prior", prior, "NAME MEAN SD")):
+        if short := [row for row in rows if any(word.startswith("--") for word in row)]:  # the next option was taken
+            raise InputError(option, " ".join(short[0]), allowed)
     arm = arm_named(arm_file)
     recordings = [recording_in(file, arm, rig_file) for file in recording_files]
     if names:
@@ -134,11 +137,24 @@ def fit(
         raise InputError("--free", "missing", "names of parameters; contarm fit ARM.toml --names lists all")
     asked = free_of(free, units_of(arm, [one.rig for one in recordings]), bounds, prior)
     target, held = output_for(out, "fit"), held_out_from(hold_out, recordings)
-    with _told() as told:
+    for recording in recordings:
+        say_findings(recording)
+    with as_options("--free", "--hold-out", "--noise", "--starts", "--memory"), _told() as told:
         found = fitted(arm, recordings, asked, held_out=held, loss=loss, noise=noise, method=method,  # type: ignore[arg-type]
                        starts=starts, bootstrap=bootstrap, memory=_MEMORY[memory], threads=threads,  # type: ignore[arg-type]
                        on_progress=told)  # fmt: skip
+    if isinstance(held, float):
+        _say_share(found, held)
     return _deliver(found, target, prints, as_json)
+
+
+def _say_share(found: Fit, asked: float) -> None:
+    """Say what share of the samples was held out, for blocks are not divided."""
+    from contarm_sim.cli.terminal import say
+
+    share = sum(int(left.held_out.sum()) for left in found.left) / sum(len(left.recording) for left in found.left)
+    said = f"{100 * asked:.3g} % were asked for, and blocks are not divided"
+    say(f"held out: {100 * share:.3g} % of the samples{'' if abs(share - asked) < 0.01 else f'; {said}'}")
 
 
 def _told() -> Any:
@@ -152,7 +168,9 @@ def _told() -> Any:
         last: list[Any] = []
 
         def words(done: int, total: int) -> str:
-            return f"{last[0].phase}, evaluation {last[0].evaluation:,}, rms {1e3 * last[0].rms:.3g} mm"
+            step = last[0]
+            of = f" of {step.of:,}" if step.of else ""
+            return f"{step.phase}, evaluation {step.evaluation:,}{of}, rms {1e3 * step.rms:.3g} mm"
 
         with progress("fit", words) as show:
 
@@ -197,14 +215,17 @@ def show(found: Fit) -> None:
     from contarm_sim.view.report.fits import words
 
     table("", words.parameter_columns(found), words.rows_of(found))
-    for title, lines in (("of single parameters:", words.notes(found)),
-                         ("not determined by the data:", words.undetermined(found))):  # fmt: skip
+    lost, line = words.undetermined(found), min(width(), 120)
+    said = [note for note in words.notes(found) if not any(one in note for one in lost)]
+    for title, lines in (("of single parameters:", said), ("not determined by the data:", lost)):
         if lines:
-            click.echo("\n".join([title, *(click.wrap_text(line, min(width(), 120), "- ", "  ") for line in lines)]))
+            click.echo("\n".join([title, *(click.wrap_text(text, line, "- ", "  ") for text in lines)]))
     table("", words.error_columns(), words.error_rows(found))
     for remark in words.remarks(found):
-        click.echo(click.wrap_text(f"{remark[0].upper()}{remark[1:]}.", min(width(), 120)))
-    click.echo(click.wrap_text(words.headline(found), min(width(), 120)))
+        click.echo(click.wrap_text(f"{remark[0].upper()}{remark[1:]}.", line))
+    if not found.converged:
+        click.echo(click.wrap_text(f"Unfinished: {found.message}.", line))
+    click.echo(click.wrap_text(words.headline(found), line))
 
 
 def _show_names(arm: Arm, recordings: list[Recording], rig_file: str | None, as_json: bool) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,3 +35,26 @@ def recording_in(file: str, arm: Arm, rig_file: str | None = None) -> Recording:
 
     recording = load_recording(file, arm)
     return recording if rig_file is None else recording.in_rig(load_rig(rig_file, arm))
+
+
+@contextmanager
+def as_options(*options: str) -> Iterator[None]:
+    """Let errors name the options, `--hold-out`, in place of the arguments that they are given to, `held_out`."""
+    from contarm_sim.errors import InputError
+
+    named = {"held_out" if one == "--hold-out" else one.strip("-").replace("-", "_"): one for one in options}
+    try:
+        yield
+    except InputError as error:
+        if error.name not in named:
+            raise
+        raise InputError(named[error.name], error.given, error.allowed, error.where) from None
+
+
+def say_findings(recording: Recording) -> None:
+    """Say what is odd about a recording, on stderr."""
+    from contarm_sim.cli.terminal import say
+    from contarm_sim.identify.recordings.checks import findings
+
+    for finding in findings(recording)[1:]:  # the first says what it is
+        say(f"{recording.name}: {finding}")

@@ -31,7 +31,11 @@ if TYPE_CHECKING:
 )  # fmt: skip
 @click.option("--within", type=LENGTH, metavar="X", help="Exit code 1 if the rms is larger [m]: 0.01, 10mm.")
 @click.option(
-    "--threads", type=click.IntRange(0, 4096), default=0, metavar="N", help="Most threads; default one a processor."
+    "--threads",
+    type=click.IntRange(0, 4096),
+    default=0,
+    metavar="N",
+    help="Most threads; default one a processor. Poses with memory take one.",
 )
 @click.option("--no-video", is_flag=True, help="Numbers and figures only.")
 @out_option("runs/replay-<time>")
@@ -52,6 +56,7 @@ def replay(words: tuple[str, ...], fit_folder: str | None, rig_file: str | None,
     contarm replay --fit runs/fit-20260101-120000 day2.toml --samples 200 --no-video --json
     """
     from contarm_sim.cli.drawing import draw, film_at_first
+    from contarm_sim.cli.given import say_findings
     from contarm_sim.cli.study import output_for
     from contarm_sim.cli.terminal import command_line, progress, say
     from contarm_sim.stopping import exit_code, unbroken
@@ -59,7 +64,11 @@ def replay(words: tuple[str, ...], fit_folder: str | None, rig_file: str | None,
     from contarm_sim.view.report.replays.report import ReplayReport
 
     arm, recording, given = _given(words, fit_folder, rig_file)
+    if within is not None and within >= arm.length:
+        allowed = f"a length with its unit, such as 5mm, below that of the arm, {arm.length:.3g} m"
+        raise InputError("--within", f"{within:g} m", allowed)
     target = output_for(out, "replay")
+    say_findings(recording)
     with progress("predicting") as show:
         show(0, 1)
         found = _predicted(arm, recording, given, rig_file is None, samples, threads)
