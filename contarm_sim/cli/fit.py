@@ -215,8 +215,9 @@ def show(found: Fit) -> None:
     from contarm_sim.view.report.fits import words
 
     table("", words.parameter_columns(found), words.rows_of(found))
-    lost, line = words.undetermined(found), min(width(), 120)
-    said = [note for note in words.notes(found) if not any(one in note for one in lost)]
+    line, noted = min(width(), 120), {one.name for one in found.parameters if one.said}
+    twice = {one.said.rstrip(".") for one in found.undetermined if len(one.names) == 1 and one.names[0] in noted}
+    said, lost = words.notes(found), [text for text in words.undetermined(found) if text not in twice]
     for title, lines in (("of single parameters:", said), ("not determined by the data:", lost)):
         if lines:
             click.echo("\n".join([title, *(click.wrap_text(text, line, "- ", "  ") for text in lines)]))
