@@ -109,6 +109,7 @@ def test_people_are_told_the_same(fitted, capsys):
     assert row.split()[1] == "mm"
     assert float(row.split()[3]) == pytest.approx(1e3 * found["frame.x"]["value"], abs=0.006)
     assert "an arm at rest does not show its damping" in printed.replace("\n  ", " ")
+    assert printed.count("- damping_time") == 1
     assert "held out" in printed
     assert fitted[0]["in_words"] in printed
 

@@ -215,9 +215,14 @@ def show(found: Fit) -> None:
     from contarm_sim.view.report.fits import words
 
     table("", words.parameter_columns(found), words.rows_of(found))
-    line, noted = min(width(), 120), {one.name for one in found.parameters if one.said}
-    twice = {one.said.rstrip(".") for one in found.undetermined if len(one.names) == 1 and one.names[0] in noted}
-    said, lost = words.notes(found), [text for text in words.undetermined(found) if text not in twice]
+    line, noted = min(width(), 120), dict[str, list[str]]()
+    for one in found.parameters:
+        if one.said:
+            noted.setdefault(one.said, []).append(one.name)
+    told = {name for names in noted.values() for name in names}
+    twice = {one.said.rstrip(".") for one in found.undetermined if len(one.names) == 1 and one.names[0] in told}
+    said = [f"{', '.join(names)}: {why}" for why, names in noted.items()]
+    lost = [text for text in words.undetermined(found) if text not in twice]
     for title, lines in (("of single parameters:", said), ("not determined by the data:", lost)):
         if lines:
             click.echo("\n".join([title, *(click.wrap_text(text, line, "- ", "  ") for text in lines)]))
