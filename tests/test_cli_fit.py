@@ -79,7 +79,7 @@ def test_what_is_known_is_found_and_what_is_not_keeps_its_start(fitted, files):
     assert arm.sections[0].damping_time == pytest.approx(load_arm(files[0]).sections[0].damping_time)
     (errors,) = told["left_over"]
     assert {one["block"] for one in errors["blocks"] if one["held_out"]} == {"2_all"}
-    whole = {one["part"]: one["rms_m"] if "rms_m" in one else one["rms"] for one in errors["errors_m"]}
+    whole = {one["part"]: one["rms_m"] for one in errors["errors"]}
     assert 0.0003 < whole["held out"] < 0.0008
 
 
@@ -91,9 +91,9 @@ def test_the_folder_is_whole_and_says_what_was_printed(fitted):
     assert json.loads((folder / "summary.json").read_text()) == told
     with (folder / "residuals.csv").open() as file:
         rows = list(csv.DictReader(file))
-    distances = [float(row["distance"]) for row in rows if row["held_out"] == "1"]
-    size = next(one for one in told["left_over"][0]["errors_m"] if one["part"] == "held out")
-    assert np.sqrt(np.mean(np.square(distances))) == pytest.approx(size["rms"], rel=1e-9)
+    distances = [float(row["distance_m"]) for row in rows if row["held_out"] == "1"]
+    size = next(one for one in told["left_over"][0]["errors"] if one["part"] == "held out")
+    assert np.sqrt(np.mean(np.square(distances))) == pytest.approx(size["rms_m"], rel=1e-9)
     page = (folder / "report.html").read_text().replace("\u00a0", " ")
     assert told["in_words"] in page
     assert "damping_time" in page

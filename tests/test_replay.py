@@ -290,10 +290,10 @@ def test_the_command_leaves_numbers_that_agree_and_a_page(contarm, files, wrong,
     told, summary = json.loads(out), json.loads(Path("it/summary.json").read_text())
     assert told == summary
     assert told["verdict"] == "fail"
-    assert told["error"]["rms"] == pytest.approx(wrong.differences().rms, rel=1e-6)
+    assert told["error"]["rms_m"] == pytest.approx(wrong.differences().rms, rel=1e-6)
     rows = list(csv.DictReader(Path("it/replay.csv").read_text().splitlines()))
     tips = [float(row["error.tip_m"]) for row in rows if row["error.tip_m"]]
-    assert np.sqrt(np.mean(np.square(tips))) == pytest.approx(told["by_marker"]["tip"]["rms"], rel=1e-6)
+    assert np.sqrt(np.mean(np.square(tips))) == pytest.approx(told["by_marker"]["tip"]["rms_m"], rel=1e-6)
     with np.load("it/replay.npz") as kept:
         np.testing.assert_allclose(kept["predicted"], wrong.predicted, atol=1e-8)
         assert kept["stations"].shape == (120, 10, 3)

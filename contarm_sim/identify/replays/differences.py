@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -30,6 +31,13 @@ class Differences(Shown):
     largest: float
     centred_rms: float
     bias: tuple[float, float, float]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return them as summary.json has them, with the unit in each name."""
+        return {
+            "markers_seen": self.count, "rms_m": self.rms, "rms_centred_m": self.centred_rms, "median_m": self.median,
+            "percentile_95_m": self.percentile_95, "largest_m": self.largest, "bias_m": self.bias,
+        }  # fmt: skip
 
 
 def differences(error: Array) -> Differences:
