@@ -53,7 +53,8 @@ class ReplayReport:
         made: dict[str, Any] = {
             "recording": recording.name, "kind": recording.kind, "samples": len(replay), "length_m": replay.arm.length,
             "in_words": words.headline(replay), "error": found.to_dict(),
-            "rms_percent": 100 * found.rms / replay.arm.length, "shape_rms_m": root_mean_square(replay.shape_error), "unpredicted": replay.unpredicted,
+            "rms_percent": 100 * found.rms / replay.arm.length,
+            "shape_rms_m": root_mean_square(replay.shape_error), "unpredicted": replay.unpredicted,
             "by_marker": {name: one.to_dict() for name, one in replay.by_marker().items()},
             "by_block": {name: one.to_dict() for name, one in replay.by_block().items()},
             "between_markers": [
