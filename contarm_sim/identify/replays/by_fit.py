@@ -55,8 +55,8 @@ def held_out_in(fit: Fit, recording: Recording) -> tuple[int | None, NDArray[np.
     """Return which recording of a fit this is, from 0, and which of its T samples were kept from the fit, shape (T,).
 
     The same measurement has the same positions at the same times of the same blocks, as far as both know them: a fit
-    may have had only every tenth sample, and does not know where a swing was before it began. Samples between two that
-    were fitted count as fitted. None, and all, where the fit was not made from it.
+    may have had only every tenth sample, and does not know where a swing was before it began. Samples that it skipped
+    count as the nearest that it had. None, and all, where the fit was not made from it.
     """
     for place, left in enumerate(fit.left):
         rows = _rows(left.recording, recording)
@@ -90,13 +90,15 @@ def _keys(recording: Recording) -> list[tuple[str, float, int]]:
 
 
 def _used(left: Left, recording: Recording, rows: NDArray[np.intp]) -> NDArray[np.bool_]:
-    """Return which samples a fit used, shape (T,), and those between them in a block."""
+    """Return which samples a fit used, shape (T,), and their neighbours that were left out between them."""
     fitted = (rows >= 0) & ~np.asarray(left.held_out, dtype=np.bool_)[rows]
     used = fitted.copy()
     for block in set(recording.blocks[rows < 0].tolist()):
         own = np.flatnonzero(recording.blocks == block)
-        (some,) = np.nonzero(fitted[own])
-        if len(some):
-            between = own[some[0] : some[-1] + 1]
-            used[between[rows[between] < 0]] = True
+        (known,) = np.nonzero(rows[own] >= 0)
+        if len(known):
+            places = np.arange(len(own))
+            nearest = known[np.rint(np.interp(places, known, np.arange(len(known)))).astype(int)]
+            apart = np.median(np.diff(known)) if len(known) > 1 else len(own)
+            used[own] = fitted[own[nearest]] & (np.abs(places - nearest) < apart)
     return used
