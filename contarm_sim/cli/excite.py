@@ -85,7 +85,6 @@ def excite(
     from contarm_sim.cli.terminal import progress
     from contarm_sim.identify.asked import free_of, units_of
     from contarm_sim.identify.excite import excite as excited
-    from contarm_sim.identify.replays.replay import usual_predictor
     from contarm_sim.identify.replays.written import written_of
     from contarm_sim.view.report.excited import draw_gain
     from contarm_sim.view.style import save
@@ -106,7 +105,7 @@ def excite(
         show(0, 1)
         found = excited(arm, rig, names, candidates=table, blocks=blocks, count=count, criterion=criterion,
                         recording=known, noise=noise or (fit.noise if fit else 0.0005), bend=bend, limits=ends,  # type: ignore[arg-type]
-                        predictor=usual_predictor(arm), seed=seed)  # fmt: skip
+                        seed=seed)  # fmt: skip
     summary = signed({name: getattr(found, name) for name in _TOLD}) | _said(found, written, known)
 
     def draw(folder: Path) -> None:
@@ -141,7 +140,7 @@ def _given(
     """Return arm, rig, what is measured already, a fit, and the recording's file, as the arguments say.
 
     Raises:
-        InputError: no rig, or a recording that is not static.
+        InputError: no rig.
     """
     from contarm_sim.cli.given import arm_named
     from contarm_sim.identify.fit_folder import load_fit
@@ -162,8 +161,6 @@ def _given(
         )
     if known_file is not None:
         known = load_recording(known_file, arm)
-    if known is not None and known.kind != "static":
-        raise InputError("kind", "a motion", "a static recording: only static patterns are proposed", known.name)
     return arm, rig, known, fit, recorded
 
 
