@@ -86,8 +86,8 @@ _PARAMETERS = (
     "upper_bound", "prior_mean", "prior_sd",
 )  # fmt: skip
 _RESIDUALS = (
-    "recording", "sample", "time", "block", "marker", "x", "y", "z", "predicted_x", "predicted_y", "predicted_z",
-    "error_x", "error_y", "error_z", "distance", "held_out",
+    "recording", "sample", "time_s", "block", "marker", "x_m", "y_m", "z_m", "predicted_x_m", "predicted_y_m",
+    "predicted_z_m", "error_x_m", "error_y_m", "error_z_m", "distance_m", "held_out",
 )  # fmt: skip
 
 

@@ -120,8 +120,8 @@ class Left(Shown):
         told |= {"held_out": int(out.sum()), "markers_seen": int(seen.sum())}
         told["markers_without_prediction"] = int((seen & ~np.isfinite(self.predicted).all(axis=-1)).sum())
         for name, rows in (("fitted", ~out), ("held_out", out)):
-            told[f"rms_{name}"] = self.rms(rows)
-            told[f"rms_{name}_centred"] = self.rms(rows, centred=True)
+            told[f"rms_{name}_m"] = self.rms(rows)
+            told[f"rms_{name}_centred_m"] = self.rms(rows, centred=True)
         return told
 
     def rms(self, rows: NDArray[np.bool_] | None = None, marker: int | None = None, centred: bool = False) -> float:
