@@ -6,9 +6,9 @@ The data are others' and are not here, see docs/howto/real-arms.md: trunk_0g, tr
     swings.py FOLDER                          three fits in processes of their own, a few minutes of one processor
     swings.py FOLDER --steps 12 --every 6     longer searches, more samples of each swing
 
-Frequency and damping are those of the damped cosine that fits the last disk best (`ringdown`), over 1.6 s from where the
-fastest disk has 70 % of its peak speed: medians of the releases, measured and predicted from the same starts. rms is
-the distance of each disk over that time.
+Frequency and damping are those of the damped cosine that fits the last disk best (`ringdown`), over 1.6 s from where
+the fastest disk has 70 % of its peak speed: medians of the releases, measured and predicted from the same starts. rms
+is the distance of each disk over that time.
 """
 
 import argparse

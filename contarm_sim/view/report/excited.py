@@ -30,7 +30,7 @@ def parameter_rows(found: Excitation) -> list[list[Any]]:
         times, shown = _SHOWN.get(unit, (1.0, unit))
         lost = [f"{times * sd:.3g}" if math.isfinite(sd) else "not determined" for sd in (before, after)]
         gain = f"{before / after:.3g} times" if math.isfinite(before) and after > 0 else "–"
-        rows.append([name, shown.replace("-", ""), f"{times * value:.4g}", *lost, gain])
+        rows.append([name, shown.replace("-", "").replace("^2", "²"), f"{times * value:.4g}", *lost, gain])
     return rows
 
 
