@@ -1,7 +1,7 @@
 """Swings of the trunk with a payload: fitted with one, predicted with another; and how far payloads shift its tip.
 
-The data are others' and are not here, see docs/howto/real-arms.md: trunk_0g, trunk_release_200g and trunk_release_300g
-(.csv.gz). Every second release is fitted to; "held out" are the others.
+The data are others', see docs/howto/real-arms.md: trunk_0g, trunk_release_200g and trunk_release_300g (.csv.gz).
+Every second release is fitted to; "held out" are the others.
 
     swings.py FOLDER                          three fits in processes of their own, a few minutes of one processor
     swings.py FOLDER --steps 12 --every 6     longer searches, more samples of each swing
@@ -124,8 +124,7 @@ def trunk():
 
 
 def statics(folder):
-    recording = loaded("trunk", load_arm(ARMS / "trunk.toml"), [folder / "trunk_0g.csv.gz"])
-    return recording.part(slice(None, None, 120))
+    return loaded("trunk", load_arm(ARMS / "trunk.toml"), [folder / "trunk_0g.csv.gz"]).part(slice(None, None, 120))
 
 
 def fitted(payloads, statically, given):
