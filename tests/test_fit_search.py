@@ -1,5 +1,6 @@
 """The search of a fit on problems with a known answer that cost nothing: valleys, starts, stops, bad input."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -16,9 +17,11 @@ from contarm_sim.identify.recordings.recording import Recording
 from contarm_sim.identify.recordings.rig import Actuation, Rig
 from contarm_sim.identify.search import descent
 from contarm_sim.identify.search.losses import LOSSES, rho
+from contarm_sim.identify.search.seeing import explains_little
 from contarm_sim.model.arm import Arm
 
 ARM = Arm()
+BLOCKS = np.array([f"block {k // 10}" for k in range(60)])
 
 
 class Waves:
@@ -40,7 +43,7 @@ class Waves:
 def _recording(rate=0.5, shift=0.02, count=60, **kwargs):
     blank = np.zeros((count, 1, 3))
     made = Recording("static", np.arange(count) * 1.0, blank, np.zeros((count, 0)),
-                     Rig(actuation=Actuation(drive="none")), np.array([f"block {k // 10}" for k in range(count)]),
+                     Rig(actuation=Actuation(drive="none")), BLOCKS[:count],
                      **kwargs)  # fmt: skip
     true = replace(made.rig, markers=(replace(made.rig.markers[0], offset=(0.1 * rate, shift, 0)),))
     noise = np.random.default_rng(0).normal(0, 1e-4, blank.shape)
@@ -69,6 +72,39 @@ def test_populations_and_many_starts_find_the_deepest_valley(options):
     assert found[0].parameters[0].value == found[1].parameters[0].value
     assert list(found[0].cost) == sorted(found[0].cost)
     assert len(found[0].cost) == options.get("starts", 1)
+
+
+class Pulled:
+    """Predicts a marker that moves as far as three tendons are wound in beyond their slack, and hides what all share.
+
+    While all are taut a common slack changes nothing; only what is pulled differently moves the marker.
+    """
+
+    def __init__(self, recording):
+        self.recording = recording
+
+    def __call__(self, arms, rigs):
+        told = np.array([rig.actuation.values(self.recording.commands) for rig in rigs])
+        pulled = np.maximum(-told, 0) * 5.0
+        pulled = np.where((told < 0).all(axis=-1, keepdims=True), -told * 5.0, pulled)
+        out = np.stack([pulled[..., 0] - pulled[..., 1], pulled[..., 1] - pulled[..., 2], 0 * told[..., 0]], axis=-1)
+        return out[:, :, None] + np.array([rig.position for rig in rigs])[:, None, None]
+
+
+def test_tendons_that_were_slack_are_found_from_where_all_are_taut():
+    """From slack 0 the common slack has no slope: a search from there alone says that it changes nothing."""
+    phase = np.linspace(0, 6 * np.pi, 60)[:, None] - 2 * np.pi / 3 * np.arange(3)
+    rig = Rig(actuation=Actuation(channels=(0, 1, 2)))
+    made = Recording("static", np.arange(60.0), np.zeros((60, 1, 3)), 0.011 + 0.01 * np.cos(phase), rig, BLOCKS)
+    true = replace(rig, actuation=replace(rig.actuation, slack=(0.006, 0.005, 0.007)))
+    seen = Pulled(made)([ARM], [true])[0] + np.random.default_rng(0).normal(0, 1e-4, (60, 1, 3))
+    made = replace(made, positions=seen)
+    for free in (["actuation.slack_1", "actuation.slack_2", "actuation.slack_3"], ["actuation.slack", "frame.z"]):
+        found = fit(ARM, made, free, predictors=[Pulled(made)])
+        assert found.rig.actuation.slack == pytest.approx((0.006, 0.005, 0.007), abs=2e-4 if len(free) > 2 else 2e-3)
+    assert explains_little(found) == ""
+    held = fit(ARM, made, ["frame.x"], predictors=[Pulled(made)])
+    assert re.search("leaves over [0-9]+ % of the markers' motion", explains_little(held))
 
 
 def test_starts_without_a_pose_fail_and_are_told():

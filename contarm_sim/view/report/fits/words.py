@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from contarm_sim.identify.fitted import Fit, Parameter
+from contarm_sim.identify.search.seeing import explains_little
 from contarm_sim.view.report.fits.left_over import (
     FITTED,
     HELD_OUT,
@@ -239,8 +240,9 @@ def _prediction(fit: Fit) -> list[Standing]:
 
 
 def remarks(fit: Fit) -> list[str]:
-    """Say what the errors of each recording tell: hysteresis by channel."""
-    said = []
+    """Say what the errors of each recording tell: whether the fit explains them, hysteresis by channel."""
+    little = explains_little(fit)
+    said = [little] if little else []
     for left in fit.left:
         own = gaps(left)
         channel = max(own, key=lambda name: abs(own[name]), default=0)
