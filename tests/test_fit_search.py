@@ -17,7 +17,8 @@ from contarm_sim.identify.recordings.recording import Recording
 from contarm_sim.identify.recordings.rig import Actuation, Rig
 from contarm_sim.identify.search import descent
 from contarm_sim.identify.search.losses import LOSSES, rho
-from contarm_sim.identify.search.seeing import explains_little
+from contarm_sim.identify.search.seeing import cannot_see, explains_little
+from contarm_sim.identify.search.shared import shared
 from contarm_sim.model.arm import Arm
 
 ARM = Arm()
@@ -195,6 +196,11 @@ def test_losses_have_the_derivatives_that_they_say(loss):
         ({"free": []}, "free is 'nothing'|free is nothing"),
         ({"free": ["marker.offset.w"]}, "did you mean 'marker.offset"),
         ({"free": ["frame.x", "frame.x"]}, "each parameter once"),
+        ({"free": ["marker.offset.z", "marker_1.offset.z"]}, "marker_1.offset.z; allowed: one of them"),
+        ({"free": ["muscle.angle"]}, "'muscle.offset'. It turns all. contarm fit"),
+        ({"free": ["friction_moment"]}, "friction_moment is omitted; allowed: a value in the arm's file"),
+        ({"free": ["*"]}, "A star stands for a number"),
+        ({"free": [Free(name="bending_stiffness", low=-1.0, high=1.0)]}, "-1 to 1; allowed: numbers above 0"),
         ({"free": [Free(name="bending_stiffness", mean=-1.0, sd=0.1)]}, "prior of bending_stiffness is -1"),
         ({"held_out": "block 9"}, "did you mean 'block"),
         ({"held_out": ["b*"]}, "samples left to fit to"),
@@ -218,3 +224,42 @@ def test_bad_input_is_one_clear_line(change, said):
     with pytest.raises(InputError, match=said) as caught:
         fit(ARM, recordings, free, predictors=[Waves(own)], **given)
     assert "\n" not in str(caught.value)
+
+
+def test_one_value_for_several_starts_from_one():
+    """A fit that frees a value for several would move those that start elsewhere, even where it sees nothing."""
+    recording = _recording()
+    slack = Actuation(channels=(0, 1), slack=(2e-4, -1e-3))
+    wound = replace(recording, rig=Rig(actuation=slack), commands=np.zeros((60, 2)))
+    tapered = replace(ARM, sections=(ARM.sections[0], replace(ARM.sections[0], mass=0.5 * ARM.sections[0].mass)),
+                      routings=ARM.routings * 2, laws=ARM.laws * 2)  # fmt: skip
+    aside = recording.in_rig(replace(recording.rig, position=(0.2, 0, 0)))
+    for arm, several, name, said in (
+        (ARM, [wound], "actuation.slack", r"0.0002 in one place, -0.001 in another; allowed: .*actuation.slack_\*"),
+        (tapered, [recording], "mass", r"another; allowed: one start for all, or section_\*.mass"),
+        (ARM, [recording, aside], "frame.x", "frame.x is 0 m in one recording, 0.2 m in another"),
+    ):
+        with pytest.raises(InputError, match=said):
+            shared(arm, several, [name])
+    assert shared(tapered, [recording], ["section_*.mass"]).names == ("section_1.mass", "section_2.mass")
+
+
+def test_a_gain_and_a_radius_make_a_ratio():
+    drive = Actuation(channels=(0, 1))
+    recording = replace(_recording(), rig=Rig(actuation=drive), commands=np.zeros((60, 2)))
+    assert shared(ARM, [recording], ["actuation.gain", "muscle_radius"]).logarithmic == (True, True)
+    open_sign = Free(name="actuation.gain", low=-2.0, high=2.0)
+    assert shared(ARM, [recording], [open_sign]).logarithmic == (False,)
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("payload", "the recording says what the tip carries"), ("gravity.z", "the rig says what gravity is"),
+     ("section_1.mass", "its weight alone"), ("muscle.damping", "its damping"), ("length", "")],
+)  # fmt: skip
+def test_why_a_recording_does_not_see_a_parameter(name, said):
+    made = _recording()
+    rig = replace(made.rig, gravity=(0.0, 0.0, -9.81))
+    told = cannot_see(name, [replace(made, rig=rig, payload=np.zeros(60))])
+    assert said in told
+    assert bool(said) == bool(told)

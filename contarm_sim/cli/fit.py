@@ -250,7 +250,6 @@ def show(found: Fit) -> None:
 
 
 def _show_names(arm: Arm, recordings: list[Recording], rig_file: str | None, as_json: bool) -> None:
-    from contarm_sim.identify.freedom import freedom
     from contarm_sim.identify.recordings.rig import Rig
     from contarm_sim.identify.wildcards import families
 
@@ -265,10 +264,10 @@ def _show_names(arm: Arm, recordings: list[Recording], rig_file: str | None, as_
     values: dict[str, float] = {}
     units: dict[str, str] = {}
     for rig in rigs:
-        from contarm_sim.identify.freedom import free_names
+        from contarm_sim.identify.freedom import free_names, values_of
 
         own = free_names(arm, rig)
-        now = freedom(arm, rig, list(own)).values().tolist()
+        now = values_of(arm, rig, list(own)).tolist()
         units |= own
         values = dict(zip(own, now, strict=True)) | values
     starred = families(units)
