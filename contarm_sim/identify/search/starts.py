@@ -45,9 +45,10 @@ def other_slack(problem: Problem, vector: Array, errors: Array) -> list[Array]:
     """Return where to search again if the slacks of windings ended in a wrong valley: one start, shape (P,), or none.
 
     While all tendons are taut, their common slack changes next to nothing: from there a search cannot tell that they
-    were slack. So all slacks together are shifted, in one population, from where the search began and ended. A shift
-    that predicts better than the end is where to begin anew. So is the best other shift after a search that explains
-    little, or that ended where all tendons are taut. Slacks that the start did not show may move from then on.
+    were slack. So all slacks without a prior are shifted together, in one population, from where the search began and
+    from where it ended. A shift that predicts better than the end is where to begin anew. So is the best other shift
+    after a search that explains little, or that ended where all tendons are taut. Slacks that the start did not show
+    may move from then on.
 
     Args:
         problem: where the search was.
@@ -55,7 +56,7 @@ def other_slack(problem: Problem, vector: Array, errors: Array) -> list[Array]:
         errors: there [m], shape (M,).
     """
     every = problem.every
-    slack = np.array([name.startswith("actuation.slack") for name in every.names])
+    slack = np.array([one.name.startswith("actuation.slack") and one.sd is None for one in every.free])
     wound = [
         np.abs(replace(one.rig.actuation, slack=()).values(one.commands)).max(initial=0.0)
         for one in problem.recordings
