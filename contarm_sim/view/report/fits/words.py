@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from contarm_sim.identify.fitted import FOUND, Fit, Parameter
+from contarm_sim.identify.search.seeing import explains_little
 from contarm_sim.view.report.fits.left_over import (
     FITTED,
     HELD_OUT,
@@ -248,8 +249,9 @@ def _prediction(fit: Fit) -> list[Standing]:
 
 
 def remarks(fit: Fit) -> list[str]:
-    """Say what the errors of each recording tell: samples without a pose, hysteresis by channel."""
-    said = []
+    """Say what the errors of each recording tell: what is not explained, samples without a pose, hysteresis."""
+    little = explains_little(fit)
+    said = [little] if little else []
     for left in fit.left:
         if left.unpredicted:
             said.append(f"{_count(left.unpredicted, 'sample')} of {left.recording.name}: the fitted arm has no pose "
