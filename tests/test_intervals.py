@@ -219,3 +219,12 @@ def test_a_parameter_that_blocks_leave_open_is_not_returned():
         assert (open_one.status, x.status) == ("not seen", "determined")
         assert "too little of what was measured: it may be off by a factor" in open_one.said
     assert judge(*own, np.arange(600), noise=NOISE).parameters[0].status == "determined"
+
+
+def test_small_parts_of_two_combinations_are_told_by_the_larger():
+    alike = np.array([[1, 1, 0, 0, 0.09], [0, 0, 1, 1, 0.08]])  # directions that change nothing
+    jacobian = columns(600, 3) @ np.linalg.svd(alike)[2][2:]
+    names = ["bending_stiffness", "muscle.stiffness", "mass", "bending_stiffness", "mass"]
+    last = judged(jacobian, names).parameters[-1]
+    assert last.status == "only with others"
+    assert "muscle.stiffness" in last.said

@@ -69,6 +69,18 @@ def test_columns_units_and_gaps_of_a_csv_file(tmp_path):
     assert found.name == "r"
 
 
+def test_a_slow_log_is_drawn_through_its_updates_but_not_through_rest(tmp_path):
+    held = [0, 0, 2, 2, 4, 4, 6, 6, 6, 6, 6, 6, 8, 8, 10, 10]
+    rows = "t,a,b,x,y,z\n" + "".join(f"{k},{a},{-a},1,2,{k}\n" for k, a in enumerate(held))
+    toml = SMALL.replace("[[markers]]", 'between_updates = "linear"\n[[markers]]')
+    found = load_recording(written(tmp_path, toml, rows))
+    wanted = np.array([0, 1, 2, 3, 4, 5, 6, 6, 6, 6, 6, 7, 8, 9, 10, 10])
+    np.testing.assert_allclose(found.commands, 1e-3 * np.stack([-wanted, wanted], axis=1), atol=1e-12)
+    apart = toml.replace("[commands]", "[block]\nseconds = 0.004\n[commands]")  # four rows each: lines end with them
+    of_block = load_recording(written(tmp_path, apart, rows)).commands[:, 1]
+    np.testing.assert_allclose(of_block[:8], 1e-3 * np.array([0, 1, 2, 2, 4, 5, 6, 6]), atol=1e-12)
+
+
 @pytest.mark.parametrize(
     "change", ["gz", "bom", "semicolons", "decimal commas", "blank lines", "skipped lines", "names"]
 )

@@ -236,6 +236,8 @@ def _only(
         follow = [own[0].determined(member) for member in own[0].members]
         return f"held at its start; see {listed(follow)}"
     others = [one for one in directions if place in one.members]
+    if not others:  # a small part of several directions, which together are not small
+        others = [max(directions, key=lambda one: abs(float(one.scaled[place])))]
     text, value, factors = others[0].names[place], vector[place], bool(logarithmic[place])
     factors = factors and all(logarithmic[one.held] for one in others)
     if not factors and logarithmic[place]:

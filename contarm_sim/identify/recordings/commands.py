@@ -12,9 +12,11 @@ from contarm_sim.errors import InputError, did_you_mean
 from contarm_sim.identify.recordings.columns import Columns
 from contarm_sim.identify.recordings.keys import choice, in_si, numbers, table
 from contarm_sim.identify.recordings.rig import DRIVES, Actuation
+from contarm_sim.identify.recordings.updates import BETWEEN, drawn_through
 from contarm_sim.kinematics.arrays import Array
 
-_KEYS = ("drive", "columns", "unit", "pull", "channels", "signs", "gains", "pulley_radius", "slack")
+_KEYS = ("drive", "columns", "unit", "pull", "channels", "signs", "gains", "pulley_radius", "slack",
+         "between_updates")  # fmt: skip
 _UNITS = {"windings": ("m", "rad", "-"), "tensions": ("N", "rad", "-"), "pressures": ("Pa", "-")}
 
 
@@ -26,8 +28,16 @@ class Commanded:
     actuation: Actuation
 
 
-def commanded(columns: Columns, given: Any, gaps: Sequence[Any]) -> Commanded:
+def commanded(
+    columns: Columns, given: Any, gaps: Sequence[Any], time: Array, blocks: Sequence[str]
+) -> Commanded:  # fmt: skip
     """Return what a table [commands] says; without one, or with drive "none", nothing is driven.
+
+    Args:
+        columns: of T rows.
+        given: the table.
+        gaps: what says that a number is missing.
+        time, blocks: of the rows.
 
     Raises:
         InputError: unknown keys, columns that are missing, a unit of another kind, or lists that do not fit together.
@@ -47,6 +57,8 @@ def commanded(columns: Columns, given: Any, gaps: Sequence[Any]) -> Commanded:
     else:
         values, unit = in_si(raw, given.get("unit"), _UNITS[drive], "commands.unit")
     pull = choice(given.get("pull", "positive"), "commands.pull", ["positive", "negative"])
+    if choice(given.get("between_updates", "held"), "commands.between_updates", BETWEEN) == "linear":
+        values = drawn_through(values, time, blocks)
     channels = _channels(given.get("channels", list(range(1, len(names) + 1))), names)
     actuation = Actuation(
         drive=drive,

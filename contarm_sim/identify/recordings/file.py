@@ -168,8 +168,8 @@ def _piece(
     found = measured(columns, spec, {**gaps, "values": values}, arm)
     found = mark_frozen(found, blocks, gaps.get("frozen"))
     payload = own.get("payload", spec.get("payload"))
-    return _Piece(columns, time, blocks, commanded(columns, spec.get("commands"), values), found,
-                  None if payload is None else payload_of(columns, payload))  # fmt: skip
+    told = commanded(columns, spec.get("commands"), values, time, blocks)
+    return _Piece(columns, time, blocks, told, found, None if payload is None else payload_of(columns, payload))
 
 
 def _origin(spec: dict[str, Any], first: _Piece) -> float:
