@@ -170,7 +170,11 @@ def _show(found: Excitation, written: Written, known: Recording | None) -> None:
     from contarm_sim.cli.terminal import table, width
     from contarm_sim.view.report.excited import parameter_rows, pattern_rows, told
 
-    table("proposed, the most telling first", ["pattern", "poses", "tells alone", "tells besides"], pattern_rows(found))
+    table(
+        "proposed, the most telling first",
+        ["pattern", "poses", "information alone [nats]", "beside those above"],
+        pattern_rows(found),
+    )
     values = written.numbers(found.commands)
     places = max(0, 3 - math.floor(math.log10(max(float(np.abs(values).max()), 1e-9))))
     names = ["", *found.blocks.tolist()]

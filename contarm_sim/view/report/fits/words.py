@@ -34,8 +34,8 @@ MEANINGS = {
     "not quite where it is said to be.",
     "95 % interval": "where the parameter is with a probability of 95 %, if the arm is right but for its parameters. "
     "Errors of the model itself are not in it; a bootstrap over blocks has more of them.",
-    "bootstrap": "the middle 95 % of estimates from blocks that are drawn anew. Of few blocks, pieces of them are drawn, "
-    "in which errors that last for a whole block count too low: the 95 % interval, which is wider, is the one to "
+    "bootstrap": "the middle 95 % of estimates from blocks that are drawn anew. Of few blocks, pieces of them are "
+    "drawn, in which errors that last for a whole block count too low: the wider 95 % interval is the one to "
     "go by. It is missing where too few blocks see the parameter.",
     "determined": "the recording tells the parameter apart from all others, if only just: see correlations.",
     "at bound": "the best value is at a bound that was given, or that an arm has: what is beyond is not known.",
@@ -320,12 +320,19 @@ def _sentence(text: str) -> str:
     return f"{text[:1].upper()}{text[1:]}".rstrip(".") + "." if text else ""
 
 
+def _ended(fit: Fit) -> str:
+    """Say how the search ended, without the words of its solver, and which starts led nowhere."""
+    lost = sum(not math.isfinite(cost) for cost in fit.cost)
+    said = "Converged." if fit.converged else f"Not converged: {fit.message.rstrip('.')}."
+    return f"{said} {_sentence(_count(lost, 'start'))[:-1]} led to an arm without a pose." if lost else said
+
+
 def how(fit: Fit) -> list[tuple[str, str]]:
     """Say how the fit ran: rows of names and values."""
-    costs = ", ".join(f"{cost:.6g}" for cost in fit.cost) or "-"
+    costs = ", ".join(f"{cost:.6g}" for cost in fit.cost if math.isfinite(cost)) or "-"
     return [
         ("method", fit.method),
-        ("ended", f"{'converged' if fit.converged else 'not converged'}: {fit.message}"),
+        ("ended", _ended(fit)),
         ("noise of a coordinate", f"{millimetres(fit.noise)} mm"),
         ("cost, best start first", costs),
         ("evaluations", f"{fit.evaluations:,}"),

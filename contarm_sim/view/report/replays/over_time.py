@@ -100,12 +100,12 @@ def draw_errors(sheet: Sheet, replay: Replay) -> None:
     ax.set_xlabel("error [mm]")
     ax.grid(visible=False, axis="y")
     sheet.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    more = f"; the {len(kept)} worst of {len(blocks)} blocks" if len(kept) < len(blocks) else ""
+    some = f"; the {len(kept)} worst of {len(blocks)} blocks" if len(kept) < len(blocks) else ""
     found = replay.differences()
-    share = near(100 * found.median / replay.arm.length)
-    beyond = f"; {told(count)} beyond (triangles)" if count else ""
+    of_length = near(100 * found.median / replay.arm.length)
+    outside = f"; {told(count)} beyond (triangles)" if count else ""
     sheet.heading(
-        f"Errors: median {millimetres(found.median)} mm, {share} % of length{beyond if sheet.wide else ''}{more}"
+        f"Errors: median {millimetres(found.median)} mm, {of_length} % of length{outside if sheet.wide else ''}{some}"
     )
 
 
