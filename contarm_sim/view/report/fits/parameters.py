@@ -135,4 +135,4 @@ def _said(one: Parameter) -> str:
     else:
         spread = f" ± {digits(half, half)}" if math.isfinite(half) else ""
     bound = ", at bound" if one.status == "at bound" else ""
-    return f"{digits(factor * one.value, half)}{spread} {unit}".rstrip() + bound
+    return f"{digits(factor * one.value, half)}{spread} {unit}".rstrip().replace("-", "\N{MINUS SIGN}") + bound
