@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from contarm_sim import Arm, InputError, Load, Muscles, Routing, Section, Tendon, Wrench, equilibria, presets
+from contarm_sim import Arm, InputError, Load, Muscles, Routing, Section, Tendon, Wrench, equilibria, presets, studies
+from contarm_sim.identify.excite import excite
 from contarm_sim.identify.freedom import freedom
 from contarm_sim.identify.prediction.base import AtRest
 from contarm_sim.identify.prediction.remembering import WithMemory, remembers
 from contarm_sim.identify.recordings.recording import Recording
 from contarm_sim.identify.recordings.rig import Actuation, Marker, Rig
+from contarm_sim.identify.recordings.synthetic import recorded
 from contarm_sim.mechanics import routing
 from contarm_sim.model.named import with_parameters
 from contarm_sim.statics import walking
@@ -268,8 +270,44 @@ def test_motions_refuse_friction_along_tendons_and_single_poses_leave_it_out():
     arm = _rubbing("along")
     with pytest.raises(InputError, match=r"muscle\.friction_coefficient is 0\.1; allowed: omitted"):
         arm.refuse_memory("simulated motions are")
+    for study in (studies.validate, studies.trust, studies.compare_controllers):
+        with pytest.raises(InputError, match=r"friction_coefficient is 0\.1; allowed: omitted"):
+            study(arm)
     assert arm.without_memory == SMALL
     _, loads = _circle(2, 0.2)
     assert (equilibria(arm, loads).qpos == equilibria(SMALL, loads).qpos).all()
     with pytest.raises(InputError, match=r"friction_coefficient = 0\.05"):
         freedom(SMALL, Rig(actuation=Actuation(channels=tuple(range(9)))), ["muscle.friction_coefficient"])
+
+
+def test_an_arm_that_cannot_be_driven_so_has_no_pose_and_leaves_the_others_alone():
+    arm = Arm(links=4, friction_moment=0.02, friction_stiffness=0.1)
+    weak = with_parameters(arm, {"muscle.max_pressure": 2e5})
+    loads = [Load(muscles=Muscles(kind="pressures", values=(p, 0, 0))) for p in (2e5, 3e5)]
+    found = settle([arm, weak], loads)
+    assert "pressures" in str(found.failed[1])
+    assert (found.qpos[0] == settle(arm, loads).qpos[0]).all()
+    rig = Rig(markers=(Marker(),), actuation=Actuation(drive="pressures", channels=(0, 1, 2)))
+    recording = _recorded(arm, rig, np.array([load.muscles.values for load in loads]))
+    with pytest.raises(InputError, match="pressures"):
+        WithMemory(recording)([weak], [rig])
+    predictor = WithMemory(recording)
+    assert np.isnan(predictor([arm, weak], [rig, rig])[1]).all()
+    assert np.isnan(predictor([weak], [rig])).all()
+    assert np.abs(predictor([arm], [rig])[0] - recording.positions).max() < 1e-9
+
+
+def test_what_is_made_and_proposed_of_an_arm_that_rubs_remembers():
+    arm, rig = _rubbing("all"), Rig(markers=(Marker(),), actuation=Actuation(channels=tuple(range(9))))
+    commands = -_circle(7, 0.3)[0]
+    commands = np.concatenate([commands, commands[-2::-1]])
+    made = recorded(arm, rig, commands, seed=1, noise=0)
+    assert np.linalg.norm(made.positions[0] - made.positions[-1]) > 3e-4
+    assert (made.positions == WithMemory(made)([arm], [rig])[0]).all()
+    names = np.repeat(["a", "b"], [6, 7])
+    given = {"candidates": commands, "blocks": names, "count": 1}
+    found, same = (excite(arm, rig, ["friction_moment"], **given, **more) for more in ({}, {"predictor": WithMemory}))
+    assert np.isfinite(found.sd_after).all()
+    assert (found.sd_after == same.sd_after).all()
+    with pytest.raises(InputError, match="kind is a motion"):
+        excite(arm, rig, ["mass"], recording=replace(made, kind="motion"))

@@ -13,6 +13,7 @@ from contarm_sim.engine.plants import Plants
 from contarm_sim.errors import InputError
 from contarm_sim.identify.freedom import freedom
 from contarm_sim.identify.prediction.base import AtRest
+from contarm_sim.identify.prediction.choice import predictor_of
 from contarm_sim.identify.prediction.moving import InMotion
 from contarm_sim.identify.prediction.ringdown import ringdown
 from contarm_sim.identify.recordings.recording import Recording
@@ -20,6 +21,7 @@ from contarm_sim.identify.recordings.rig import Actuation, Marker, Rig
 from contarm_sim.model.load import Load, Wrench
 from contarm_sim.model.tendon import Tendon
 from contarm_sim.motion.release import SwingSettings, release
+from contarm_sim.motion.rollout_step import step_for
 from contarm_sim.motion.rollouts import Rollouts
 from contarm_sim.statics.equilibrium import equilibrium
 from contarm_sim.statics.places import Places
@@ -74,6 +76,42 @@ def test_many_arms_are_predicted_as_one(swings):
 def test_recordings_at_rest_are_refused(swings):
     with pytest.raises(InputError, match="kind is 'static'"):
         InMotion(replace(swings, kind="static"))
+    with pytest.raises(InputError, match=r"payload is 0\.05 to 0\.3 kg in block 'swing 0'"):
+        InMotion(replace(swings, payload=np.append(0.3, swings.payload[1:])))
+
+
+def test_friction_along_driven_tendons_is_refused():
+    arm = replace(ARM, muscle=Tendon(friction_coefficient=0.1))
+    rig = replace(RIG, actuation=Actuation(drive="tensions", channels=(0, 1, 2)))
+    recording = Recording("motion", np.arange(2.0), np.zeros((2, 2, 3)), np.ones((2, 3)), rig, np.full(2, "one"))
+    for made in (lambda: predictor_of(recording, arm), lambda: InMotion(recording)([arm], [rig])):
+        with pytest.raises(InputError, match=r"friction_coefficient is 0\.1"):
+            made()
+
+
+def test_each_arm_has_the_step_that_it_has_alone_and_neighbours_have_one(swings):
+    """A stiff arm takes smaller steps than the others; one that no step is stable for has no motion."""
+    part = swings.part(swings.blocks == "swing 0")
+    stiff, absurd = replace(ARM, bending_stiffness=20.0), replace(ARM, bending_stiffness=1e9)
+    assert step_for(stiff, "none") < step_for(ARM, "none")
+    predictor = InMotion(part)
+    together = predictor([ARM, stiff, absurd], [RIG] * 3)
+    for arm, found in zip((ARM, stiff), together, strict=False):
+        for alone in (predictor([arm], [RIG]), InMotion(part)([arm], [RIG])):
+            np.testing.assert_allclose(found, alone[0], rtol=0, atol=1e-9)
+    assert np.isnan(together[2]).all()
+    assert np.isnan(predictor([absurd], [RIG])).all()
+    with pytest.raises(InputError, match="no time step"):
+        InMotion(part)([absurd], [RIG])
+    low, high = 0.05, 20.0  # two neighbours of which one alone takes a smaller step
+    while high / low > 1 + 1e-6:
+        middle = np.sqrt(low * high)
+        longer = step_for(replace(ARM, bending_stiffness=middle), "none") == step_for(ARM, "none")
+        low, high = (middle, high) if longer else (low, middle)
+    soft, hard = (replace(ARM, bending_stiffness=x) for x in (low, high))
+    assert step_for(hard, "none") < step_for(soft, "none") == step_for(hard, "none", step_for(soft, "none"))
+    assert step_for(soft, "none", step_for(hard, "none")) == step_for(hard, "none")
+    assert step_for(stiff, "none", step_for(ARM, "none")) == step_for(stiff, "none")
 
 
 def test_friction_loses_the_area_of_its_loop():
@@ -126,7 +164,7 @@ def test_swings_tell_stiffness_damping_and_friction():
         return (at[1:] - at[0]).T / 1e-3
 
     begin = start.vector(start.values())
-    found = least_squares(lambda x: left([x])[0], begin, jacobian, max_nfev=8)
+    found = least_squares(lambda x: left([x])[0], begin, jacobian, max_nfev=6)
     off = np.abs(found.x - start.vector(start.values(true)))
     assert (off < [0.05, 0.12, 0.12, 0.12]).all(), off
     assert found.cost < 0.01 * np.sum(left([begin])[0] ** 2)
@@ -216,3 +254,11 @@ def test_a_ringdown_is_measured_under_noise_and_outliers(frequency, damping):
     assert found.frequency == pytest.approx(frequency, rel=0.04)
     assert found.damping == pytest.approx(damping, rel=0.15, abs=0.05)
     assert abs(found.direction @ [0.6, 0.0, 0.8]) == pytest.approx(1.0, abs=0.02)
+
+
+@pytest.mark.parametrize(("frequency", "damping", "count"), [(30.0, 2.0, 200), (45.0, 2.0, 600)])
+def test_a_ringdown_is_measured_up_to_half_the_sampling_rate(frequency, damping, count):
+    time = 0.01 * np.arange(count)
+    swing = 0.05 * np.exp(-damping * time) * np.cos(2 * np.pi * frequency * time)
+    found = ringdown(time, swing[:, None] * [0.6, 0.0, 0.8])
+    assert [found.frequency, found.damping] == pytest.approx([frequency, damping], rel=1e-3)

@@ -47,6 +47,7 @@ FILES = [
     ("text", TOML, ROWS.replace("0.04,0.3", "far,0.3"), "row 6, column y is 'far'; allowed: a number"),
     ("infinite", TOML, ROWS.replace("0.04,0.3", "inf,0.3"), "row 6, column y is inf; allowed: a finite number"),
     ("column", TOML.replace('"y"', '"yy"'), ROWS, f"'yy', which is no column.*mean 'y'. the columns are {NAMED}"),
+    ("one for two", TOML.replace('"y"', '"x"'), ROWS, "marker tip.columns is .*; allowed: each column once"),
     ("two of three", TOML.replace('"x", ', ""), ROWS, "marker tip.columns is 2 columns; allowed: 3"),
     ("unseen", TOML, re.sub(r"0\.1,0\.0\d", ",", ROWS), "marker tip is seen in 0 of 6|marker tip is never seen"),
     ("nearly unseen", TOML, re.sub(r"(\n[2-5].*)0\.1,0\.0\d", r"\1,", ROWS), "seen in 2 of 6 samples; allowed: 3"),
@@ -117,6 +118,7 @@ def made():
         ({"drive": "pressures", "commands": 1e4}, 'they seem to be kPa or bar: unit = "kPa"'),
         ({"drive": "pressures", "commands": 1e12}, "pressures up to"),
         ({"drive": "tensions", "commands": 1e8}, 'mN. unit = "mN"'),
+        ({"drive": "tensions", "commands": 1.0}, "pulls above 0, not windings in m"),
         ({"channels": (0, 1, 2)}, "of 3 muscles; allowed: channels of 9, as the arm has muscles"),
         ({"gains": (57.3,) * 9}, 'degrees. unit = "deg"'),
     ],
@@ -172,11 +174,19 @@ def test_a_recording_has_samples_and_blocks_of_motions_stand_together(made):
     assert len(replace(made, blocks=mixed)) == 48
 
 
+def test_numbers_that_say_missing_are_not_positions(made):
+    positions = made.positions.copy()
+    positions[3:5] = -9.999
+    with pytest.raises(InputError, match=r"2 times at -9\.999 m in x, y and z; .*gaps\.values = \[-9999\]"):
+        check_against(replace(made, positions=positions), ARM)
+
+
 def test_synthetic_recordings_refuse_what_makes_no_sense(made):
     with pytest.raises(InputError, match=r"gaps is 2; allowed: a part from 0 to 0\.9"):
         recorded(ARM, made.rig, made.commands, seed=1, gaps=2)
-    with pytest.raises(InputError, match="predictor is AtRest; allowed: a predictor of motions"):
-        recorded(ARM, made.rig, made.commands, seed=1, kind="motion")
+    free = replace(made.rig, actuation=Actuation(drive="none"))
+    with pytest.raises(InputError, match="predictor is missing; allowed: one of free swings"):
+        recorded(ARM, free, made.commands[:, :0], seed=1, kind="motion")
     with pytest.raises(InputError, match="count is 0"):
         random_windings(ARM, 0, seed=1)
 

@@ -213,6 +213,8 @@ REFUSED = [
     ({"design": "sobol-indices", "points": 2**23, **VARY}, "fewer points"),
     ({"vary": {"section_2.mass": [1]}}, "did you mean 'mass'. The arm has one section"),
     ({"vary": {"muscle.braid_friction": [1]}}, "without effect where nothing moves"),
+    ({"arm": "tendon", "vary": {"muscle.friction_coefficient": [0.1]}}, "without effect where nothing moves"),
+    ({"run": "motion", "vary": {"friction_moment": [0.1]}}, "unknown to simulated motions"),
     ({"run": "equilibrium", "arm": "tendon", "vary": {"load.pressures.1": [1e5]}}, "of muscles that have no pressure"),
     ({"design": "sobol", "vary": {"payload": NORMAL}}, "payload is -.*least and most cut a distribution off"),
     ({"design": "sobol", "vary": {"payload": NORMAL | {"mean": 0, "std": "5 %"}}}, "a number: the mean is 0"),

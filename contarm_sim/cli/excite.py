@@ -69,7 +69,6 @@ def excite(
     from contarm_sim.cli.study import deliver, output_for, signed
     from contarm_sim.cli.terminal import progress
     from contarm_sim.identify.excite import excite as excited
-    from contarm_sim.identify.replays.replay import usual_predictor
     from contarm_sim.identify.replays.written import written_of
     from contarm_sim.view.report.excited import draw_gain
     from contarm_sim.view.style import save
@@ -83,7 +82,7 @@ def excite(
         show(0, 1)
         found = excited(arm, rig, names, candidates=table, blocks=blocks, count=count, criterion=criterion,
                         recording=known, noise=noise or own or 0.0005, bend=bend, limits=ends,  # type: ignore[arg-type]
-                        predictor=usual_predictor(arm), seed=seed)  # fmt: skip
+                        seed=seed)  # fmt: skip
     summary = signed({name: getattr(found, name) for name in _TOLD}) | _said(found, written, known)
 
     def draw(folder: Path) -> None:
@@ -117,7 +116,7 @@ def _given(
     """Return arm, rig, what is measured already, a fit's noise, and the recording's file, as the arguments say.
 
     Raises:
-        InputError: no rig, or a recording that is not static.
+        InputError: no rig.
     """
     from contarm_sim.identify.fit_folder import load_fit
     from contarm_sim.identify.recordings.file import load_recording
@@ -142,8 +141,6 @@ def _given(
         )
     if known_file is not None:
         known = load_recording(known_file, arm)
-    if known is not None and known.kind != "static":
-        raise InputError("kind", "a motion", "a static recording: only static patterns are proposed", known.name)
     return arm, rig, known, None if fit is None else fit.noise, recorded
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -20,7 +21,8 @@ from contarm_sim.display import Shown
 from contarm_sim.errors import InputError
 from contarm_sim.identify.freedom import Free
 from contarm_sim.identify.judgement.identifiability import LEAK, plausible, prior_precision
-from contarm_sim.identify.prediction.base import AtRest, Predictor
+from contarm_sim.identify.prediction.base import Predictor
+from contarm_sim.identify.prediction.choice import predictor_of
 from contarm_sim.identify.recordings.recording import Recording
 from contarm_sim.identify.recordings.rig import Rig
 from contarm_sim.identify.recordings.synthetic import random_windings
@@ -94,7 +96,7 @@ def excite(
     noise: float = 0.0005,
     bend: float = 1.0,
     limits: tuple[float, float] | None = None,
-    predictor: Callable[[Recording], Predictor] = AtRest,
+    predictor: Callable[[Recording], Predictor] | None = None,
     seed: int = 0,
 ) -> Excitation:
     """Return which commands to give next, so that a fit of the free parameters knows most.
@@ -107,31 +109,35 @@ def excite(
         blocks: of a table, what pattern each row belongs to, T names: patterns are taken whole; default: each row.
         count: patterns to choose, at most as many as there are.
         criterion: `D` or `A`, see the module.
-        recording: that is there already.
+        recording: that is there already, static.
         noise: standard deviation of a coordinate [m], such as a fit's.
         bend: of random patterns, largest bend of a section [rad].
         limits: lowest and highest command of any channel; a pattern that leaves them is refused.
-        predictor: what predicts the markers, made of a recording.
+        predictor: what predicts the markers, made of a recording; default that of `predictor_of`: where the arm rubs,
+            each pattern then remembers those before it.
         seed: of random patterns.
 
     Raises:
-        InputError: arguments that do not fit together, random patterns for channels that are not one winch each, or
-            fewer candidates than are to be chosen, refused ones left out.
+        InputError: arguments that do not fit together, a motion, random patterns for channels that are not one winch
+            each, or fewer candidates than are to be chosen, refused ones left out.
     """
     check_count("count", count, 1)
     if criterion not in CRITERIA:
         raise InputError("criterion", repr(criterion), ", ".join(CRITERIA))
     if not 0 < as_number(noise) < np.inf:
         raise InputError("noise", noise, "a length above 0 in metres")
+    if recording is not None and recording.kind != "static":
+        raise InputError("kind", "a motion", "a static recording: only static patterns are proposed", recording.name)
     commands, names = _candidates(arm, rig, candidates, blocks, bend, seed)
     patterns = tuple(dict.fromkeys(names.tolist()))
     bare = Recording(
-        kind="static" if recording is None else recording.kind, time=np.arange(len(commands), dtype=float),
+        kind="static", time=np.arange(len(commands), dtype=float),
         positions=np.zeros((len(commands), len(rig.markers), 3)), commands=commands, rig=rig, blocks=names,
         name="candidates",
     )  # fmt: skip
     every = shared(arm, [bare], free)
     scales = plausible(every.free, every.units, every.logarithmic, every.start, (every.low, every.high))
+    predictor = predictor or partial(predictor_of, arm=arm, names=every.names)
     slopes, lost = _slopes(every, bare, predictor)
     slopes = slopes.reshape(len(commands), -1, len(scales)) * scales / noise
     if limits is not None:

@@ -219,17 +219,18 @@ class Arm(FlatArm, Shown):
         )
         return replace(self, sections=tuple(parts), laws=tuple(laws))
 
-    def refuse_memory(self, what: str) -> None:
+    def refuse_memory(self, what: str, backbone: bool = True) -> None:
         """Refuse friction in the backbone and along tendons, where it would be left out without a word.
 
         Args:
             what: would leave it out.
+            backbone: whether in the backbone as well.
 
         Raises:
             InputError: says so.
         """
         for number, section in enumerate(self.sections):
-            if section.friction_moment is not None:
+            if backbone and section.friction_moment is not None:
                 allowed = f"omitted: {what} without friction in the backbone; fits and replays of recordings know it"
                 raise InputError("friction_moment", section.friction_moment, allowed, self._said_of(number))
         for number, law in enumerate(self.laws):

@@ -8,25 +8,21 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contarm_sim.display import Shown
-from contarm_sim.engine.plant import bent, engine_room
-from contarm_sim.errors import ContarmError, InputError, expect
+from contarm_sim.engine.plant import engine_room
+from contarm_sim.errors import ContarmError, InputError
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics import muscles
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Load
-from contarm_sim.statics.driving import DRIVEN, checked_values, commands
 from contarm_sim.statics.equilibria import equilibria
-from contarm_sim.statics.equilibrium import reused
-from contarm_sim.statics.rubbing import without_friction
-from contarm_sim.statics.several import alike
 from contarm_sim.statics.walking import Walk
+from contarm_sim.statics.ways import Way, way_of, ways_of
 
 TOGETHER = 64
 """Arms that take their steps together: their arrays fit a processor's cache."""
@@ -118,10 +114,11 @@ def settle(
         guess: joint angles near the first pose [rad], shape (B, dofs).
 
     Raises:
-        InputError: arguments of another kind, or that do not fit together.
+        InputError: arguments of another kind, or that do not fit together. What is wrong with one arm alone is in
+            `failed`.
     """
     began = time.perf_counter()
-    ways = _ways(arms, loads)
+    ways = ways_of(arms, loads)
     if states is not None and len(states) != len(ways):
         raise InputError("states", f"of {len(states)} arms", f"of as many as there are arms, {len(ways)}")
     fewest, most = (of(way.arms[0].links for way in ways) for of in (min, max))
@@ -129,88 +126,21 @@ def settle(
     if stations is not None and (kept.ndim != 1 or not len(kept) or kept.min() < 0 or kept.max() > fewest):
         raise InputError("stations", list(stations), f"whole numbers from 0 (base) to {fewest}")
     groups: dict[Any, list[int]] = {}
+    begun = np.full(len(ways), True) if states is None else np.array(np.isfinite(states.qpos).any(axis=1))
     for number, way in enumerate(ways):
-        groups.setdefault(way.key, []).append(number)
+        if way.error is None and begun[number]:
+            groups.setdefault(way.key, []).append(number)
     parts = [
         part for group in groups.values() for part in np.array_split(np.array(group), math.ceil(len(group) / TOGETHER))
     ]
     out = _Rows(ways, kept)
+    for number, way in enumerate(ways):
+        if way.error is not None or not begun[number]:
+            out.stop(number, 0, way.error or InputError("states", "of an arm that never rested", "one that did"))
     with engine_room():
         for part in parts:
             _walk(out, part, states, guess)
     return out.settled(time.perf_counter() - began)
-
-
-@dataclass(frozen=True)
-class _Way:
-    """What one arm goes through.
-
-    Attributes:
-        arms, bare: at each load, with and without friction.
-        loads: T of them.
-        control: of its muscles, shape (T, M).
-        about: joint angles that its winches about make of the straight arm [rad], shape (T, dofs).
-        key: alike of arms that go together.
-        changes: whether it carries now this, now that.
-    """
-
-    arms: Sequence[Arm]
-    bare: Sequence[Arm]
-    loads: Sequence[Load]
-    control: Array
-    about: Array
-    key: Any
-    changes: bool
-
-
-def _ways(arms: Any, loads: Any) -> list[_Way]:
-    each_arm = [arms] if isinstance(arms, Arm) else list(arms)
-    every = list(loads)
-    if not each_arm or not every:
-        raise InputError("arms" if not each_arm else "loads", "none", "one or more")
-    shared = isinstance(every[0], Load)
-    if not shared and len(every) != len(each_arm):
-        raise InputError("loads", f"for {len(every)} arms", f"for each of {len(each_arm)} arms, or the same for all")
-    ways, bare = [], dict[int, Arm]()
-    times = len(every) if shared else len(list(every[0]))
-    for number, given in enumerate(each_arm):
-        own = every if shared else list(every[number])
-        several = [given] * times if isinstance(given, Arm) else list(given)
-        if len(own) != times or len(several) != times:
-            raise InputError("loads", f"{len(own)} for {len(several)} arms in time", f"{times}, as for the first arm")
-        for load in own:
-            expect("load", load, Load)
-        for arm in several:
-            if id(arm) not in bare:
-                expect("arm", arm, Arm)
-                bare[id(arm)] = without_friction(arm)
-        ways.append(_way(several, [bare[id(arm)] for arm in several], own))
-    return ways
-
-
-def _way(arms: list[Arm], bare: list[Arm], loads: list[Load]) -> _Way:
-    first, kind = arms[0], loads[0].muscles.kind
-    changes = any(arm is not first for arm in arms)
-    if changes and any(replace(arm, world=first.world) != first for arm in {id(arm): arm for arm in arms}.values()):
-        raise InputError("arms", "another arm at another time", "one arm that differs in payload and gravity alone")
-    if any(load.muscles.kind != kind for load in loads):
-        raise InputError("loads", "muscles driven now so, now otherwise", f"muscles driven alike, here: {kind}")
-    values = np.array([checked_values(first, load) for load in loads])
-    bend = None
-    if kind == "off":
-        control = np.zeros((len(loads), muscles.count(first)))
-    else:
-        bend, control = commands(bare[0], kind, values)
-    pull_only, actuation = DRIVEN[kind]
-    plant = reused(bare[0], pull_only, actuation)
-    about = np.zeros((len(loads), plant.model.nv))
-    if bend is not None:
-        bent(about, bare[0], plant.index, bend.reshape(len(loads), -1, 2))
-    placed = any(load.wrenches for load in loads)
-    laws = [group.law for group in first.groups]
-    dry = any(law.dry_friction is not None for law in laws)
-    along = any(getattr(law, "friction_coefficient", None) is not None for law in laws)
-    return _Way(arms, bare, loads, control, about, (dry, along, alike(bare[0], kind, placed)), changes)
 
 
 def _walk(out: _Rows, part: NDArray[np.intp], states: States | None, guess: Array | None) -> None:
@@ -234,7 +164,7 @@ def _walk(out: _Rows, part: NDArray[np.intp], states: States | None, guess: Arra
         walk.begin(np.where(going[:, None], first.qpos, 0.0), control[:, 0], [way.loads[0] for way in ways])
     else:
         last = [states.loads[number] for number in part.tolist()]
-        were = [_way(way.arms[:1], way.bare[:1], [load]) for way, load in zip(ways, last, strict=True)]
+        were = [way_of(way.arms[:1], way.bare[:1], [load]) for way, load in zip(ways, last, strict=True)]
         before = np.stack([way.about[0] for way in were])
         walk.begin(states.qpos[part][:, :dofs], np.stack([way.control[0] for way in were]), last)
         walk.rubbing.remember(states.slid[part], states.grip[part], states.lengths[part])
@@ -256,7 +186,7 @@ def _walk(out: _Rows, part: NDArray[np.intp], states: States | None, guess: Arra
 class _Rows:
     """The arrays of `Settled`, NaN where nothing is written."""
 
-    def __init__(self, ways: Sequence[_Way], kept: NDArray[np.intp]) -> None:
+    def __init__(self, ways: Sequence[Way], kept: NDArray[np.intp]) -> None:
         self.ways, self._kept = ways, kept
         count, times = len(ways), len(ways[0].loads)
         links = max(way.arms[0].links for way in ways)
@@ -278,7 +208,14 @@ class _Rows:
         self._failed[number], self._stopped[number] = error, moment
 
     def keep(self, walk: Walk, part: NDArray[np.intp], rows: NDArray[np.intp], moment: int) -> None:
-        """Write what arms are at rest with."""
+        """Write what arms are at rest with.
+
+        Args:
+            walk: C arms.
+            part: their numbers among all, shape (C,).
+            rows: of those that are at rest, from 0 in the walk.
+            moment: number of the load.
+        """
         poses, rubbing, at = walk.poses, walk.rubbing, part[rows]
         out, stations = self._arrays, poses.index.stations
         positions, own = poses.data.xpos[:, stations], self._kept[self._kept < poses.data.xpos[:, stations].shape[1]]
@@ -295,7 +232,12 @@ class _Rows:
             out[name][at, moment, : array.shape[1]] = array[rows]
 
     def leave(self, walk: Walk, part: NDArray[np.intp]) -> None:
-        """Write what arms go on from."""
+        """Write what arms go on from.
+
+        Args:
+            walk: C arms.
+            part: their numbers among all, shape (C,).
+        """
         rubbing = walk.rubbing
         found = {"qpos": walk.poses.qpos, "slid": rubbing.slid, "grip": rubbing.grip, "lengths": rubbing.lengths}
         for name, array in found.items():

@@ -69,7 +69,13 @@ class Rubbing:
         self.lengths = self._poses.muscle_lengths
 
     def remember(self, slid: Array, grip: Array, lengths: Array) -> None:
-        """Go on from states of arms, which may have room for more joints and muscles than there are."""
+        """Go on from states of arms, which may have room for more joints and muscles than there are.
+
+        Args:
+            slid: about x and y [rad], shape (C, J or more, 2).
+            grip: shape (C, M or more).
+            lengths: of the muscles at the last rest [m], shape (C, M or more).
+        """
         joints, muscles = self.slid.shape[1], self.grip.shape[1]
         self.slid, self.grip = slid[:, :joints].copy(), grip[:, :muscles].copy()
         self.lengths = lengths[:, :muscles].copy()
@@ -118,7 +124,11 @@ class Rubbing:
         return np.asarray(K)
 
     def carry(self, rows: NDArray[np.integer]) -> None:
-        """Go on from the pose of the last `forces`, for these of the arms."""
+        """Go on from the pose of the last `forces`.
+
+        Args:
+            rows: numbers of the arms that do, at most C.
+        """
         if self._backbone:
             held = self._moment[rows] / np.where(self._stick[rows] > 0, self._stick[rows], 1.0)[..., None]
             self.slid[rows] = self._poses.qpos[rows][:, self._pairs] - held

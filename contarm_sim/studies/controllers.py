@@ -105,9 +105,10 @@ def compare_controllers(arm: Arm, duration: float = 10.0, track: Track = quietly
         track: shows progress.
 
     Raises:
-        InputError: a duration below `SHORTEST`.
+        InputError: a duration below `SHORTEST`, or friction with memory, which simulated motions do not know.
     """
     expect("arm", arm, Arm)
+    arm.refuse_memory("simulated motions are")
     if not as_number(duration) >= SHORTEST:
         raise InputError("duration", duration, f"at least {SHORTEST:g} s")
     arms = under_loads(arm)

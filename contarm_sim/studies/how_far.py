@@ -90,9 +90,11 @@ def trust(
         track: shows progress.
 
     Raises:
-        InputError: a bend that is not between 0 and 170 deg, a bound that is not positive, or too few planes.
+        InputError: a bend that is not between 0 and 170 deg, a bound that is not positive, too few planes, or friction
+            with memory, which single poses leave out.
     """
     expect("arm", arm, Arm)
+    arm.refuse_memory("largest bends are found")
     check_count("planes", planes, 1)
     several = len(arm.sections) > 1
     most = LARGEST_OF_SECTIONS if several else LARGEST_BEND

@@ -57,9 +57,11 @@ def validate(arm: Arm, grid: int = 8, track: Track = quietly, max_bend: float | 
         max_bend: largest bend angle of a section [rad]; default 170 deg, of several sections 120 deg.
 
     Raises:
-        InputError: no bend angles, or not a whole number of them, or a largest that is none.
+        InputError: no bend angles, or not a whole number of them, a largest that is none, or friction with memory,
+            which single poses leave out.
     """
     expect("arm", arm, Arm)
+    arm.refuse_memory("arms are validated")
     check_count("grid", grid, 1)
     several = len(arm.sections) > 1
     if max_bend is None:

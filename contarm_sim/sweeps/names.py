@@ -34,17 +34,11 @@ GRID, MAX_BEND = 4, math.radians(120)
 MOST_GRID = 40
 """Most bend angles of the poses at rest of a case."""
 
-_MOVING = (
-    "damping_time",
-    "joint_friction",
-    "friction_moment",
-    "friction_stiffness",
-    "friction",
-    "braid_friction",
-    "valve_time",
-    "servo_time",
-)
-"""Ends of names of what changes nothing at rest."""
+_MEMORY = ("friction_moment", "friction_stiffness", "friction_coefficient")
+"""Ends of names of friction that remembers: poses at rest leave it out, simulated motions refuse it."""
+
+_MOVING = ("damping_time", "joint_friction", "friction", "braid_friction", "valve_time", "servo_time")
+"""Ends of names of what else changes nothing at rest."""
 
 _PROJECT = ("refuse", "nearest", "ray", "paper")
 
@@ -108,7 +102,10 @@ class Parameter:
 def known_names(arm: Arm, run: Run) -> dict[str, Parameter]:
     """Return what cases of a run may differ in, by name."""
     found = [_of_arm(name, named.unit, named.value(arm)) for name, named in named_parameters(arm).items()]
-    idle = dict.fromkeys(() if run == "motion" else _MOVING, "without effect where nothing moves")
+    if run == "motion":
+        idle = dict.fromkeys(_MEMORY, "unknown to simulated motions: they refuse it")
+    else:
+        idle = dict.fromkeys((*_MEMORY, *_MOVING), "without effect where nothing moves")
     idle["base_orientation"] = "without effect but in pictures"
     found = [replace(one, idle=idle.get(one.name.rpartition(".")[2], "")) for one in found]
     found += {"rest": _rest, "equilibrium": _equilibrium, "motion": _motion}[run](arm)

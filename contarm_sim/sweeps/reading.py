@@ -81,6 +81,8 @@ def _spec(table: dict[str, Any], name: str, beside: Path) -> Spec:
     if backend != "cpu" and run != "motion":
         raise InputError("backend", backend, "cpu, where nothing moves")
     arm = _arm(table.get("arm", "paper"), beside)
+    if run == "motion":
+        arm.refuse_memory("simulated motions are")
     known = known_names(arm, run)
     fixed = _fixed(by_full_names(table.get("fixed", {}), "fixed", known), known)
     vary = _varied(by_full_names(table.get("vary", {}), "vary", known), known)

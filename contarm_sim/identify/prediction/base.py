@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from contarm_sim.errors import InputError
 from contarm_sim.identify.recordings.recording import Recording
 from contarm_sim.identify.recordings.rig import Rig
 from contarm_sim.kinematics.arrays import Array
@@ -39,16 +40,20 @@ class AtRest:
     Args:
         recording: what was commanded.
         threads: that share the work; 0: one a processor.
+
+    Raises:
+        InputError: when called, until an arm has been predicted: why the first cannot be. Later it has no pose: NaN.
     """
 
     def __init__(self, recording: Recording, threads: int = 0) -> None:
         self.recording, self._threads = recording, threads
         self._near: Array | None = None
+        self._begun = False
 
     def __call__(self, arms: Sequence[Arm], rigs: Sequence[Rig]) -> Array:
         """Return where the markers are measured [m], shape (B, T, K, 3), see `Predictor`."""
         recording = self.recording
-        out = np.empty((len(arms), len(recording), len(recording.rig.markers), 3))
+        out = np.full((len(arms), len(recording), len(recording.rig.markers), 3), np.nan)
         first: tuple[Any, ...] | None = None
         loads: list[Load] | None = None
         frames = np.empty(0)
@@ -56,7 +61,13 @@ class AtRest:
             own = statics_of(arm, rig, recording)
             if first is None or own != first:  # frames and markers move nothing, unless gravity or a force turns
                 same = None if first is None or own[1:] != first[1:] else loads
-                under_load = under(arm, rig, recording, same)
+                try:
+                    under_load = under(arm, rig, recording, same)
+                except InputError:
+                    if not self._begun:
+                        raise
+                    continue
+                self._begun = True
                 found = equilibria(*under_load, guess=self._near, threads=self._threads)
                 if first is None:
                     first, frames, loads = own, found.frames, under_load[1]

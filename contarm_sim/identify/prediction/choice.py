@@ -25,14 +25,17 @@ def predictor_of(
         arm: that it is of.
         names: of the parameters that are free.
         memory: see `Memory`.
-        threads: that share the work; 0: one a processor.
+        threads: that share the work; 0: one a processor. Poses that remember are found by one.
 
     Raises:
-        InputError: friction is free that the arm does not have, or a `memory` that is none.
+        InputError: friction is free that the arm does not have, friction along tendons that drive a motion, or a
+            `memory` that is none.
     """
     if recording.kind == "motion":
         from contarm_sim.identify.prediction.moving import InMotion
 
+        if recording.rig.actuation.drive != "none":
+            arm.refuse_memory("motions of driven tendons are predicted", backbone=False)
         return InMotion(recording, threads)
     if memory not in ("auto", True, False):
         raise InputError("memory", repr(memory), "'auto', True or False")

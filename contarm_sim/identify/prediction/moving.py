@@ -51,13 +51,14 @@ class _Block:
 
 @dataclass(frozen=True)
 class _Pair:
-    """An arm with its payload, in its rig (of a number), in a block, and its first load."""
+    """An arm with its payload, in its rig (of a number), in a block, its first load, and its step [s]."""
 
     number: int
     rig: Rig
     block: _Block
     arm: Arm
     load: Load
+    step: float
 
     @property
     def geometry(self) -> object:
@@ -73,17 +74,21 @@ class InMotion:
     and the speed that its markers have where the hand has let go, see `swing_start`; friction in the backbone then
     holds what the way from rest to the shape that was held, and on to the start, leaves of it.
 
+    An arm that no step is stable for, or that cannot be under the first load, has no motion: NaN.
+
     Args:
         recording: of a motion.
         threads: that share the work; 0: one a processor.
-        timestep: of the engine [s]; default what the arm takes, see `step_for`.
+        timestep: of the engine [s]; default what each arm takes, see `step_for`.
 
     Attributes:
         recording: the one given; markers at samples before a swing's start are not seen in it, nor those of a swing
             whose start no marker tells of. Compare predictions with this one.
 
     Raises:
-        InputError: a recording at rest, forces on the backbone, which motions do not know, or no swing with a start.
+        InputError: a recording at rest, forces on the backbone, which motions do not know, a payload that changes
+            within a block, or no swing with a start. When called: friction along driven tendons, which motions do not
+            know; or, until an arm has been predicted, why the first of them has no motion.
     """
 
     def __init__(self, recording: Recording, threads: int = 0, timestep: float | None = None) -> None:
@@ -91,9 +96,10 @@ class InMotion:
             raise InputError("kind", repr(recording.kind), "'motion'", recording.name)
         if recording.force is not None:
             raise InputError("force", "given", "none: in motions only a payload loads the arm", recording.name)
-        self._threads, self._given, self._step = threads, timestep, np.inf
+        self._threads, self._given, self._begun = threads, timestep, False
         drive = recording.rig.actuation.drive
         self._swings, self._actuation = drive == "none", DRIVEN[_DRIVEN[drive]][1]
+        _check_payload(recording)
         every = [self._block(recording, name) for name in dict.fromkeys(recording.blocks.tolist())]
         self._blocks = [one for one in every if not self._swings or np.isfinite(one.start).any()]
         if not self._blocks:
@@ -115,23 +121,38 @@ class InMotion:
         recording, blocks = self.recording, self._blocks
         out = np.full((len(arms), len(recording), len(recording.rig.markers), 3), np.nan)
         heads = recording.part([int(one.rows[0]) for one in blocks])
-        pairs = []
+        pairs, first, steps = list[_Pair](), None, dict[Arm, float]()
         for number, (arm, rig) in enumerate(zip(arms, rigs, strict=True)):
-            own = zip(blocks, *under(arm, rig, heads), strict=True)
-            pairs += [_Pair(number, rig, block, held, load) for block, held, load in own]
-        if self._given is None:
-            lightest = {one.arm for one in pairs[: len(blocks)]}
-            self._step = min([self._step, *(step_for(arm, self._actuation) for arm in lightest)])
+            if not self._swings:
+                arm.refuse_memory("motions of driven tendons are predicted", backbone=False)
+            try:
+                held, loads = under(arm, rig, heads)
+                step = min(self._step(one, first, steps) for one in dict.fromkeys(held))
+            except InputError:
+                if not self._begun:
+                    raise
+                continue
+            self._begun, first = True, first or step
+            pairs += [_Pair(number, rig, *own, step) for own in zip(blocks, held, loads, strict=True)]
+        alike: dict[tuple[bool, float], list[_Pair]] = {}
+        for pair in pairs:  # of two layouts
+            alike.setdefault((pair.arm.payload > 0, pair.step), []).append(pair)
         with engine_room(), np.errstate(all="ignore"):  # arms that diverge
-            for carries in (True, False):  # of two layouts
-                some = [one for one in pairs if (one.arm.payload > 0) is carries]
-                if some:
-                    self._follow(some, out)
+            for some in alike.values():
+                self._follow(some, out)
         return out
+
+    def _step(self, arm: Arm, usual: float | None, known: dict[Arm, float]) -> float:
+        """Return the step of an arm [s]."""
+        if self._given is not None:
+            return self._given
+        if arm not in known:
+            known[arm] = step_for(arm, self._actuation, usual)
+        return known[arm]
 
     def _follow(self, pairs: list[_Pair], out: Array) -> None:
         plants = self._plants([one.arm.without_memory for one in pairs])
-        step = self._given or self._step
+        step = pairs[0].step
         rollouts = Rollouts(plants, [one.arm for one in pairs], step)
         places = [Places(one.arm, [marker.xi for marker in one.rig.markers]) for one in pairs]
         stations, columns = np.unique([own.stations for own in places], return_inverse=True)
@@ -215,3 +236,14 @@ class InMotion:
             return (1 - share) * values[index, low[:, k]] + share * values[index, high[:, k]]
 
         return controls
+
+
+def _check_payload(recording: Recording) -> None:
+    """Refuse a payload that changes within a block of a motion."""
+    if recording.payload is None:
+        return
+    for name in dict.fromkeys(recording.blocks.tolist()):
+        carried = recording.payload[recording.blocks == name]
+        if carried.min() != carried.max():
+            given = f"{carried.min():g} to {carried.max():g} kg in block {name!r}"
+            raise InputError("payload", given, "one payload in each block of a motion", recording.name)

@@ -54,18 +54,22 @@ class WithMemory:
 
     Attributes:
         recording: as given.
+
+    Raises:
+        InputError: when called, until an arm has been predicted: why the first cannot be. Later it has no pose: NaN.
     """
 
     def __init__(self, recording: Recording) -> None:
         self.recording = recording
         self._near: Array | None = None
+        self._begun = False
 
     def __call__(self, arms: Sequence[Arm], rigs: Sequence[Rig]) -> Array:
         """Return where the markers are measured [m], shape (B, T, K, 3), see `Predictor`."""
         recording = self.recording
-        poses: dict[Any, int] = {}
+        poses: dict[Any, int | None] = {}
         ways: list[tuple[list[Arm], list[Load]]] = []
-        which: list[int] = []
+        which: list[int | None] = []
         for arm, rig in zip(arms, rigs, strict=True):
             key = (
                 arm,
@@ -74,18 +78,31 @@ class WithMemory:
                 None if recording.force is None else rig.rotation.tobytes(),
             )
             if key not in poses:
-                poses[key] = len(ways)
-                ways.append(under(arm, rig, recording))
+                try:
+                    ways.append(under(arm, rig, recording))
+                    poses[key] = len(ways) - 1
+                except InputError:
+                    if not self._begun:
+                        raise
+                    poses[key] = None
             which.append(poses[key])
+        out = np.full((len(arms), len(recording), len(recording.rig.markers), 3), np.nan)
+        if not ways:
+            return out
         places = [Places(arm, [marker.xi for marker in rig.markers]) for arm, rig in zip(arms, rigs, strict=True)]
         stations = np.unique(np.concatenate([place.stations.ravel() for place in places]))
         guess = None if self._near is None else np.tile(self._near, (len(ways), 1))
         found = settle([way[0] for way in ways], [way[1] for way in ways], stations=stations.tolist(), guess=guess)
-        first = found.states.qpos[0] if 0 in found.failed else found.qpos[0, 0]
-        self._near = np.where(np.isfinite(first), first, 0.0)
-        out = np.empty((len(arms), len(recording), len(recording.rig.markers), 3))
+        if not self._begun and isinstance(found.failed.get(0), InputError):
+            raise found.failed[0]
+        self._begun = True
+        first = found.qpos[0, 0]
+        if np.isfinite(first).any():
+            self._near = np.where(np.isfinite(first), first, 0.0)
         frames = np.full((len(recording), int(stations[-1]) + 1, 4, 4), np.nan)
         for place, (arm, rig) in enumerate(zip(arms, rigs, strict=True)):
+            if which[place] is None:
+                continue
             frames[:, stations] = found.frames[which[place]]
             out[place] = markers_at(arm, rig, frames)
         return out

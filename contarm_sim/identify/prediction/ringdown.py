@@ -22,7 +22,7 @@ from contarm_sim.kinematics.arrays import Array
 FEWEST = 8
 """Fewest samples that five numbers are fitted to."""
 
-_RATIOS = (0.0, 0.05, 0.1, 0.2, 0.4, 0.7)  # damping ratios tried
+_RATIOS = (0.0, 0.01, 0.05, 0.1, 0.2, 0.4, 0.7)  # damping ratios tried
 _FREQUENCIES = 80  # and frequencies
 
 
@@ -95,10 +95,18 @@ def _cosine(x: Array, t: Array) -> Array:
 
 
 def _grid(t: Array, s: Array) -> Array:
-    """Return the best of many frequencies and damping ratios, the rest of the numbers by linear least squares."""
-    highest = 0.25 / float(np.median(np.diff(t)))
+    """Return the best of many frequencies and damping ratios, the rest of the numbers by linear least squares.
+
+    Frequencies go up to half the sampling rate. The strongest of the spectrum is among them: between the others a swing
+    of many periods is missed.
+    """
+    from scipy.signal import lombscargle
+
+    highest = 0.5 / float(np.median(np.diff(t)))
+    fine = np.arange(0.5 / t[-1], highest, 0.2 / t[-1])
+    strongest = fine[np.argmax(lombscargle(t, s - s.mean(), 2 * np.pi * fine))]
     best, cost = np.zeros(5), np.inf
-    for f in np.geomspace(0.5 / t[-1], highest, _FREQUENCIES):
+    for f in [*np.geomspace(0.5 / t[-1], highest, _FREQUENCIES), strongest]:
         for ratio in _RATIOS:
             d = 2 * np.pi * f * ratio
             A = np.exp(-d * t)[:, None] * np.stack([np.cos(2 * np.pi * f * t), np.sin(2 * np.pi * f * t)], axis=-1)

@@ -28,6 +28,9 @@ _PART = 0.02
 _HOLE = 5.0
 """How often what is usual the time between two samples of a block must be to count as a gap."""
 
+_LIMP = 0.02
+"""Tensions that are all below this move no arm [N]."""
+
 _TINY = 0.005
 """Of what a marker or tendon can move by: below this all is too small to be in metres."""
 
@@ -74,6 +77,12 @@ def _check_marker(recording: Recording, arm: Arm, number: int) -> None:
     reach = max(marker.xi * arm.length + math.hypot(*marker.offset), 0.1 * arm.length)
     far = float(np.median(np.linalg.norm(seen - np.array(recording.rig.position), axis=1)))
     apart = _spread(seen)
+    same = np.ptp(seen, axis=1) <= 1e-9 * np.abs(seen).max(axis=1)  # x, y and z alike
+    missing = seen[same & (np.abs(seen).max(axis=1) > 10 * reach)]
+    if len(missing):
+        given = f"{len(missing)} times at {missing[0, 0]:.6g} m in x, y and z"
+        allowed = f"positions within its reach, {reach:.3g} m; if this says missing: gaps.values = [-9999] or so"
+        raise InputError(f"marker {marker.name}", given, allowed, recording.name)
     name, of = f"marker {marker.name}", f"the base of an arm of {arm.length:.3g} m"
     if far > 30 * reach or apart > 2.2 * reach:
         unit = _unit({"mm": 1e-3, "cm": 1e-2}, max(far, apart), reach)
@@ -109,6 +118,13 @@ def _check_commands(recording: Recording, arm: Arm) -> None:
         _check_windings(recording, most, max(group.length for group in arm.groups), angles)
     if actuation.drive == "tensions" and most > 1e5:
         raise InputError("commands", f"tensions up to {most:.3g} N", 'at most 1e5 N; mN? unit = "mN"', recording.name)
+    if actuation.drive == "tensions":
+        pulls = used * np.array(actuation.gains)[sorted(set(actuation.channels))]
+        lets = min(actuation.signs) > 0 and pulls.min() < -0.05 * np.abs(pulls).max()
+        if lets or most < _LIMP:
+            given = f"tensions from {pulls.min():.3g} to {pulls.max():.3g} N"
+            allowed = 'pulls above 0, not windings in m; kN? unit = "kN"; pulls written below 0? pull = "negative"'
+            raise InputError("commands", given, allowed, recording.name)
     if actuation.drive == "pressures" and most < 1e3:
         allowed = 'pressures in Pa, 1000 or more; they seem to be kPa or bar: unit = "kPa"'
         raise InputError("commands", f"pressures up to {most:.3g} Pa", allowed, recording.name)

@@ -45,7 +45,7 @@ class Columns:
         """Return names of columns that a key gives: a list, or the name of an array of several columns (npz).
 
         Raises:
-            InputError: no names, not as many, or no such columns (with the nearest name).
+            InputError: no names, not as many, one twice, or no such columns (with the nearest name).
         """
         names = given
         if isinstance(given, str):
@@ -57,6 +57,8 @@ class Columns:
             self._cells(name, key)
         if size is not None and len(names) != size:
             raise InputError(key, f"{len(names)} columns", f"{size} names of columns")
+        if len(set(names)) < len(names):
+            raise InputError(key, names, "each column once")
         return list(names)
 
     def numbers(self, name: str, key: str, gaps: Sequence[Any] = ()) -> Array:

@@ -91,7 +91,10 @@ def in_si(values: Array, unit: Any, allowed: Sequence[str], name: str) -> tuple[
     """Return values of a unit in SI units, and the SI unit.
 
     Args:
+        values: of any shape.
+        unit: what is written beside them, or None.
         allowed: SI units that it may be of the kind of; the first is meant where `unit` is None.
+        name: of the key, for messages.
 
     Raises:
         InputError: an unknown unit, or one of another kind.

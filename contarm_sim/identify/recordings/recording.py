@@ -149,6 +149,11 @@ def backwards(time: Array, blocks: NDArray[np.str_], kind: Kind) -> tuple[int, s
     """Return the first sample, from 0, whose time does not follow on that before in its block, and what would.
 
     Of motions time must grow and blocks stay together; of static recordings it must not run backwards.
+
+    Args:
+        time: of each sample [s], shape (T,).
+        blocks: of each sample, shape (T,).
+        kind: of the recording.
     """
     last: dict[str, float] = {}
     before = None
@@ -169,4 +174,4 @@ OTHERS = tuple(
     if item.name
     not in ("kind", "time", "positions", "commands", "rig", "blocks", "payload", "force", "force_xi", "name")
 )
-"""Fields that files hold as they are, by the same names."""
+"""Fields that files of motions hold as they are, by the same names."""

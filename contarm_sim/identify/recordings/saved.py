@@ -80,7 +80,8 @@ def _spec(recording: Recording) -> dict[str, Any]:
         "frame": rig["frame"],
         "commands": commands,
     }
-    spec |= {name: getattr(recording, name) for name in OTHERS if getattr(recording, name) is not None}
+    if recording.kind == "motion":
+        spec |= {name: getattr(recording, name) for name in OTHERS}
     if recording.payload is not None:
         spec["payload"] = {"column": "payload", "unit": "kg"}
     if recording.force is not None:

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from contarm_sim.errors import InputError
-from contarm_sim.identify.prediction.base import AtRest, Predictor
+from contarm_sim.identify.prediction.base import Predictor
+from contarm_sim.identify.prediction.choice import predictor_of
 from contarm_sim.identify.recordings.recording import Kind, Recording
 from contarm_sim.identify.recordings.rig import Rig
 from contarm_sim.kinematics.arrays import Array
@@ -39,7 +40,7 @@ def recorded(
     force: Any = None,
     force_xi: float = 1.0,
     blocks: Sequence[str] | None = None,
-    predictor: Callable[[Recording], Predictor] = AtRest,
+    predictor: Callable[[Recording], Predictor] | None = None,
     name: str = "synthetic",
 ) -> Recording:
     """Return what would have been recorded of an arm in a rig.
@@ -56,18 +57,17 @@ def recorded(
         payload: that the tip carries [kg]: a number, or shape (T,).
         force: on the backbone at `force_xi`, in the frame of the measurements [N], shape (3,) or (T, 3).
         blocks: what each sample belongs to; default: all to one.
-        predictor: what says where the markers are, made of the recording: `AtRest`; a predictor of motions, or of arms
-            with memory.
+        predictor: what says where the markers are, made of the recording; default that of `predictor_of`.
 
     Raises:
-        InputError: arrays that do not fit together, a motion without a predictor of motions, or a command under which
-            the arm has no pose.
+        InputError: arrays that do not fit together, free swings, which start from markers that were measured, or a
+            command under which the arm has no pose.
     """
     told = np.array(commands, dtype=float)
     if told.ndim != 2:
         raise InputError("commands", f"of shape {told.shape}", "an array of samples x channels")
-    if kind == "motion" and predictor is AtRest:
-        raise InputError("predictor", "AtRest", "a predictor of motions")
+    if kind == "motion" and predictor is None and rig.actuation.drive == "none":
+        raise InputError("predictor", "missing", "one of free swings: theirs start from markers that were measured")
     for key, value in {"noise": noise, "gaps": gaps, "outliers": outliers, "drift": drift}.items():
         most = np.inf if key in ("noise", "drift") else 0.9
         if not 0 <= value <= most:
@@ -86,7 +86,8 @@ def recorded(
         force_xi=force_xi,
         name=name,
     )
-    where = predictor(bare)([arm], [rig])[0]
+    predicts = predictor_of(bare, arm) if predictor is None else predictor(bare)
+    where = predicts([arm], [rig])[0]
     if not np.isfinite(where).all():
         number = int(np.argwhere(~np.isfinite(where))[0][0])
         raise InputError(
