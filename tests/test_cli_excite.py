@@ -104,6 +104,9 @@ def test_a_rig_has_si_units_and_bad_input_is_said_in_one_line(contarm, files):
         ((files / "rig.toml",), "--free"),
         (("--free", "frame.x"), "RIG.toml"),
         ((files / "rig.toml", "--free", "frame.q"), "frame.q"),
+        ((files / "rig.toml", "--free", "frame.x", "damping_time"), "at rest does not show its damping"),
+        ((files / "rig.toml", "--free", "frame.x", "--limits", 1, -1), "the lowest first"),
+        ((files / "rig.toml", "--free", "frame.x", "--candidates", 2, "--count", 3), "--count"),
         ((files / "rig.toml", "--free", "frame.x", "--candidates", "missing.csv"), "missing.csv"),
     ):
         code, out, err = contarm("excite", files / "arm.toml", *more)

@@ -2,14 +2,18 @@
 
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from contarm_sim import save_recording
+from contarm_sim import load_recording, save_recording
 from contarm_sim.cli.fit import show
+from contarm_sim.identify.asked import held_out_from
 from contarm_sim.identify.recordings.rig import Actuation, Marker, Rig
 from contarm_sim.identify.recordings.synthetic import random_windings, recorded
+from contarm_sim.identify.search.descent import METHODS
+from contarm_sim.identify.search.losses import LOSSES
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import arm_to_toml, load_arm
 from contarm_sim.model.routing import Routing
@@ -75,7 +79,7 @@ def test_what_is_known_is_found_and_what_is_not_keeps_its_start(fitted, files):
     assert arm.sections[0].damping_time == pytest.approx(load_arm(files[0]).sections[0].damping_time)
     (errors,) = told["left_over"]
     assert {one["block"] for one in errors["blocks"] if one["held_out"]} == {"2_all"}
-    whole = {one["part"]: one["rms_m"] if "rms_m" in one else one["rms"] for one in errors["errors_m"]}
+    whole = {one["part"]: one["rms_m"] for one in errors["errors"]}
     assert 0.0003 < whole["held out"] < 0.0008
 
 
@@ -87,9 +91,9 @@ def test_the_folder_is_whole_and_says_what_was_printed(fitted):
     assert json.loads((folder / "summary.json").read_text()) == told
     with (folder / "residuals.csv").open() as file:
         rows = list(csv.DictReader(file))
-    distances = [float(row["distance"]) for row in rows if row["held_out"] == "1"]
-    size = next(one for one in told["left_over"][0]["errors_m"] if one["part"] == "held out")
-    assert np.sqrt(np.mean(np.square(distances))) == pytest.approx(size["rms"], rel=1e-9)
+    distances = [float(row["distance_m"]) for row in rows if row["held_out"] == "1"]
+    size = next(one for one in told["left_over"][0]["errors"] if one["part"] == "held out")
+    assert np.sqrt(np.mean(np.square(distances))) == pytest.approx(size["rms_m"], rel=1e-9)
     page = (folder / "report.html").read_text().replace("\u00a0", " ")
     assert told["in_words"] in page
     assert "damping_time" in page
@@ -105,6 +109,7 @@ def test_people_are_told_the_same(fitted, capsys):
     assert row.split()[1] == "mm"
     assert float(row.split()[3]) == pytest.approx(1e3 * found["frame.x"]["value"], abs=0.006)
     assert "an arm at rest does not show its damping" in printed.replace("\n  ", " ")
+    assert printed.count("- damping_time") == 1
     assert "held out" in printed
     assert fitted[0]["in_words"] in printed
 
@@ -137,6 +142,9 @@ def test_names_lists_units_values_and_stars(contarm, files):
         (["--free", "damping_time"], "does not show its damping"),
         (["--free", "mass", "--hold-out", "3_*"], "1_all, 2_all"),
         (["--free", "mass", "--hold-out", "120%"], "a fraction"),
+        (["--free", "mass", "--hold-out", "0"], "above 0 and below 1 (25%), or blocks: 1_all, 2_all"),
+        (["--free", "mass", "--bounds", "mass", "2", "--starts", "3"], "--bounds is"),
+        (["--free", "mass", "--noise", "0"], "a length above 0"),
         (["--free", "mass", "--rig", "nothing.toml"], "nothing.toml"),
     ],
 )
@@ -147,6 +155,22 @@ def test_bad_input_is_one_line_and_leaves_nothing(contarm, files, tmp_path, word
     assert not list(tmp_path.iterdir())
 
 
+def test_blocks_come_before_shares(files):
+    recording = load_recording(files[1])
+    assert held_out_from("0.2", [recording]) == 0.2
+    numbered = replace(recording, blocks=[block[0] for block in recording.blocks])
+    assert held_out_from("2", [numbered]) == ("2",)
+    assert held_out_from("1, 2", [numbered]) == ("1", "2")
+    assert held_out_from("25%", [numbered]) == 0.25
+
+
+def test_choices_are_those_of_the_fit():
+    from contarm_sim.cli import fit
+
+    assert set(fit._LOSSES) == set(LOSSES)
+    assert set(fit._METHODS) == set(METHODS)
+
+
 def test_files_may_come_after_the_names(contarm, files):
     code, _, err = contarm("fit", "--free", "mass", "mas", *files)
     assert code == 2
@@ -154,8 +178,6 @@ def test_files_may_come_after_the_names(contarm, files):
 
 
 def test_a_fit_that_is_stopped_is_kept_and_one_without_a_finding_says_so(contarm, files, fitted, monkeypatch, tmp_path):
-    from dataclasses import replace
-
     from contarm_sim import stopping
     from contarm_sim.identify import fit as fits
     from contarm_sim.identify.fit_folder import load_fit
@@ -198,6 +220,10 @@ def test_the_report_is_made_again_and_elsewhere(contarm, fitted, tmp_path, blank
     code, out, err = contarm("fit-report", "f", "--out", "g", "--figures", "none", "--json")
     assert (code, json.loads(out)) == (0, told)
     assert {p.name for p in (tmp_path / "g").iterdir()} == {"report.html", "summary.json"}
+    (tmp_path / "f" / "summary.json").unlink()
+    assert contarm("fit-report", "f", "--figures", "none")[0] == 0
+    again = json.loads((tmp_path / "f" / "summary.json").read_text())
+    assert again["parameters"] == told["parameters"]
     (tmp_path / "f" / "fit.npz").write_bytes(b"PK")
     for given, said in (("f", "damaged"), ("g", "has no arm.toml"), ("h", "has no arm.toml")):
         code, out, err = contarm("fit-report", given)

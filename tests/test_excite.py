@@ -55,7 +55,7 @@ def test_expected_sds_are_those_of_linear_least_squares():
     after = NOISE / np.sqrt([0.05**2 + 0.2**2 + 0.3**2, 3.0])
     np.testing.assert_allclose(found.sd_after[:2], [0.005 * after[0], after[1]], rtol=1e-6)
     assert np.isinf([found.sd_before[2], found.sd_after[2]]).all()
-    assert found.ranking == ("row_3", "row_2", "row_1")
+    assert np.argsort(found.gains).tolist() == [0, 1, 2]
 
 
 def test_a_prior_counts_as_information():
@@ -101,12 +101,12 @@ def test_the_choice_beats_random_ones_of_its_size(choice):
 def test_repeated_fits_scatter_as_expected(choice):
     free, _, found = choice
     truth, size = found.values, []
-    for seed in range(20):
+    for seed in range(12):
         made = recorded(ARM, RIG, found.commands, seed=seed, noise=NOISE)
         done = fit(ARM, made, free, loss="linear", noise=NOISE)
         size.append(([one.value for one in done.parameters] - truth) / found.sd_after)
     assert np.isfinite(size).all()
-    assert 0.7 < np.mean(np.square(size)) < 1.35  # of 100 numbers
+    assert 0.7 < np.mean(np.square(size)) < 1.35  # of 60 numbers
 
 
 def test_random_patterns_are_windings_of_taut_muscles():

@@ -181,16 +181,16 @@ def test_a_fit_is_kept_in_a_folder_and_read_back(recording, fitted, tmp_path):
     np.testing.assert_array_equal(again.left[0].error, fitted.left[0].error)
     rows = list(csv.DictReader((folder / "residuals.csv").read_text().splitlines()))
     assert len(rows) == 2 * len(recording)
-    seen = [row for row in rows if row["distance"]]
+    seen = [row for row in rows if row["distance_m"]]
     assert len(seen) == recording.seen.sum()
     one = seen[0]
-    assert float(one["x"]) - float(one["predicted_x"]) == pytest.approx(float(one["error_x"]), abs=1e-12)
+    assert float(one["x_m"]) - float(one["predicted_x_m"]) == pytest.approx(float(one["error_x_m"]), abs=1e-12)
     assert {row["held_out"] for row in rows} == {"0", "1"}
     told = list(csv.DictReader((folder / "parameters.csv").read_text().splitlines()))
     assert [row["name"] for row in told] == list(_values(fitted))
     assert tomllib.loads((folder / "arm.toml").read_text())
     document = json.loads(json.dumps(fitted.to_dict(), allow_nan=False))
-    assert document["recordings"][0]["rms_fitted"] == fitted.left[0].rms(~fitted.left[0].held_out)
+    assert document["recordings"][0]["rms_fitted_m"] == fitted.left[0].rms(~fitted.left[0].held_out)
     (folder / "fit.npz").write_bytes((folder / "fit.npz").read_bytes()[:500])
     with pytest.raises(InputError, match=r"fit\.npz.*damaged"):
         load_fit(folder)

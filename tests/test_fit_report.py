@@ -174,7 +174,7 @@ def test_what_was_held_out_has_its_colour(fit):
 
 def test_words_say_the_verdict(fit):
     assert words.headline(fit) == "The fitted arm predicts what was held out within " + (
-        f"{words.millimetres(together(fit, HELD_OUT))} mm rms; 7 of 9 parameters determined."
+        f"{words.millimetres(together(fit, HELD_OUT))} mm rms; 6 of 9 parameters determined."
     )
     assert [one.state for one in words.standings(fit)] == ["note", "good", "good"]
     assert words.negative(fit) == ""
@@ -246,3 +246,23 @@ def test_the_page_in_a_browser_wide_on_a_phone_and_in_the_dark(fit, tmp_path):
             assert page.evaluate("document.documentElement.scrollWidth") <= width
             assert page.evaluate("[...document.querySelectorAll('button img')].every((one) => one.naturalWidth > 100)")
     assert errors == []
+
+
+def test_the_headline_counts_what_is_determined_and_what_is_weak():
+    made = made_fit()
+    bound = sum(one.status == "at bound" for one in made.parameters)
+    known = sum(one.status == "determined" for one in made.parameters)
+    assert bound
+    assert f"{known} of {len(made.parameters)} parameters determined." in words.headline(made)
+    weak = tuple(replace(one, status="weakly determined") if k == 0 else one for k, one in enumerate(made.parameters))
+    assert "determined, 1 of them weakly" in words.headline(replace(made, parameters=weak))
+
+
+def test_samples_without_a_pose_are_told():
+    made = made_fit()
+    predicted = made.left[0].predicted.copy()
+    predicted[:3] = np.nan
+    lost = replace(made, left=(replace(made.left[0], predicted=predicted),))
+    assert any("3 samples of recording 1: the fitted arm has no pose there" in one for one in words.remarks(lost))
+    assert "without a pose" in [row[0] for row in words.error_rows(lost)]
+    assert not any("no pose" in one for one in words.remarks(made))

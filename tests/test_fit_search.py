@@ -16,7 +16,10 @@ from contarm_sim.identify.recordings.recording import Recording
 from contarm_sim.identify.recordings.rig import Actuation, Rig
 from contarm_sim.identify.search import descent
 from contarm_sim.identify.search.losses import LOSSES, rho
+from contarm_sim.identify.search.residuals import Problem
+from contarm_sim.identify.search.shared import shared
 from contarm_sim.model.arm import Arm
+from contarm_sim.statics.places import Places
 
 ARM = Arm()
 
@@ -106,7 +109,49 @@ def test_ctrl_c_returns_what_was_found_so_far(after):
     assert not found.converged
     assert found.message.startswith(descent.STOPPED)
     assert found.left[0].rms() == pytest.approx(rms[-1], rel=1e-6)
-    assert all(np.isfinite(one.value) for one in found.parameters)
+    assert all(np.isfinite(one.value) and np.isnan(one.low) for one in found.parameters)
+    assert {one.status for one in found.parameters} == {"stopped early"}
+    assert found.rig.markers[0].offset[0] == found.parameters[0].value
+
+
+@pytest.mark.parametrize("central", [False, True])
+def test_derivatives_beside_where_there_is_no_pose_are_those_of_the_other_side(central):
+    recording = _recording()
+    problem = Problem(shared(ARM, [recording], FREE), [recording], [np.zeros(60, dtype=bool)],
+                      [Waves(recording, most=0.0)], "linear")  # fmt: skip
+    found = problem.slopes(np.zeros(2), central).reshape(-1, 3, 2)[:, 0, 0]
+    np.testing.assert_allclose(found, -recording.time if central else 0 * found, rtol=1e-3, atol=1e-12)
+
+
+def test_the_noise_is_that_of_the_end_though_the_first_search_goes_nowhere(monkeypatch):
+    recording, searched = _recording(rate=0.02), descent._least_squares
+    monkeypatch.setattr(descent, "_least_squares", lambda problem, moved, settled:
+                        searched(problem, moved, settled) if settled else (moved, True, ""))  # fmt: skip
+    assert _fit(recording).noise == pytest.approx(1e-4, rel=0.2)
+
+
+@pytest.mark.parametrize("curved", [0.0, 10.0])
+def test_a_combination_that_is_open_nearby_alone_is_said_to_be(curved):
+    class Sum(Waves):
+        def __call__(self, arms, rigs):
+            x, y, _ = np.array([rig.markers[0].offset for rig in rigs]).T
+            return super().__call__(arms, rigs) * 0 + (x + y + curved * y**2)[:, None, None, None]
+
+    recording = _recording()
+    made = replace(recording, positions=np.random.default_rng(0).normal(0, 1e-4, recording.positions.shape))
+    [one] = fit(ARM, made, ["marker.offset.x", "marker.offset.y"], predictors=[Sum(made)]).undetermined
+    assert "only their sum is determined" in one.said
+    assert ("near these values" in one.said) == bool(curved)
+
+
+def test_frames_without_a_pose_give_none_between_stations():
+    frames = np.tile(np.eye(4), (2, ARM.links + 1, 1, 1))
+    frames[1] = np.nan
+    places = Places(ARM, [0.51])
+    about = frames[:, places.stations]
+    found = places.between(about[..., :3, 3], about[..., :3, :3])
+    assert np.isfinite(found[0]).all()
+    assert np.isnan(found[1, 0, :3]).all()
 
 
 def test_a_fraction_is_held_out_as_whole_blocks():
@@ -169,6 +214,7 @@ def test_losses_have_the_derivatives_that_they_say(loss):
         ({"noise": 0.0}, "a length above 0"),
         ({"starts": 0}, "starts is 0"),
         ({"recordings": []}, "one or more"),
+        ({"predictors": []}, "predictors is 0; allowed: 1, one for each recording"),
         ({"recordings": "short"}, "free is 4 parameters; allowed: at most 3"),
     ],
 )
@@ -180,5 +226,5 @@ def test_bad_input_is_one_clear_line(change, said):
     recordings, free = given.pop("recordings"), given.pop("free")
     own = recordings if isinstance(recordings, Recording) else recording
     with pytest.raises(InputError, match=said) as caught:
-        fit(ARM, recordings, free, predictors=[Waves(own)], **given)
+        fit(ARM, recordings, free, **{"predictors": [Waves(own)], **given})
     assert "\n" not in str(caught.value)

@@ -6,8 +6,8 @@ from scipy.stats import t
 
 from contarm_sim.errors import InputError
 from contarm_sim.identify.freedom import Free
-from contarm_sim.identify.judgement.bootstrap import one_step, refitted
-from contarm_sim.identify.judgement.intervals import rows, spread
+from contarm_sim.identify.judgement.bootstrap import groups, one_step, widening
+from contarm_sim.identify.judgement.intervals import noise_of, rows, spread
 from contarm_sim.identify.judgement.judge import judge
 
 NOISE = 5e-4
@@ -199,7 +199,9 @@ def test_the_bootstrap_agrees_with_the_jacobian_and_with_fits_anew():
     steps = one_step(told, blocks, np.zeros(3), 1000)
     half = np.percentile(steps, 97.5, axis=0) - np.percentile(steps, 2.5, axis=0)
     np.testing.assert_allclose(half, 2 * spread(told, blocks, np.zeros(3)).half_width(), rtol=0.15)
-    np.testing.assert_allclose(one_step(told, blocks, np.zeros(3), 20), refitted(fit, blocks, best, 20), atol=1e-9)
+    drawn = np.random.default_rng(0).multinomial(40, np.full(40, 1 / 40), size=20).astype(float)
+    again = np.array([fit(often[groups(blocks)]) - best for often in drawn]) * widening(40)
+    np.testing.assert_allclose(one_step(told, blocks, np.zeros(3), 20), again, atol=1e-9)
 
 
 def test_an_unknown_loss_is_refused():
@@ -228,3 +230,36 @@ def test_small_parts_of_two_combinations_are_told_by_the_larger():
     last = judged(jacobian, names).parameters[-1]
     assert last.status == "only with others"
     assert "muscle.stiffness" in last.said
+
+
+def test_what_a_bound_pulls_is_no_part_of_the_spread():
+    """Of blocks of one design the same is pulled from each."""
+    random, blocks = np.random.default_rng(9), np.repeat(np.arange(8), 20)
+    jacobian, residual = np.tile(random.normal(size=(20, 3)), (8, 1)), random.normal(size=160)
+    residual -= jacobian @ np.linalg.lstsq(jacobian, residual, rcond=None)[0]
+    free, bound = (rows(residual + pull * jacobian[:, 0], jacobian) for pull in (0.0, 3.0))
+    expected = spread(free, blocks, np.zeros(3)).covariance
+    np.testing.assert_allclose(spread(bound, blocks, np.zeros(3)).covariance, expected, rtol=1e-9)
+
+
+def test_a_prior_is_as_wide_in_the_intervals_as_in_the_search_and_may_contradict_the_data():
+    """Of a positive parameter it is about the mean, sd / mean wide in the logarithm, wherever the fit ends."""
+    jacobian, free = columns(600, 1) * 1e-4, [Free(name="bending_stiffness", mean=0.02, sd=0.004)]
+    found = judged(jacobian, ["bending_stiffness"], free=free, at=np.log(0.01), start=np.log(0.03)).parameters[0]
+    assert found.sd == pytest.approx(0.2 * found.value, rel=1e-2)
+    assert "contradict each other: it is 3.5 standard deviations off" in found.said
+
+
+def test_a_wide_interval_is_called_weak():
+    jacobian = columns(600, 2) * [0.0007, 1]
+    found = judged(jacobian, ["bending_stiffness", "frame.x"]).parameters
+    assert [one.status for one in found] == ["weakly determined", "determined"]
+    assert found[0].determined
+    assert found[0].high / found[0].low > 9
+
+
+def test_outliers_leave_the_noise_as_it_is():
+    residual = np.random.default_rng(10).normal(0, NOISE, 20000)
+    assert noise_of(residual, 0, "huber") == pytest.approx(NOISE, rel=0.02)
+    residual[::10] += 0.02
+    assert noise_of(residual, 0, "huber") == pytest.approx(NOISE, rel=0.03)

@@ -7,15 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from made_fit import made_fit
 from text_boxes import faults
 
 from contarm_sim.errors import InputError
 from contarm_sim.identify.freedom import freedom
-from contarm_sim.identify.prediction.base import under
+from contarm_sim.identify.prediction.base import AtRest, under
 from contarm_sim.identify.recordings.recording import Recording
 from contarm_sim.identify.recordings.rig import Actuation, Marker, Rig
 from contarm_sim.identify.recordings.saved import save_recording
 from contarm_sim.identify.recordings.synthetic import random_windings, recorded
+from contarm_sim.identify.replays.by_fit import held_out_in
 from contarm_sim.identify.replays.covariance import Covariance
 from contarm_sim.identify.replays.replay import replay
 from contarm_sim.model.arm_file import arm_to_toml
@@ -154,6 +156,43 @@ class Swings:
         return out
 
 
+@pytest.mark.parametrize("kind", ["static", "motion"])
+def test_a_recording_that_a_fit_was_made_from_is_known_again(kind):
+    """A fit knows no positions before a swing starts, and may have had every tenth sample alone."""
+    done = made_fit(kind, recordings=2)
+    first, second = done.left
+    whole = second.recording
+    unseen = whole.positions.copy()
+    unseen[::30] = np.nan
+    thin = slice(1, None, 10)
+    some = replace(second, recording=replace(whole, positions=unseen).part(thin), predicted=second.predicted[thin],
+                   held_out=second.held_out[thin])  # fmt: skip
+    for left in (replace(second, recording=replace(whole, positions=unseen)), some):
+        place, held = held_out_in(replace(done, left=(first, left)), replace(whole, name="a copy"))
+        assert place == 1
+        np.testing.assert_array_equal(held, second.held_out)
+    early = replace(second, recording=whole.part(slice(0, 100)), predicted=second.predicted[:100],
+                    held_out=np.zeros(100, dtype=bool))  # fmt: skip
+    np.testing.assert_array_equal(held_out_in(replace(done, left=(early,)), whole)[1], np.arange(240) >= 100)
+    place, held = held_out_in(done, replace(whole, positions=whole.positions + 1e-5))
+    assert place is None
+    assert held.all()
+
+
+def test_a_replay_without_bands_predicts_once(arm, recording):
+    calls = []
+
+    class Counted(AtRest):
+        def __call__(self, arms, rigs):
+            calls.append(len(arms))
+            return super().__call__(arms, rigs)
+
+    few = recording.part(slice(0, 8))
+    found = replay(arm, few, predictor=Counted)
+    assert calls == [1]
+    np.testing.assert_allclose(found.predicted, AtRest(few)([arm], [few.rig])[0], atol=1e-12)
+
+
 def test_swings_are_drawn_one_after_the_other_and_count_from_where_the_hand_lets_go(arm):
     time, blocks = np.tile(np.arange(10) * 0.01, 3), np.repeat(["1", "2", "3"], 10)
     bare = Recording("motion", time, np.zeros((30, 1, 3)), np.zeros((30, 0)), Rig(actuation=Actuation(drive="none")),
@@ -267,10 +306,10 @@ def test_the_command_leaves_numbers_that_agree_and_a_page(contarm, files, wrong,
     told, summary = json.loads(out), json.loads(Path("it/summary.json").read_text())
     assert told == summary
     assert told["verdict"] == "fail"
-    assert told["error"]["rms"] == pytest.approx(wrong.differences().rms, rel=1e-6)
+    assert told["error"]["rms_m"] == pytest.approx(wrong.differences().rms, rel=1e-6)
     rows = list(csv.DictReader(Path("it/replay.csv").read_text().splitlines()))
     tips = [float(row["error.tip_m"]) for row in rows if row["error.tip_m"]]
-    assert np.sqrt(np.mean(np.square(tips))) == pytest.approx(told["by_marker"]["tip"]["rms"], rel=1e-6)
+    assert np.sqrt(np.mean(np.square(tips))) == pytest.approx(told["by_marker"]["tip"]["rms_m"], rel=1e-6)
     with np.load("it/replay.npz") as kept:
         np.testing.assert_allclose(kept["predicted"], wrong.predicted, atol=1e-8)
         assert kept["stations"].shape == (120, 10, 3)
@@ -285,10 +324,12 @@ def test_some_samples_and_errors_in_one_line(contarm, files, tmp_path):
     code, out, _ = contarm("replay", *files, "--samples", 12, "--within", "1cm", "--no-video", "--figures", "none")
     assert code == 0
     assert "12 samples" in out
+    assert "errors [mm]" in out
     for words_of, said in (
         ((files[1],), "an arm (or the folder of a fit) and a recording"),
         ((*files, files[1]), "3 arguments"),
         ((files[0], "missing.toml"), "missing.toml"),
+        ((*files, "--within", "5"), "such as 5mm"),
         ((tmp_path, files[1]), str(tmp_path)),
     ):
         code, out, err = contarm("replay", *words_of)

@@ -14,13 +14,14 @@ from contarm_sim.view.prints import Prints
 
 if TYPE_CHECKING:
     from contarm_sim.identify.excite import Excitation
+    from contarm_sim.identify.fitted import Fit
     from contarm_sim.identify.recordings.recording import Recording
     from contarm_sim.identify.recordings.rig import Rig
     from contarm_sim.identify.replays.written import Written
     from contarm_sim.model.arm import Arm
 
-ROWS = 24
-"""Most commands that are printed."""
+ROWS = 3
+"""Most commands that are printed: all are in commands.csv."""
 
 
 @click.command(cls=Command)
@@ -45,8 +46,21 @@ ROWS = 24
 @click.option(
     "--bend", type=ANGLE, default=1.0, show_default=True, metavar="X", help="Largest bend of random patterns."
 )
-@click.option("--limits", type=float, nargs=2, metavar="LOW HIGH", help="Of every command, as they are written.")
-@click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Other random patterns.")
+@click.option(
+    "--limits",
+    type=float,
+    nargs=2,
+    metavar="LOW HIGH",
+    help="Lowest and highest command of a channel, in the unit of the commands.",
+)
+@click.option(
+    "--seed",
+    type=int,
+    default=0,
+    show_default=True,
+    metavar="N",
+    help="Of the random patterns: another number draws others.",
+)
 @out_option("runs/excite-<time>")
 @figure_options()
 @json_option
@@ -66,22 +80,31 @@ def excite(
     contarm excite runs/fit-20260101-120000 day1.toml --free section_*.bending_stiffness --limits -10 4
     contarm excite arm.toml day1.toml --free frame.* --candidates possible.csv --count 20
     """
+    from contarm_sim.cli.given import as_options
     from contarm_sim.cli.study import deliver, output_for, signed
     from contarm_sim.cli.terminal import progress
+    from contarm_sim.identify.asked import free_of, units_of
     from contarm_sim.identify.excite import excite as excited
     from contarm_sim.identify.replays.written import written_of
     from contarm_sim.view.report.excited import draw_gain
     from contarm_sim.view.style import save
 
-    arm, rig, known, own, recorded = _given(arm_file, rig_file, known_file)
-    names, written = _names(arm, rig, free), written_of(rig, recorded)
+    arm, rig, known, fit, recorded = _given(arm_file, rig_file, known_file)
+    if not free:
+        raise InputError("--free", "missing", "names of parameters; contarm fit ARM.toml --names lists all")
+    names = [one.name for one in free_of(free, units_of(arm, [rig]))]
+    written = written_of(rig, recorded)
+    if lost := [name for name in names if "damping" in name]:
+        raise InputError("--free", lost[0], "what poses show: an arm at rest does not show its damping")
+    if limits is not None and limits[0] > limits[1]:
+        raise InputError("--limits", f"{limits[0]:g} {limits[1]:g}", "the lowest first, then the highest")
     table, blocks = _candidates(candidates, written)
     target = output_for(out, "excite")
     ends = None if limits is None else tuple(sorted(written.worth * end for end in limits))
-    with progress("weighing candidates") as show:
+    with as_options("--count", "--free", "--noise", "--candidates"), progress("weighing candidates") as show:
         show(0, 1)
         found = excited(arm, rig, names, candidates=table, blocks=blocks, count=count, criterion=criterion,
-                        recording=known, noise=noise or own or 0.0005, bend=bend, limits=ends,  # type: ignore[arg-type]
+                        recording=known, noise=noise or (fit.noise if fit else 0.0005), bend=bend, limits=ends,  # type: ignore[arg-type]
                         seed=seed)  # fmt: skip
     summary = signed({name: getattr(found, name) for name in _TOLD}) | _said(found, written, known)
 
@@ -89,7 +112,8 @@ def excite(
         (folder / "commands.csv").write_text(written.text(found.commands, found.blocks), encoding="utf-8")
         save(folder, "gain", lambda sheet: draw_gain(sheet, found), prints)
 
-    deliver(target, summary, as_json, lambda: _show(found, written, known), draw)
+    unsure = [one.name for one in fit.parameters if one.name not in names] if fit else []
+    deliver(target, summary, as_json, lambda: _show(found, written, known, unsure), draw)
 
 
 _TOLD = ("names", "units", "values", "sd_before", "sd_after", "steps", "gain", "refused")
@@ -112,23 +136,19 @@ def _said(found: Excitation, written: Written, known: Recording | None) -> dict[
 
 def _given(
     arm_file: str, rig_file: str | None, known_file: str | None
-) -> tuple[Arm, Rig, Recording | None, float | None, str | None]:
-    """Return arm, rig, what is measured already, a fit's noise, and the recording's file, as the arguments say.
+) -> tuple[Arm, Rig, Recording | None, Fit | None, str | None]:
+    """Return arm, rig, what is measured already, a fit, and the recording's file, as the arguments say.
 
     Raises:
         InputError: no rig.
     """
+    from contarm_sim.cli.given import arm_named
     from contarm_sim.identify.fit_folder import load_fit
     from contarm_sim.identify.recordings.file import load_recording
     from contarm_sim.identify.recordings.rig_file import load_rig, read_toml
-    from contarm_sim.model.arm_file import load_arm
-    from contarm_sim.model.presets import PRESETS
 
     fit = load_fit(arm_file) if Path(arm_file).is_dir() else None
-    if fit is not None:
-        arm = fit.arm
-    else:
-        arm = PRESETS[arm_file]() if arm_file in PRESETS and not Path(arm_file).exists() else load_arm(arm_file)
+    arm = arm_named(arm_file) if fit is None else fit.arm
     rig, known, recorded = None if fit is None else fit.rig, None, None
     if rig_file is not None and "data" in read_toml(Path(rig_file), "[frame], position = [0, 0, 0]"):
         recorded, known = rig_file, load_recording(rig_file, arm)
@@ -141,16 +161,7 @@ def _given(
         )
     if known_file is not None:
         known = load_recording(known_file, arm)
-    return arm, rig, known, None if fit is None else fit.noise, recorded
-
-
-def _names(arm: Arm, rig: Rig, free: tuple[str, ...]) -> list[str]:
-    from contarm_sim.identify.freedom import free_names
-    from contarm_sim.identify.wildcards import spread
-
-    if not free:
-        raise InputError("--free", "missing", "names of parameters; contarm fit ARM.toml --names lists all")
-    return [one for name in free for one in spread(name, free_names(arm, rig))]
+    return arm, rig, known, fit, recorded
 
 
 def _candidates(given: str, written: Written) -> tuple[Any, list[str] | None]:
@@ -158,8 +169,12 @@ def _candidates(given: str, written: Written) -> tuple[Any, list[str] | None]:
     return (int(given), None) if given.isdigit() else written.read(given)
 
 
-def _show(found: Excitation, written: Written, known: Recording | None) -> None:
-    """Print the proposed patterns, their commands, and what is known of the parameters before and after."""
+def _show(found: Excitation, written: Written, known: Recording | None, unsure: list[str]) -> None:
+    """Print the proposed patterns, their commands, and what is known of the parameters before and after.
+
+    Args:
+        unsure: names of parameters that count as known, though a fit had them free.
+    """
     import math
 
     import numpy as np
@@ -169,7 +184,7 @@ def _show(found: Excitation, written: Written, known: Recording | None) -> None:
 
     table(
         "proposed, the most telling first",
-        ["pattern", "poses", "information alone [nats]", "beside those above"],
+        ["pattern", "poses", "information alone [nats]", "besides those above"],
         pattern_rows(found),
     )
     values = written.numbers(found.commands)
@@ -179,7 +194,10 @@ def _show(found: Excitation, written: Written, known: Recording | None) -> None:
         [name if name != before else "", *(f"{x:.{places}f}" for x in row)]
         for before, name, row in zip(names, names[1:], values.tolist(), strict=False)
     ]
-    more = "" if len(rows) <= ROWS else f", the first {ROWS} of {len(rows)}"
+    more = "" if len(rows) <= ROWS else f", the first {ROWS} of {len(rows)} in commands.csv"
     table(f"commands, {written.unit}{more}", ["pattern", *written.columns], rows[:ROWS])
     table("expected standard deviations", ["", "unit", "value", "before", "after", "smaller by"], parameter_rows(found))
     click.echo(click.wrap_text(told(found, known), min(width(), 120)))
+    if unsure:
+        said = f"Taken as known, though the fit had them free: {', '.join(unsure)}."
+        click.echo(click.wrap_text(said, min(width(), 120)))

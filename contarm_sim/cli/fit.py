@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from contarm_sim.cli.figure_options import figure_options
-from contarm_sim.cli.options import Command, json_option, out_option
+from contarm_sim.cli.options import LENGTH, Command, json_option, out_option
 from contarm_sim.view.prints import Prints
 
 if TYPE_CHECKING:
     from contarm_sim.identify.fitted import Fit
-    from contarm_sim.identify.freedom import Free
     from contarm_sim.identify.recordings.recording import Recording
     from contarm_sim.model.arm import Arm
 
 _METHODS = ("least-squares", "cma")
 _LOSSES = ("soft_l1", "linear", "huber", "cauchy")
+_MEMORY = {"auto": "auto", "on": True, "off": False}
 
 
 @click.command(cls=Command)
@@ -41,13 +40,23 @@ _LOSSES = ("soft_l1", "linear", "huber", "cauchy")
     metavar="BLOCK,...|SHARE",
     help="Samples that are only predicted: blocks by name (* stands for anything), or a share of them, 0.25 or 25%.",
 )
-@click.option("--starts", type=click.IntRange(1, 1000), default=1, show_default=True, metavar="N", help="Searches.")
+@click.option(
+    "--starts",
+    type=click.IntRange(1, 1000),
+    default=1,
+    show_default=True,
+    metavar="N",
+    help="Searches: one from the arm as it is, the others from draws of priors and bounds.",
+)
 @click.option(
     "--loss",
     type=click.Choice(_LOSSES),
     default=_LOSSES[0],
     show_default=True,
     help="How large errors count: all but linear take outliers for what they are.",
+)
+@click.option(
+    "--noise", type=LENGTH, metavar="X", help="Noise of one coordinate [m]; default estimated from what is left over."
 )
 @click.option(
     "--method",
@@ -71,11 +80,18 @@ _LOSSES = ("soft_l1", "linear", "huber", "cauchy")
     help="What stands around the arm, in place of what the recordings say: a rig.toml of another fit, say.",
 )
 @click.option(
+    "--memory",
+    type=click.Choice(list(_MEMORY)),
+    default="auto",
+    show_default=True,
+    help="Whether a pose at rest depends on those before; auto: where the arm has friction.",
+)
+@click.option(
     "--threads",
     type=click.IntRange(0, 4096),
     default=0,
     metavar="N",
-    help="Most threads; default one for each processor.",
+    help="Most threads; default one for each processor. Poses with memory take one.",
 )
 @click.option("--names", is_flag=True, help="List all parameters that may be free, with units and present values.")
 @out_option("runs/fit-<time>")
@@ -83,8 +99,9 @@ _LOSSES = ("soft_l1", "linear", "huber", "cauchy")
 @json_option
 def fit(
     arm_file: str, recording_files: tuple[str, ...], free: tuple[str, ...], bounds: tuple[tuple[str, str, str], ...],
-    prior: tuple[tuple[str, str, str], ...], hold_out: str | None, starts: int, loss: str, method: str, bootstrap: int,
-    rig_file: str | None, threads: int, names: bool, out: str | None, prints: Prints, as_json: bool,
+    prior: tuple[tuple[str, str, str], ...], hold_out: str | None, starts: int, loss: str, noise: float | None,
+    method: str, bootstrap: int, rig_file: str | None, memory: str, threads: int, names: bool, out: str | None,
+    prints: Prints, as_json: bool,
 ) -> int:  # fmt: skip
     """Fit an arm to recordings of a real one: parameters with intervals, and what the data do not determine.
 
@@ -100,87 +117,44 @@ def fit(
     contarm fit arm.toml day1.toml day2.toml --free section_*.bending_stiffness marker.offset.z
         --prior marker.offset.z 12mm 1mm --hold-out "circle*" --starts 8 --bootstrap 200
     """
+    from contarm_sim.cli.given import arm_named, as_options, recording_in, say_findings
     from contarm_sim.cli.study import output_for
+    from contarm_sim.errors import InputError
+    from contarm_sim.identify.asked import free_of, held_out_from, units_of
     from contarm_sim.identify.fit import fit as fitted
 
-    arm = _arm(arm_file)
-    recordings = [_recording(file, arm, rig_file) for file in recording_files]
+    for option, rows, allowed in (("--bounds", bounds, "NAME LOW HIGH"), ("--prior", prior, "NAME MEAN SD")):
+        if short := [row for row in rows if any(word.startswith("--") for word in row)]:  # the next option was taken
+            raise InputError(option, " ".join(short[0]), allowed)
+    arm = arm_named(arm_file)
+    recordings = [recording_in(file, arm, rig_file) for file in recording_files]
     if names:
         _show_names(arm, recordings, rig_file, as_json)
         return 0
-    asked = _free(arm, recordings, free, bounds, prior)
-    target, held = output_for(out, "fit"), _held_out(hold_out)
-    with _told() as told:
-        found = fitted(arm, recordings, asked, held_out=held, loss=loss, method=method, starts=starts,  # type: ignore[arg-type]
-                       bootstrap=bootstrap, threads=threads, on_progress=told)  # fmt: skip
-    return _deliver(found, target, prints, as_json)
-
-
-def _arm(file: str) -> Arm:
-    from contarm_sim.model.arm_file import load_arm
-    from contarm_sim.model.presets import PRESETS
-
-    return PRESETS[file]() if file in PRESETS and not Path(file).exists() else load_arm(file)
-
-
-def _recording(file: str, arm: Arm, rig_file: str | None) -> Recording:
-    from contarm_sim.identify.recordings.file import load_recording
-    from contarm_sim.identify.recordings.rig_file import load_rig
-
-    recording = load_recording(file, arm)
-    return recording if rig_file is None else recording.in_rig(load_rig(rig_file, arm))
-
-
-def _units(arm: Arm, recordings: list[Recording]) -> dict[str, str]:
-    """Return the units of all parameters that may be free, by name."""
-    from contarm_sim.identify.freedom import free_names
-    from contarm_sim.identify.recordings.rig import Rig
-
-    found: dict[str, str] = {}
-    for rig in [recording.rig for recording in recordings] or [Rig()]:
-        found |= free_names(arm, rig)
-    return found
-
-
-def _free(arm: Arm, recordings: list[Recording], free: tuple[str, ...], bounds: Any, prior: Any) -> list[Free]:
-    """Return the free parameters that the options describe, with bounds and priors in SI units.
-
-    Raises:
-        InputError: none, an unknown one, or a bound or prior of what is not free.
-    """
-    from contarm_sim.errors import InputError
-    from contarm_sim.identify.freedom import Free
-    from contarm_sim.identify.wildcards import spread
-
     if not recordings:
         raise InputError("RECORDING.toml", "missing", "one recording or more (see contarm fit --help)")
     if not free:
         raise InputError("--free", "missing", "names of parameters; contarm fit ARM.toml --names lists all")
-    units = _units(arm, recordings)
-    given: dict[str, dict[str, float]] = {one: {} for name in free for one in spread(name, units)}
-    for option, keys, rows in (("--bounds", ("low", "high"), bounds), ("--prior", ("mean", "sd"), prior)):
-        for name, *numbers in rows:
-            for one in spread(name, units):
-                if one not in given:
-                    raise InputError(f"{option} {name}", "of a parameter that is not free", ", ".join(given))
-                values = [_number(text, units[one], f"{option} {name}") for text in numbers]
-                given[one] |= dict(zip(keys, values, strict=True))
-    return [Free(name=name, **known) for name, known in given.items()]
+    asked = free_of(free, units_of(arm, [one.rig for one in recordings]), bounds, prior)
+    target, held = output_for(out, "fit"), held_out_from(hold_out, recordings)
+    for recording in recordings:
+        say_findings(recording)
+    with as_options("--free", "--hold-out", "--noise", "--starts", "--memory"), _told() as told:
+        found = fitted(arm, recordings, asked, held_out=held, loss=loss, noise=noise, method=method,  # type: ignore[arg-type]
+                       starts=starts, bootstrap=bootstrap, memory=_MEMORY[memory], threads=threads,  # type: ignore[arg-type]
+                       on_progress=told)  # fmt: skip
+    if isinstance(held, float):
+        _say_share(found, held)
+    return _deliver(found, target, prints, as_json)
 
 
-def _number(text: str, unit: str, name: str) -> float:
-    from contarm_sim.model.units import quantity
+def _say_share(found: Fit, asked: float) -> None:
+    """Say what share of the samples was held out, for blocks are not divided."""
+    from contarm_sim.cli.terminal import say
 
-    return quantity(text, unit.removesuffix("/command"), name)
-
-
-def _held_out(text: str | None) -> Any:
-    """Return what `--hold-out` says: a share of the samples, or names of blocks."""
-    if text is None:
-        return ()
-    with suppress(ValueError):
-        return float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
-    return tuple(name.strip() for name in text.split(","))
+    share = sum(int(left.held_out.sum()) for left in found.left) / sum(len(left.recording) for left in found.left)
+    said = f"{100 * asked:.3g} % were asked for, and blocks are not divided"
+    say(f"held out: {100 * share:.3g} % of the samples{'' if abs(share - asked) < 0.01 else f'; {said}'}")
 
 
 def _told() -> Any:
@@ -194,7 +168,9 @@ def _told() -> Any:
         last: list[Any] = []
 
         def words(done: int, total: int) -> str:
-            return f"{last[0].phase}, evaluation {last[0].evaluation:,}, rms {1e3 * last[0].rms:.3g} mm"
+            step = last[0]
+            of = f" of {step.of:,}" if step.of else ""
+            return f"{step.phase}, evaluation {step.evaluation:,}{of}, rms {1e3 * step.rms:.3g} mm"
 
         with progress("fit", words) as show:
 
@@ -239,17 +215,27 @@ def show(found: Fit) -> None:
     from contarm_sim.view.report.fits import words
 
     table("", words.parameter_columns(found), words.rows_of(found))
-    for title, lines in (("of single parameters:", words.notes(found)),
-                         ("not determined by the data:", words.undetermined(found))):  # fmt: skip
+    line, noted = min(width(), 120), dict[str, list[str]]()
+    for one in found.parameters:
+        if one.said:
+            noted.setdefault(one.said, []).append(one.name)
+    told = {name for names in noted.values() for name in names}
+    twice = {one.said.rstrip(".") for one in found.undetermined if len(one.names) == 1 and one.names[0] in told}
+    said = [f"{', '.join(names)}: {why}" for why, names in noted.items()]
+    lost = [text for text in words.undetermined(found) if text not in twice]
+    for title, lines in (("of single parameters:", said), ("not determined by the data:", lost)):
         if lines:
-            click.echo("\n".join([title, *(click.wrap_text(line, min(width(), 120), "- ", "  ") for line in lines)]))
+            click.echo("\n".join([title, *(click.wrap_text(text, line, "- ", "  ") for text in lines)]))
     table("", words.error_columns(), words.error_rows(found))
     for remark in words.remarks(found):
-        click.echo(click.wrap_text(f"{remark[0].upper()}{remark[1:]}.", min(width(), 120)))
-    click.echo(click.wrap_text(words.headline(found), min(width(), 120)))
+        click.echo(click.wrap_text(f"{remark[0].upper()}{remark[1:]}.", line))
+    if not found.converged:
+        click.echo(click.wrap_text(f"Unfinished: {found.message}.", line))
+    click.echo(click.wrap_text(words.headline(found), line))
 
 
 def _show_names(arm: Arm, recordings: list[Recording], rig_file: str | None, as_json: bool) -> None:
+    from contarm_sim.identify.asked import units_of
     from contarm_sim.identify.freedom import freedom
     from contarm_sim.identify.recordings.rig import Rig
     from contarm_sim.identify.wildcards import families
@@ -262,15 +248,10 @@ def _show_names(arm: Arm, recordings: list[Recording], rig_file: str | None, as_
         rigs = [load_rig(rig_file, arm)]
     else:
         rigs = [Rig()]
-    values: dict[str, float] = {}
-    units: dict[str, str] = {}
-    for rig in rigs:
-        from contarm_sim.identify.freedom import free_names
-
-        own = free_names(arm, rig)
-        now = freedom(arm, rig, list(own)).values().tolist()
-        units |= own
-        values = dict(zip(own, now, strict=True)) | values
+    units, values = units_of(arm, rigs), dict[str, float]()
+    for rig in reversed(rigs):
+        own = list(units_of(arm, [rig]))
+        values |= zip(own, freedom(arm, rig, own).values().tolist(), strict=True)
     starred = families(units)
     if as_json:
         from contarm_sim.view.report.output import to_json

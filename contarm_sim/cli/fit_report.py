@@ -29,18 +29,24 @@ def fit_report(folder: str, out: str | None, prints: Prints, as_json: bool) -> N
     """
     from contarm_sim.cli.fit import show
     from contarm_sim.cli.study import deliver, output_for
-    from contarm_sim.cli.terminal import say
+    from contarm_sim.cli.terminal import command_line, say
+    from contarm_sim.files import write_whole
     from contarm_sim.identify.fit_folder import load_fit
     from contarm_sim.inputs import read_text
     from contarm_sim.view.report.fits.page import write_fit_report
+    from contarm_sim.view.report.fits.summary import summary_of
     from contarm_sim.view.report.output import to_json
 
     found = load_fit(folder)
-    summary = json.loads(read_text(Path(folder) / "summary.json", "what contarm fit left"))
+    kept = Path(folder) / "summary.json"
+    known = kept.is_file()  # save_fit writes none
+    summary = json.loads(read_text(kept, "what contarm fit left")) if known else summary_of(found, command_line())
     if out is not None:
         deliver(output_for(out, "fit-report"), summary, as_json, lambda: show(found),
                 lambda target: write_fit_report(target, found, summary, prints))  # fmt: skip
         return
+    if not known:
+        write_whole(kept, to_json(summary) + "\n")
     write_fit_report(Path(folder), found, summary, prints)
     click.echo(to_json(summary)) if as_json else show(found)
     say(f"written: {Path(folder) / 'report.html'}")

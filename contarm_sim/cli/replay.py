@@ -31,7 +31,11 @@ if TYPE_CHECKING:
 )  # fmt: skip
 @click.option("--within", type=LENGTH, metavar="X", help="Exit code 1 if the rms is larger [m]: 0.01, 10mm.")
 @click.option(
-    "--threads", type=click.IntRange(0, 4096), default=0, metavar="N", help="Most threads; default one a processor."
+    "--threads",
+    type=click.IntRange(0, 4096),
+    default=0,
+    metavar="N",
+    help="Most threads; default one a processor. Poses with memory take one.",
 )
 @click.option("--no-video", is_flag=True, help="Numbers and figures only.")
 @out_option("runs/replay-<time>")
@@ -52,6 +56,7 @@ def replay(words: tuple[str, ...], fit_folder: str | None, rig_file: str | None,
     contarm replay --fit runs/fit-20260101-120000 day2.toml --samples 200 --no-video --json
     """
     from contarm_sim.cli.drawing import draw, film_at_first
+    from contarm_sim.cli.given import say_findings
     from contarm_sim.cli.study import output_for
     from contarm_sim.cli.terminal import command_line, progress, say
     from contarm_sim.stopping import exit_code, unbroken
@@ -59,7 +64,11 @@ def replay(words: tuple[str, ...], fit_folder: str | None, rig_file: str | None,
     from contarm_sim.view.report.replays.report import ReplayReport
 
     arm, recording, given = _given(words, fit_folder, rig_file)
+    if within is not None and within >= arm.length:
+        allowed = f"a length with its unit, such as 5mm, below that of the arm, {arm.length:.3g} m"
+        raise InputError("--within", f"{within:g} m", allowed)
     target = output_for(out, "replay")
+    say_findings(recording)
     with progress("predicting") as show:
         show(0, 1)
         found = _predicted(arm, recording, given, rig_file is None, samples, threads)
@@ -88,11 +97,8 @@ def _given(words: tuple[str, ...], fit_folder: str | None, rig_file: str | None)
     Raises:
         InputError: not one recording, or no arm.
     """
+    from contarm_sim.cli.given import arm_named, recording_in
     from contarm_sim.identify.fit_folder import load_fit
-    from contarm_sim.identify.recordings.file import load_recording
-    from contarm_sim.identify.recordings.rig_file import load_rig
-    from contarm_sim.model.arm_file import load_arm
-    from contarm_sim.model.presets import PRESETS
 
     files = list(words)
     if len(files) == 2 and Path(files[0]).is_dir():
@@ -103,49 +109,31 @@ def _given(words: tuple[str, ...], fit_folder: str | None, rig_file: str | None)
         given = f"{len(words)} arguments" if len(words) != 1 else repr(words[0])
         raise InputError("arguments", given, "an arm (or the folder of a fit) and a recording")
     fit = load_fit(fit_folder) if fit_folder is not None else None
-    name = files[0] if len(files) == 2 else None
-    if name is None:
+    if len(files) == 2:
+        arm = arm_named(files[0])
+    else:
         assert fit is not None
         arm = fit.arm
-    else:
-        arm = PRESETS[name]() if name in PRESETS and not Path(name).exists() else load_arm(name)
-    recording = load_recording(files[-1], arm)
-    if rig_file is not None:
-        recording = recording.in_rig(load_rig(rig_file, arm))
-    return arm, recording, fit
+    return arm, recording_in(files[-1], arm, rig_file), fit
 
 
 def _predicted(arm: Arm, recording: Recording, fit: Fit | None, fitted_rig: bool, samples: int | None, threads: int,
                ) -> Replay:  # fmt: skip
     """Return the recording, or some samples of it, predicted, with bands where the fit is of this arm."""
-    import numpy as np
-
     from contarm_sim.cli.terminal import say
-    from contarm_sim.identify.replays.covariance import covariance_of
+    from contarm_sim.identify.replays.by_fit import by_fit
     from contarm_sim.identify.replays.replay import replay as replayed
     from contarm_sim.identify.replays.replay import some_samples
 
     covariance, held_out = None, None
     if fit is not None:
-        place = next((k for k, left in enumerate(fit.left) if _same(left.recording, recording)), None)
-        held_out = np.ones(len(recording), dtype=bool) if place is None else np.array(fit.left[place].held_out)
-        if fitted_rig:
-            recording = recording.in_rig(fit.rigs[place or 0])
-            covariance = covariance_of(fit, place or 0) if arm == fit.arm else None
+        found = by_fit(fit, arm, recording, own_rig=not fitted_rig)
+        recording, held_out, covariance = found.recording, found.held_out, found.covariance
         if covariance is None:
             say("no bands: the arm or the rig is not the fit's, or the fit determined nothing")
     rows = some_samples(arm, recording, samples)
     held = None if held_out is None else held_out[rows]
     return replayed(arm, recording.part(rows), covariance, held_out=held, threads=threads)
-
-
-def _same(one: Recording, other: Recording) -> bool:
-    """Tell whether two recordings are of the same measurement."""
-    import numpy as np
-
-    return one.positions.shape == other.positions.shape and bool(
-        np.array_equal(one.time, other.time) and np.array_equal(one.positions, other.positions, equal_nan=True)
-    )
 
 
 def _short(found: Replay, within: float | None) -> bool:

@@ -101,7 +101,12 @@ def table(title: str, columns: list[str], rows: list[list[Any]], caption: str | 
     from rich.table import Table
 
     made = Table(
-        title=title, caption=caption, box=SIMPLE_HEAD, title_justify="left", caption_justify="left", pad_edge=False
+        title=escape(title),
+        caption=caption,
+        box=SIMPLE_HEAD,
+        title_justify="left",
+        caption_justify="left",
+        pad_edge=False,
     )
     for index, column in enumerate(columns):
         made.add_column(escape(column), justify="left" if index == 0 else "right", overflow="fold")

@@ -76,12 +76,6 @@ class Excitation(Shown):
     gains: Array
     refused: tuple[str, ...]
 
-    @property
-    def ranking(self) -> tuple[str, ...]:
-        """Names of the candidates by what each would tell alone, the best first."""
-        order = np.argsort(-np.nan_to_num(self.gains, nan=-np.inf), kind="stable")
-        return tuple(self.patterns[place] for place in order if np.isfinite(self.gains[place]))
-
 
 def excite(
     arm: Arm,
@@ -136,7 +130,8 @@ def excite(
         name="candidates",
     )  # fmt: skip
     every = shared(arm, [bare], free)
-    scales = plausible(every.free, every.units, every.logarithmic, every.start, (every.low, every.high))
+    known = prior_precision(every.free, every.logarithmic, every.start)
+    scales = plausible(every.free, every.units, every.logarithmic, every.start, (every.low, every.high), known)
     predictor = predictor or partial(predictor_of, arm=arm, names=every.names)
     slopes, lost = _slopes(every, bare, predictor)
     slopes = slopes.reshape(len(commands), -1, len(scales)) * scales / noise
@@ -148,7 +143,7 @@ def excite(
         said = f"{len(fine)} of {len(patterns)}: under the others the arm has no pose or they leave the limits"
         raise InputError("count", count, f"at most the candidates that can be commanded, {said}")
     told = np.array([np.einsum("tri,trj->ij", slopes[own[place]], slopes[own[place]]) for place in fine])
-    known = np.diag(prior_precision(every.free, every.logarithmic, every.start) * scales**2)
+    known = np.diag(known * scales**2)
     if recording is not None:
         before = recording.in_rig(rig)
         found, missing = _slopes(shared(arm, [before], free), before, predictor)

@@ -74,6 +74,8 @@ def fit(
     began = time.perf_counter()
     several = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
     _check(several, loss, noise, starts, method, bootstrap, threads)
+    if predictors is not None and len(predictors) != len(several):
+        raise InputError("predictors", f"{len(predictors)}", f"{len(several)}, one for each recording")
     every = shared(arm, several, free)
     held = held_out_of(several, held_out, seed)
     if predictors is None:
@@ -128,4 +130,6 @@ def _look(problem: Problem) -> None:
     if not problem.active.any():
         sentences = dict.fromkeys(cannot_see(name, problem.recordings) for name in every.names)
         why = "; ".join(one for one in sentences if one) or "its markers do not move with them"
+        if sum(map(len, problem.recordings)) == 1:
+            why += "; it is one sample alone"
         raise InputError("free", ", ".join(every.names), f"parameters that the recording sees ({why})")

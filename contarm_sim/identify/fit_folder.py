@@ -23,7 +23,7 @@ import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.files import appearing, write_whole
-from contarm_sim.identify.fitted import Combination, Fit, Left, Parameter
+from contarm_sim.identify.fitted import FOUND, Combination, Fit, Left, Parameter
 from contarm_sim.identify.freedom import Free
 from contarm_sim.identify.recordings.recording import Recording
 from contarm_sim.identify.recordings.rig_file import load_rig, save_rig
@@ -67,10 +67,14 @@ def rig_name(number: int) -> str:
 
 
 def _arm_text(fit: Fit) -> str:
-    found = [one.name for one in fit.parameters if one.status in ("determined", "at bound")]
-    kept = [one for one in fit.parameters if one.status not in ("determined", "at bound")]
+    found = [one.name for one in fit.parameters if one.status in FOUND]
+    kept = [one for one in fit.parameters if one.status not in FOUND]
     names = ", ".join(one.recording.name for one in fit.left)
     lines = [f"# Fitted to {names}: {', '.join(found) if found else 'nothing was determined'}."]
+    if any(one.status == "only with others" for one in kept):
+        lines.append("# Of what is determined only with others, the values are one of many sets that fit.")
+    if not fit.converged:
+        lines.insert(0, f"# Not finished: {fit.message}. Values are those that the search had come to.")
     for one in kept:
         why = f": {one.said}" if one.said else ""
         lines.append(f"# Not determined ({one.status}): {one.name}{why}.")
@@ -82,8 +86,8 @@ _PARAMETERS = (
     "upper_bound", "prior_mean", "prior_sd",
 )  # fmt: skip
 _RESIDUALS = (
-    "recording", "sample", "time", "block", "marker", "x", "y", "z", "predicted_x", "predicted_y", "predicted_z",
-    "error_x", "error_y", "error_z", "distance", "held_out",
+    "recording", "sample", "time_s", "block", "marker", "x_m", "y_m", "z_m", "predicted_x_m", "predicted_y_m",
+    "predicted_z_m", "error_x_m", "error_y_m", "error_z_m", "distance_m", "held_out",
 )  # fmt: skip
 
 

@@ -20,11 +20,15 @@ from contarm_sim.results.document import document
 _TOLD = ("singular_values", "noise", "cost", "converged", "evaluations", "seconds", "method", "message")
 _OF_PARAMETER = ("unit", "start", "value", "sd", "low", "high", "boot_low", "boot_high", "status", "said")
 
-Status = Literal["determined", "at bound", "only with others", "not seen"]
-"""Of a parameter: found, found at one of its bounds, seen only with others, or of no or too little effect.
+Status = Literal["determined", "weakly determined", "at bound", "stopped early", "only with others", "not seen"]
+"""Of a parameter: found, within a wide interval, at one of its bounds, or as it was when the search was stopped; seen
+only with others, or of no or too little effect.
 
-Of the last two no value is returned: the fitted arm keeps what it started with.
+Of the last two no value is returned. One that is not seen keeps its start. Of those seen only with others as many are
+held at their start (`said` names them) as the others need to be found: the arm has one of many sets that fit.
 """
+FOUND: tuple[Status, ...] = ("determined", "weakly determined", "at bound", "stopped early")
+"""Statuses of parameters that have a value."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -59,6 +63,11 @@ class Parameter(Shown):
     def name(self) -> str:
         """Of the parameter."""
         return self.free.name
+
+    @property
+    def determined(self) -> bool:
+        """Whether the data tell it, though perhaps not well; not so at a bound, or of a search that was stopped."""
+        return self.status in ("determined", "weakly determined")
 
 
 @dataclass(frozen=True, repr=False)
@@ -98,6 +107,11 @@ class Left(Shown):
         """Measured less predicted [m], shape (T, K, 3); NaN where nothing was seen."""
         return self.recording.positions - self.predicted
 
+    @property
+    def unpredicted(self) -> int:
+        """Samples in which a marker was seen, and none is predicted: they weigh in the fit, and are in no error."""
+        return int((self.recording.seen & ~np.isfinite(self.predicted).all(axis=-1)).any(axis=-1).sum())
+
     def numbers(self) -> dict[str, Any]:
         """Return what a summary says: samples, and errors [m], fitted and held out; NaN where there are none."""
         recording, out = self.recording, self.held_out
@@ -106,8 +120,8 @@ class Left(Shown):
         told |= {"held_out": int(out.sum()), "markers_seen": int(seen.sum())}
         told["markers_without_prediction"] = int((seen & ~np.isfinite(self.predicted).all(axis=-1)).sum())
         for name, rows in (("fitted", ~out), ("held_out", out)):
-            told[f"rms_{name}"] = self.rms(rows)
-            told[f"rms_{name}_centred"] = self.rms(rows, centred=True)
+            told[f"rms_{name}_m"] = self.rms(rows)
+            told[f"rms_{name}_centred_m"] = self.rms(rows, centred=True)
         return told
 
     def rms(self, rows: NDArray[np.bool_] | None = None, marker: int | None = None, centred: bool = False) -> float:
@@ -144,7 +158,8 @@ class Fit(ShowingFit):
         parameters: what became of the free ones.
         undetermined: combinations that the data do not determine, the worst first.
         correlation: of the parameters' errors, shape (P, P); NaN where one is not determined.
-        singular_values: of the Jacobian by scaled parameters, over the noise, shape (P,), the largest first.
+        singular_values: of the Jacobian by scaled parameters, over the noise, shape (P,), the largest first; NaN after
+            a search that was stopped.
         left: what is left over, of each recording.
         noise: of one coordinate [m], as it was found or given.
         cost: weighted, at the end and from each start, the best first.
@@ -188,5 +203,5 @@ class Fit(ShowingFit):
                 "correlation": document(self.correlation), **told, "arm": document(self.arm)}  # fmt: skip
 
     def __repr__(self) -> str:
-        known = sum(one.status in ("determined", "at bound") for one in self.parameters)
+        known = sum(one.determined for one in self.parameters)
         return f"Fit({known} of {len(self.parameters)} parameters, rms {1e3 * self.left[0].rms():.3g} mm)"

@@ -36,8 +36,9 @@ class Free(Told):
     Attributes:
         name: see the module.
         low, high: bounds, SI units; None: as wide as the parameter allows.
-        mean, sd: of a normal prior, known from elsewhere, SI units; None: no prior. `sd` alone is about the value that
-            the arm or rig has; `mean` alone is refused.
+        mean, sd: of a prior, known from elsewhere, SI units; None: no prior. Normal; of a positive parameter,
+            whose logarithm is in the vector, that is, sd / mean wide. `sd` alone is about the value that the arm or rig
+            has; `mean` alone is refused.
 
     Raises:
         InputError: bounds that leave nothing, or a spread that is not above 0.

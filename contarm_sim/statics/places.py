@@ -80,8 +80,11 @@ def _turned(start: Array, end: Array, part: float) -> Array:
     """Return the orientation a part of the way along the rotation from `start` to `end`, shape (..., 3, 3)."""
     from scipy.spatial.transform import Rotation
 
-    turn = Rotation.from_matrix((start.swapaxes(-1, -2) @ end).reshape(-1, 3, 3))
-    return start @ Rotation.from_rotvec(part * turn.as_rotvec()).as_matrix().reshape(start.shape)
+    between = (start.swapaxes(-1, -2) @ end).reshape(-1, 3, 3)
+    lost = np.asarray(~np.isfinite(between).all(axis=(1, 2)))  # of an arm without a pose: SciPy stops at NaN
+    turn = Rotation.from_matrix(np.where(lost[:, None, None], np.eye(3), between))
+    turned = Rotation.from_rotvec(part * turn.as_rotvec()).as_matrix()
+    return start @ np.where(lost[:, None, None], np.nan, turned).reshape(start.shape)
 
 
 def quaternions(frames: Array) -> Array:

@@ -1,6 +1,6 @@
 """Intervals by drawing whole blocks again: what parameters had come out, had other blocks been recorded.
 
-`one_step` takes a Newton step from the optimum with the blocks drawn, which costs no prediction; `refitted` fits anew.
+`one_step` takes a Newton step from the optimum with the blocks drawn, which costs no prediction.
 Blocks of one pattern or trial are drawn whole, since their residuals are not independent. Of few blocks, successive
 pieces are drawn in their place (`intervals.pieces`): what residuals have in common is then taken to be short.
 Percentiles are of steps that are widened for few blocks, by sqrt(G / (G - 1)) and by Student's t over the normal
@@ -8,8 +8,6 @@ quantile: G blocks drawn from G vary too little.
 """
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,24 +47,6 @@ def one_step(told: Rows, blocks: NDArray[np.intp], prior: Array, count: int, see
     # a draw without any block that tells some parameter has no answer: the smallest step is taken
     steps = -np.linalg.pinv(hessian, rcond=1e-10, hermitian=True) @ gradient[..., None]
     return np.asarray(steps[..., 0] * widening(size))
-
-
-def refitted(
-    fit: Callable[[Array], Array], blocks: NDArray[np.intp], optimum: Array, count: int, seed: int = 0
-) -> Array:  # fmt: skip
-    """Return steps of the vector from the optimum, shape (count, P), of fits to blocks drawn anew.
-
-    Args:
-        fit: returns the vector, shape (P,), of rows that count as often as it is told, shape (R,).
-        blocks: number of each row's block, shape (R,).
-        optimum: of all rows once.
-        count: fits.
-        seed: of the draws.
-    """
-    rng, own = np.random.default_rng(seed), groups(blocks)
-    size = int(own.max()) + 1
-    drawn = rng.multinomial(size, np.full(size, 1 / size), size=count).astype(float)
-    return np.array([fit(often[own]) - optimum for often in drawn]) * widening(size)
 
 
 def widening(size: int) -> float:

@@ -17,6 +17,8 @@ SMALL_PART = 0.01
 """The same where nothing takes such a part."""
 UNBOUNDED = 3.0
 """Scales beyond which nothing is said of how far a direction is open."""
+READ = {"m": (1e3, "mm"), "rad": (180 / math.pi, "deg")}
+"""Units that are read in others, and the factors."""
 NEAR = 0.03
 """How near a power must be to a simple one to be called by it."""
 
@@ -76,9 +78,8 @@ class Direction:
         every, powers = [self.names[place] for place in sorted([*members, self.held])], self._powers(members)
         kinds = {bool(self.logarithmic[place]) for place in [*members, self.held]}
         factors = kinds == {True}
-        plain = "factor" if factors else "amount"
         alike = factors or (kinds == {False} and len({self.units[place] for place in [*members, self.held]}) == 1)
-        amount = f"any {plain}" if self.sd > UNBOUNDED else self._far()
+        amount = self._far()
         if alike and all(power == 1 for power in powers):
             what = ("ratio" if factors else "difference") + ("" if len(members) == 1 else "s")
             verb = "is" if len(members) == 1 else "are"
@@ -124,14 +125,34 @@ class Direction:
 
     def _far(self) -> str:
         # along a direction of length 1, the held one moves by its own part of the direction alone
+        if self.sd > UNBOUNDED:
+            return "any factor" if self.logarithmic[self.held] else "any amount"
         step = self.sd * abs(float(self.scaled[self.held])) * float(self.scales[self.held])
         if self.logarithmic[self.held]:
             return f"a factor {math.exp(step):.2g}"
-        return f"{step:.2g} {self.units[self.held]}"
+        factor, unit = READ.get(self.units[self.held], (1.0, self.units[self.held]))
+        return f"{step * factor:.2g} {unit}"
 
 
 def _power(power: float) -> str:
     return "" if power == 1 else f"^{power:.2g}"
+
+
+def with_interval(value: float, half: float, unit: str, factors: bool) -> str:
+    """Return a value of the vector and half of its 95 % interval in words, in as many digits as that leaves.
+
+    Args:
+        value, half: of the vector.
+        unit: of both; "" for none.
+        factors: whether they are logarithms, and what they are of is to be told.
+    """
+    factor, unit = READ.get(unit, (1.0, unit))
+    ends = factor * np.array([value, value - half, value + half])
+    ends = np.exp(ends) if factors else ends
+    spread = max(float(ends[2] - ends[1]), 1e-300) / 2
+    places = int(np.clip(1 - math.floor(math.log10(spread)), 0, 12))
+    middle, low, high = (f"{end:.4g}" if factors else f"{end + 0.0:.{places}f}" for end in ends.tolist())
+    return f"{middle} (95 %: {low} to {high}){f' {unit}' if unit else ''}"
 
 
 def listed(names: Sequence[str]) -> str:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from contarm_sim.errors import InputError
 from contarm_sim.identify.freedom import Free
 from contarm_sim.identify.judgement.intervals import Rows
 from contarm_sim.kinematics.arrays import Array
@@ -52,13 +53,18 @@ class Seen:
 
 
 def plausible(
-    free: Sequence[Free], units: Sequence[str], logarithmic: Sequence[bool], vector: Array, bounds: tuple[Array, Array]
+    free: Sequence[Free],
+    units: Sequence[str],
+    logarithmic: Sequence[bool],
+    vector: Array,
+    bounds: tuple[Array, Array],
+    known: Array,
 ) -> Array:
     """Return what each element of the vector may plausibly be wrong by, shape (P,).
 
     A positive parameter, in the vector by its logarithm: a factor e. Others by their unit (`USUAL`), or by themselves
     where it says nothing. Not more than half of what bounds leave: data that do not narrow them tell nothing. Not less
-    than a prior's spread: a parameter with a prior is known from it.
+    than a prior's spread (`known` is 1 / variance): a parameter with a prior is known from it.
     """
     out = np.ones(len(free))
     for place, (unit, positive) in enumerate(zip(units, logarithmic, strict=True)):
@@ -67,17 +73,36 @@ def plausible(
     with np.errstate(invalid="ignore"):
         width = 0.5 * (bounds[1] - bounds[0])
     out = np.where(np.isfinite(width) & (width > 0), np.minimum(out, width), out)
-    known = prior_precision(free, logarithmic, vector)
     return np.where(known > 0, np.maximum(out, 1.001 / np.sqrt(np.maximum(known, 1e-300))), out)
 
 
-def prior_precision(free: Sequence[Free], logarithmic: Sequence[bool], vector: Array) -> Array:
-    """Return 1 / variance of the priors about a vector, 0 where there is none, shape (P,)."""
+def prior_precision(free: Sequence[Free], logarithmic: Sequence[bool], start: Array) -> Array:
+    """Return 1 / variance of the priors in the vector, 0 where there is none, shape (P,)."""
     out = np.zeros(len(free))
     for place, one in enumerate(free):
         if one.sd is not None:
-            out[place] = ((np.exp(vector[place]) if logarithmic[place] else 1.0) / one.sd) ** 2
+            out[place] = prior_in_vector(one, logarithmic[place], float(start[place]))[1] ** -2
     return out
+
+
+def prior_in_vector(one: Free, logarithmic: bool, start: float) -> tuple[float, float]:
+    """Return the mean and the spread of a parameter's prior in the vector: of a logarithm, ln(mean) and sd / mean.
+
+    Args:
+        one: the parameter, which has a prior.
+        logarithmic: whether the vector has its logarithm.
+        start: its element of the vector at the start, the mean where none is given.
+
+    Raises:
+        InputError: a mean that the parameter cannot have.
+    """
+    assert one.sd is not None
+    if not logarithmic:
+        return start if one.mean is None else one.mean, one.sd
+    mean = float(np.exp(start)) if one.mean is None else one.mean
+    if not mean > 0:
+        raise InputError(f"prior of {one.name}", mean, "a mean above 0, as the parameter is")
+    return float(np.log(mean)), one.sd / mean
 
 
 def seen(told: Rows, prior: Array, scales: Array, rounding: float, held: Sequence[int] = ()) -> Seen:

@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contarm_sim.errors import InputError
+from contarm_sim.identify.search.losses import LOSSES, rho
 from contarm_sim.kinematics.arrays import Array
 
 ENOUGH = 6
@@ -41,6 +42,9 @@ ALONE = 1e-6
 """What a block leaves of a direction at most that it alone tells."""
 LEAST_VARIANCE = 1e-12
 """Of residuals over the noise: a perfect fit has none."""
+CORE = 3.0
+"""Of a first estimate of the noise, what is counted in the second; the median of a normal distribution cut there is
+1 / 1.4872 of its standard deviation."""
 LEVEL = 0.95
 """Of intervals."""
 
@@ -109,26 +113,25 @@ def rows(residual: Array, jacobian: Array, loss: str = "linear", scale: float = 
     Raises:
         InputError: an unknown loss.
     """
+    if loss not in LOSSES:
+        raise InputError("loss", repr(loss), ", ".join(LOSSES))
     z = (residual / scale) ** 2
-    if loss == "linear":
-        weight, slope = np.ones_like(z), np.ones_like(z)
-    elif loss == "soft_l1":
-        weight, slope = (1 + z) ** -0.5, (1 + z) ** -1.5
-    elif loss == "huber":
-        weight, slope = np.where(z <= 1, 1.0, 1 / np.sqrt(np.maximum(z, 1))), np.where(z <= 1, 1.0, 0.0)
-    elif loss == "cauchy":
-        weight, slope = 1 / (1 + z), np.maximum((1 - z) / (1 + z) ** 2, 0.0)
-    else:
-        raise InputError("loss", repr(loss), "linear, soft_l1, huber, cauchy")
-    return Rows(jacobian, weight * residual, slope, weight)
+    _, weight, bend = rho(z, loss)
+    return Rows(jacobian, weight * residual, np.maximum(weight + 2 * z * bend, 0.0), weight)
 
 
 def noise_of(residual: Array, parameters: int, loss: str) -> float:
-    """Return the spread of R residuals of a fit of some parameters: by their median where the loss is robust."""
+    """Return the spread of residuals, shape (R,), of a fit of some parameters, in their unit.
+
+    Of a robust loss by their median, taken again without what is beyond `CORE` times that: of one in ten that are
+    outliers the first is 13 % too large, the second is not.
+    """
     left = max(1.0, len(residual) - parameters)
     if loss == "linear":
         return float(np.sqrt((residual**2).sum() / left))
-    return float(1.4826 * np.median(np.abs(residual)) * np.sqrt(len(residual) / left))
+    sizes = np.abs(residual)
+    core = sizes[sizes <= CORE * 1.4826 * np.median(sizes)]
+    return float(1.4872 * np.median(core) * np.sqrt(len(residual) / left))
 
 
 def spread(told: Rows, blocks: NDArray[np.intp], prior: Array) -> Spread:
@@ -191,8 +194,9 @@ def _clustered(told: Rows, groups: NDArray[np.intp], prior: Array) -> Spread:
     design, residual = root[:, None] * told.jacobian, told.psi / root
     inverse = np.asarray(np.linalg.inv(design.T @ design + np.diag(prior)))
     half = np.linalg.cholesky(inverse)
-    scores, adjusted, squares, lost = [], [], [], np.zeros_like(half)
-    for group in np.unique(groups):
+    scores, adjusted, squares, lost, every = [], [], [], np.zeros_like(half), np.unique(groups)
+    pulled = told.jacobian.T @ told.psi / len(every)  # by bounds and priors at the optimum: no part of the spread
+    for group in every:
         own = groups == group
         left, values, right = np.linalg.svd(design[own] @ half, full_matrices=False)
         # (1 - H)^-1 of the group differs from 1 only along `left`; of what it alone tells it leaves no residual
@@ -200,7 +204,8 @@ def _clustered(told: Rows, groups: NDArray[np.intp], prior: Array) -> Spread:
         stretch = np.where(rest > ALONE, 1 / np.maximum(rest, ALONE), 0.0)
         lost += right[rest <= ALONE].T @ right[rest <= ALONE]
         design_adjusted = (left * (stretch * values)) @ right @ np.linalg.inv(half)
-        scores.append(design_adjusted.T @ residual[own])
+        pull = pulled + np.linalg.solve(half.T, right.T @ ((stretch - 1) * (right @ (half.T @ pulled))))
+        scores.append(design_adjusted.T @ residual[own] - pull)
         adjusted.append(design[own].T @ design_adjusted)
         squares.append(design_adjusted.T @ design_adjusted)
     meat = np.array(scores).T @ np.array(scores) + np.diag(prior)

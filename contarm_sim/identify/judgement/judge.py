@@ -17,15 +17,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contarm_sim.display import Shown
-from contarm_sim.identify.fitted import Combination, Parameter, Status
+from contarm_sim.identify.fitted import FOUND, Combination, Parameter, Status
 from contarm_sim.identify.freedom import Free
 from contarm_sim.identify.judgement.bootstrap import one_step
-from contarm_sim.identify.judgement.combinations import Direction, listed
-from contarm_sim.identify.judgement.identifiability import LEAK, Seen, pivots, plausible, prior_precision, seen
+from contarm_sim.identify.judgement.combinations import Direction, listed, with_interval
+from contarm_sim.identify.judgement.identifiability import (
+    LEAK,
+    Seen,
+    pivots,
+    plausible,
+    prior_in_vector,
+    prior_precision,
+    seen,
+)
 from contarm_sim.identify.judgement.intervals import Rows, Spread, noise_of, rows, spread
 from contarm_sim.kinematics.arrays import Array
 
 How = Literal["clustered", "plain"]
+
+WEAK = float(np.log(3))
+"""Half of an interval, in scales, from which on a parameter is weakly determined: a factor of 3 either way."""
+
+APART = 3.0
+"""Spreads of a prior from which on a value contradicts it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -35,6 +49,7 @@ class Judgement(Shown):
     Attributes:
         parameters: values, intervals and statuses.
         undetermined: combinations that the data do not determine, the worst first; one for each number in `hold`.
+        open: the directions of `undetermined`, in the vector, one plausible step long, shape (P, their number).
         hold: numbers of the parameters to hold at their start, so that the data determine the others.
         vector: the optimum, moved along what is not determined until those in `hold` are at their start, shape (P,).
         correlation: of errors, shape (P, P); NaN where one is not determined.
@@ -47,6 +62,7 @@ class Judgement(Shown):
 
     parameters: tuple[Parameter, ...]
     undetermined: tuple[Combination, ...]
+    open: Array
     hold: tuple[int, ...]
     vector: Array
     correlation: Array
@@ -79,8 +95,8 @@ def judge(
 ) -> Judgement:
     """Return what became of P parameters of a fit to R measured coordinates.
 
-    The fit minimised sum rho((residual / noise / loss_scale)^2) loss_scale^2 + sum ((value - mean) / sd)^2, the second
-    sum over the priors of `free`; the losses are those of SciPy's `least_squares`.
+    The fit minimised sum rho((residual / noise / loss_scale)^2) loss_scale^2 + sum ((vector - mean) / spread)^2, the
+    second sum over the priors of `free` as `prior_in_vector` has them; the losses are those of SciPy's `least_squares`.
 
     Args:
         free: the parameters, with bounds and priors.
@@ -103,9 +119,9 @@ def judge(
         boot: resamples of a bootstrap over blocks; 0: none.
         seed: of the bootstrap.
     """
-    prior = prior_precision(free, logarithmic, vector)
+    prior = prior_precision(free, logarithmic, start)
     if scales is None:
-        scales = plausible(free, units, logarithmic, vector, bounds)
+        scales = plausible(free, units, logarithmic, vector, bounds, prior)
     told = rows(residual / noise, jacobian / noise, loss, loss_scale)
     labels = np.unique(np.asarray(blocks), return_inverse=True)[1]
     found, spreads = _seen_and_spread(told, labels, prior, scales, rounding, tuple(held))
@@ -180,14 +196,16 @@ def _told(
         low, high = vector[place] - half[place], vector[place] + half[place]
         status, said = _status(place, vector, bounds, scales, found, leak, directions)
         if status == "only with others":
-            said = _only(place, vector, alone[place], logarithmic, directions)
+            said = _only(place, vector, alone[place], directions)
         elif status == "at bound":
             low, high = (low, vector[place]) if said == "upper" else (vector[place], high)
             said = f"at its {said} bound"
         elif status == "not seen":
             said = directions[found.hold.index(place)].said()
-        elif prior[place] and sd[place] > 0.9 * prior[place] ** -0.5:
-            said = "its prior alone: the recording adds nothing"
+        elif prior[place]:
+            said = _by_prior(one, logarithmic[place], start[place], vector[place], sd[place])
+        elif status == "determined" and half[place] > WEAK * scales[place]:
+            status, said = "weakly determined", "the recording hardly narrows it"
         values = np.array([vector[place], max(low, bounds[0][place]), min(high, bounds[1][place]), *booted[:, place]])
         values = np.exp(values) if logarithmic[place] else values
         if status in ("only with others", "not seen"):
@@ -198,17 +216,27 @@ def _told(
         low, high, boot_low, boot_high = ends
         made = Parameter(one, units[place], began, value, float(own), low, high, boot_low, boot_high, status, said)
         out.append(made)
-    known = np.array([one.status in ("determined", "at bound") for one in out])
+    known = np.array([one.status in FOUND for one in out])
     covariance = np.zeros((count, count))
     covariance[np.ix_(kept, kept)] = spreads.covariance
     correlation = np.full((count, count), np.nan)
     own = np.sqrt(np.diag(covariance))[known]
     correlation[np.ix_(known, known)] = covariance[np.ix_(known, known)] / np.outer(own, own)
     worst = sorted(directions, key=lambda one: -one.sd)
+    steps = np.array([one.scaled * scales for one in worst]).reshape(-1, count).T
     return Judgement(
-        tuple(out), tuple(one.combination() for one in worst), found.hold, vector, correlation, covariance,
+        tuple(out), tuple(one.combination() for one in worst), steps, found.hold, vector, correlation, covariance,
         found.singular_values, noise, "clustered" if spreads.clustered.any() else "plain", degrees,
     )  # fmt: skip
+
+
+def _by_prior(one: Free, logarithmic: bool, start: float, found: float, sd: float) -> str:
+    """Return how a prior and the recording agree, "" where nothing is to be said."""
+    mean, spread = prior_in_vector(one, logarithmic, start)
+    off = abs(found - mean) / spread
+    if off > APART:
+        return f"prior and recording contradict each other: it is {off:.2g} standard deviations off its prior"
+    return "its prior alone: the recording adds nothing" if sd > 0.9 * spread else ""
 
 
 def _status(
@@ -227,9 +255,7 @@ def _status(
     return "determined", ""
 
 
-def _only(
-    place: int, vector: Array, half: float, logarithmic: Sequence[bool], directions: list[Direction]
-) -> str:  # fmt: skip
+def _only(place: int, vector: Array, half: float, directions: list[Direction]) -> str:
     """Return what is determined of a parameter with others, with its value and interval."""
     own = [one for one in directions if one.held == place]
     if own:
@@ -238,13 +264,12 @@ def _only(
     others = [one for one in directions if place in one.members]
     if not others:  # a small part of several directions, which together are not small
         others = [max(directions, key=lambda one: abs(float(one.scaled[place])))]
-    text, value, factors = others[0].names[place], vector[place], bool(logarithmic[place])
-    factors = factors and all(logarithmic[one.held] for one in others)
-    if not factors and logarithmic[place]:
-        text = f"ln({text})"
+    first = others[0]
+    name, unit, logarithmic = first.names[place], first.units[place], bool(first.logarithmic[place])
+    factors = logarithmic and all(one.logarithmic[one.held] for one in others)
+    text, value = f"ln({name})" if logarithmic and not factors else name, vector[place]
     for one in others:
         text += one.term(place, factors)
         value -= one.power(place) * vector[one.held]
-    ends = np.array([value, value - half, value + half])
-    middle, low, high = (np.exp(ends) if factors else ends).tolist()
-    return f"{text} = {middle:.4g} (95 %: {low:.4g} to {high:.4g})"
+    alike = not logarithmic and all(one.units[one.held] == unit for one in others)
+    return f"{text} = {with_interval(value, half, unit if alike else '', factors)}"

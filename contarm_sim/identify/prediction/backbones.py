@@ -24,10 +24,13 @@ def station_xi(arm: Arm) -> Array:
     return np.minimum(np.concatenate([*parts, ends[-1:]]) / ends[-1], 1.0)
 
 
-def backbones(arm: Arm, recording: Recording, predictor: Callable[[Recording], Predictor]) -> Array:
-    """Return the frames of an arm's stations that a predictor predicts, in the base's frame, shape (T, N + 1, 4, 4).
+def backbones(
+    arm: Arm, recording: Recording, predictor: Callable[[Recording], Predictor]
+) -> tuple[Array, Array]:  # fmt: skip
+    """Return the frames of an arm's stations that a predictor predicts, and where the markers are.
 
-    The markers that were measured stay the first ones: a motion may start from them.
+    The markers that were measured stay the first ones: a motion may start from them. Frames are in the base's frame,
+    shape (T, N + 1, 4, 4), markers in that of the measurements [m], shape (T, K, 3).
 
     Args:
         arm: of N links.
@@ -41,8 +44,8 @@ def backbones(arm: Arm, recording: Recording, predictor: Callable[[Recording], P
     more = replace(rig, markers=(*rig.markers, *added))
     unseen[-1] = rig.position  # a recording's markers are seen once or more; nothing starts from its last sample
     asked = replace(recording, rig=more, positions=np.concatenate([recording.positions, unseen], axis=1))
-    found = predictor(asked)([arm], [more])[0, :, own:]
-    points = (found - np.array(rig.position)) @ rig.rotation
+    found = predictor(asked)([arm], [more])[0]
+    points = (found[:, own:] - np.array(rig.position)) @ rig.rotation
     points = points.reshape(len(recording), -1, 3, 3)
     frames = np.zeros((*points.shape[:2], 4, 4))
     frames[..., :3, 3], frames[..., 3, 3] = points[..., 0, :], 1.0
@@ -51,4 +54,4 @@ def backbones(arm: Arm, recording: Recording, predictor: Callable[[Recording], P
         points[..., 2, :] - points[..., 0, :],
     )
     frames[..., :3, 1] = np.cross(frames[..., :3, 2], frames[..., :3, 0])
-    return frames
+    return frames, found[:, :own]

@@ -74,35 +74,35 @@ def directions(covariance: Covariance) -> Array:
     return np.asarray((axes[:, kept] * np.sqrt(variances[kept])).T)
 
 
-def banded(covariance: Covariance, recording: Recording, predict: Predict) -> tuple[Array, Bands]:
-    """Return the prediction of a recording [m], shape (T, K, 3), and its bands.
+def banded(covariance: Covariance, recording: Recording, nominal: Array, predict: Predict) -> Bands:
+    """Return the bands of a recording's prediction.
 
     Args:
         covariance: of parameters about the arm and the rig of the recording.
         recording: what was measured.
+        nominal: where that arm in that rig has the markers [m], shape (T, K, 3).
         predict: where markers are of some arms in their rigs, shape (B, T, K, 3).
     """
     own, steps = covariance.freedom, directions(covariance)
     middle = own.vector(own.values())
     low, high = own.bounds()
-    arms, rigs, signs = [own.arm], [own.rig], []
+    arms, rigs, signs = list[Arm](), list[Rig](), list[float]()
     for step in steps:
         arm, rig, sign = _moved(own, middle, step, low, high)
         arms.append(arm)
         rigs.append(rig)
         signs.append(sign)
-    found = predict(arms, rigs)
-    nominal = found[0]
-    turned = np.array(signs)[:, None, None, None] * (found[1:] - nominal)
+    found = predict(arms, rigs) if arms else np.empty((0, *nominal.shape))
+    turned = np.array(signs)[:, None, None, None] * (found - nominal)
     moved = np.nan_to_num(turned)  # no pose there: no band from it
     told = np.einsum("ptki,ptkj->tkij", moved, moved)
     error = recording.positions - nominal
-    seen = np.isfinite(error).all(axis=-1)
+    seen = np.asarray(np.isfinite(error).all(axis=-1))
     whole = told + max(covariance.noise, 1e-9) ** 2 * np.eye(3)
     known = np.where(seen[..., None], error, 0.0)
     far = np.einsum("tki,tki->tk", known, np.linalg.solve(whole, known[..., None])[..., 0])
     rms, foreseen = _intervals(known[seen], moved[:, seen], covariance.noise, covariance.noise_sd)
-    return nominal, Bands(told, covariance.noise, seen & (far <= SQUARED_RADIUS), seen, rms, foreseen, covariance.held)
+    return Bands(told, covariance.noise, seen & (far <= SQUARED_RADIUS), seen, rms, foreseen, covariance.held)
 
 
 def _moved(own: Freedom, middle: Array, step: Array, low: Array, high: Array) -> tuple[Arm, Rig, float]:

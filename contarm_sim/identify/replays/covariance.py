@@ -8,7 +8,7 @@ import numpy as np
 
 from contarm_sim.display import Shown
 from contarm_sim.errors import InputError
-from contarm_sim.identify.fitted import Fit
+from contarm_sim.identify.fitted import FOUND, Fit
 from contarm_sim.identify.freedom import Freedom, freedom
 from contarm_sim.kinematics.arrays import Array
 
@@ -52,7 +52,7 @@ def covariance_of(fit: Fit, place: int = 0) -> Covariance | None:
     Args:
         place: number of the recording, from 0, whose rig is meant.
     """
-    known = [k for k, one in enumerate(fit.parameters) if one.status in ("determined", "at bound")
+    known = [k for k, one in enumerate(fit.parameters) if one.status in FOUND
              and np.isfinite([one.value, one.sd]).all() and np.isfinite(fit.correlation[k, k])]  # fmt: skip
     own: list[int] = []
     for k in known:

@@ -81,10 +81,8 @@ class Replay(Shown):
 
     def differences(self, rows: Any = slice(None), marker: int | None = None) -> Differences:
         """Return numbers of the error of some samples (a mask, numbers or a slice), of one marker or of all."""
-        error = self.error
-        centred = error - np.nanmean(error, axis=0) if np.isfinite(error).any() else error
         own = slice(None) if marker is None else slice(marker, marker + 1)
-        return differences(error[rows][:, own], centred[rows][:, own])
+        return differences(self.error[rows][:, own])
 
     def by_marker(self) -> dict[str, Differences]:
         """Return the same of each marker, by its name; equal names are numbered."""
@@ -180,12 +178,8 @@ def replay(
     told = None if held_out is None else np.array(held_out, dtype=np.bool_)
     if told is not None and told.shape != (len(recording),):
         raise InputError("held_out", f"of shape {told.shape}", f"{len(recording)}, one for each sample")
-    predict, bands = predictor(recording), None
-    if covariance is None:
-        predicted = predict([arm], [recording.rig])[0]
-    else:
-        predicted, bands = banded(covariance, recording, predict)
-    frames = backbones(arm, recording, predictor)
+    frames, predicted = backbones(arm, recording, predictor)
+    bands = None if covariance is None else banded(covariance, recording, predicted, predictor(recording))
     return Replay(arm, recording, predicted, frames, bands, told, swings_of(recording, predicted))
 
 

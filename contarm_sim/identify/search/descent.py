@@ -76,25 +76,24 @@ def searched(problem: Problem, start: Array, noise: float | None, method: Method
     """
     problem.base = start.copy()
     moved = start[problem.active]
-    _renewed(problem, moved, noise)
+    renewed(problem, moved, noise)
     if method == "cma":
         moved = _evolved(problem, moved, seed)
-        _renewed(problem, moved, noise)
+        renewed(problem, moved, noise)
     indifferent = problem.loss == "linear" and not any(one.sd is not None for one in problem.every.free)
+    settled = noise is not None or indifferent
     for turn in range(ROUNDS):
-        settled = noise is not None or indifferent or turn == ROUNDS - 1
-        before = problem.noise
-        moved, converged, message = _least_squares(problem, moved, settled)
-        if settled:
+        before, last = problem.noise, settled or turn == ROUNDS - 1
+        moved, converged, message = _least_squares(problem, moved, last)
+        errors = renewed(problem, moved, noise)
+        steady = noise is not None or indifferent or abs(problem.noise - before) <= SETTLED * before
+        if last and steady:
             break
-        _renewed(problem, moved, noise)
-        if abs(problem.noise - before) <= SETTLED * before:
-            noise = problem.noise
-    errors = _renewed(problem, moved, None if indifferent and noise is None else problem.noise)
+        settled = steady  # a coarse search may end before it has left a bound: the fine one tells
     return Found(problem.full(moved), errors, problem.noise, converged, message)
 
 
-def _renewed(problem: Problem, moved: Array, noise: float | None) -> Array:
+def renewed(problem: Problem, moved: Array, noise: float | None) -> Array:
     """Estimate the noise where a search stands, unless it is given; costs are then of that noise.
 
     Returns:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from contarm_sim.errors import ContarmError, InputError, MissingError
-from contarm_sim.identify.search.descent import STOPPED, Found, Method, searched
+from contarm_sim.identify.search.descent import STOPPED, Found, Method, renewed, searched
 from contarm_sim.identify.search.residuals import Problem
 from contarm_sim.kinematics.arrays import Array
 
@@ -41,7 +41,7 @@ def best_of(
             failures.append(f"start {place + 1}: {error}")
         if stopped:
             vector = mine if problem.best is None else problem.best[0]
-            errors = problem.errors(vector[None])[0]
+            errors = renewed(problem, vector[problem.active], noise)
             every.append(Found(vector, errors, problem.noise, False, STOPPED))
             break
     if not every:

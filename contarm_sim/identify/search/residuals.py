@@ -64,7 +64,6 @@ class Problem:
         base: the vector that the others have, shape (P,).
         evaluations: predictions of all recordings until now.
         lost: coordinates of the last vector that have no prediction.
-        latest: derivatives of errors by all parameters where they were last found, shape (M, P); None before.
         of: evaluations at which the present phase ends, where that is known.
         best: the best vector of the present search, shape (P,), and its cost; None before the first.
     """
@@ -91,7 +90,6 @@ class Problem:
         self.phase, self._said, self._rms = "search", on_progress, np.inf
         self.best: tuple[Array, float] | None = None
         self.of: int | None = None
-        self.latest: Array | None = None
         known = [place for place, one in enumerate(every.free) if one.sd is not None]
         priors = np.array([prior_of(every, place) for place in known]).reshape(-1, 2)
         self._known = np.array([*range(len(every.free)), *known])
@@ -137,10 +135,11 @@ class Problem:
     def errors(self, vectors: Array) -> Array:
         """Return measured less predicted [m], shape (B, M), of vectors (B, P); NaN where nothing is predicted."""
         every = zip(self.predicted(vectors), self._rows, strict=True)
-        return np.asarray(self._measured - np.concatenate([found[:, own] for found, own in every], axis=1))
+        found = self._measured - np.concatenate([found[:, own] for found, own in every], axis=1)
+        return np.where(np.isfinite(found), found, np.nan)
 
     def filled(self, errors: Array) -> Array:
-        """Return errors with a large number in place of those that have no prediction."""
+        """Return errors [m], shape (..., M), with a large number in place of those that have no prediction."""
         return np.where(np.isfinite(errors), errors, LOST * self.length)
 
     def priors(self, vector: Array) -> Array:
@@ -162,7 +161,7 @@ class Problem:
         return np.concatenate([self.filled(errors) / self.noise, self.priors(vector)])
 
     def note(self, vector: Array, errors: Array) -> None:
-        """Remember a vector if it is the best of this search, and tell how far the fit is."""
+        """Remember a vector, shape (P,), if it is the best with its errors [m], (M,); tell how far the fit is."""
         cost = self.cost(errors, vector)
         if self.best is None or cost < self.best[1]:
             self.best = (vector.copy(), cost)
@@ -177,7 +176,7 @@ class Problem:
     def slopes(self, moved: Array, central: bool = False) -> Array:
         """Return the derivatives of errors by what moves [m], shape (M, active), all in one population.
 
-        Where a step leads to no pose, or from none, they are 0.
+        Where no step leads to a pose, or from none, they are 0.
 
         Args:
             moved: where they are taken, shape (active,).
@@ -193,14 +192,13 @@ class Problem:
             population[1 + row, place] += step
         errors = self.errors(population)
         total = np.zeros((len(places), self.size))
-        width = np.zeros(len(places))
+        width = np.zeros((len(places), self.size))
         for row, (k, _, step) in enumerate(sides):
-            total[k] += np.sign(step) * np.nan_to_num(errors[1 + row] - errors[0])
-            width[k] += abs(step)
+            change = errors[1 + row] - errors[0]
+            total[k] += np.sign(step) * np.nan_to_num(change)
+            width[k] += abs(step) * np.isfinite(change)  # a side without a pose is no part of the step
         self.tell()
-        self.latest = np.zeros((self.size, len(vector)))
-        self.latest[:, places] = (total / np.maximum(width, 1e-300)[:, None]).T
-        return self.latest[:, places]
+        return np.asarray((total / np.maximum(width, 1e-300)).T)
 
     def jacobian(self, moved: Array) -> Array:
         """Return the derivatives of `residuals`, shape (M + Q, active)."""
@@ -209,7 +207,7 @@ class Problem:
         return np.concatenate([self.slopes(moved) / self.noise, priors[:, self.active]])
 
     def scipy_loss(self, squares: Array) -> Array:
-        """Return the loss of `residuals` over the threshold, as scipy wants it; priors have none."""
+        """Return losses and derivatives, shape (3, M + Q), of squares over the threshold, (M + Q,); not of priors."""
         found = rho(squares, self.loss)
         found[:, self.size :] = rho(squares[self.size :], "linear")
         return found

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from contarm_sim.errors import InputError
 from contarm_sim.identify.freedom import Free, Freedom, free_names, freedom
+from contarm_sim.identify.judgement.identifiability import prior_in_vector
 from contarm_sim.identify.recordings.recording import Recording
 from contarm_sim.identify.recordings.rig import Rig
 from contarm_sim.kinematics.arrays import Array
@@ -112,19 +112,12 @@ def shared(arm: Arm, recordings: Sequence[Recording], free: Sequence[Free | str]
 
 
 def prior_of(every: Shared, place: int) -> tuple[float, float]:
-    """Return the mean and the spread of a parameter's prior in the vector; of a logarithm, to first order.
+    """Return the mean and the spread of a parameter's prior in the vector, see `prior_in_vector`.
 
     Raises:
         InputError: a mean that the parameter cannot have.
     """
-    one, start, logarithmic = every.free[place], float(every.start[place]), every.logarithmic[place]
-    assert one.sd is not None
-    if not logarithmic:
-        return start if one.mean is None else one.mean, one.sd
-    mean = float(np.exp(start)) if one.mean is None else one.mean
-    if not mean > 0:
-        raise InputError(f"prior of {one.name}", mean, "a mean above 0, as the parameter is")
-    return float(np.log(mean)), one.sd / mean
+    return prior_in_vector(every.free[place], every.logarithmic[place], float(every.start[place]))
 
 
 def _typical(length: float, unit: str, logarithmic: bool, start: float, low: float, high: float) -> float:

@@ -35,7 +35,11 @@ class FitReport(Report):
 
 
 def figure(fit: Fit, name: str, recording: int, width: Any, titles: bool) -> Sheet:
-    """Return a figure of a fit, see `Fit.figure`."""
+    """Return a figure of a fit, see `Fit.figure`.
+
+    Raises:
+        InputError: no such figure of the fit, no such recording, or no such width.
+    """
     check_switches(titles=titles)
     if not isinstance(recording, int) or not 0 <= recording < len(fit.left):
         raise InputError("recording", recording, f"a whole number from 0 to {len(fit.left) - 1}")
@@ -51,7 +55,11 @@ def figure(fit: Fit, name: str, recording: int, width: Any, titles: bool) -> She
 
 
 def report(fit: Fit, folder: str | Path | None = None) -> FitReport:
-    """Report a fit, see `Fit.report`."""
+    """Report a fit, see `Fit.report`.
+
+    Raises:
+        InputError: the folder is there already, or cannot be written to.
+    """
     target = None if folder is None else as_path("folder", folder, "a folder that is not there yet")
     if target is not None:
         check_output(target)

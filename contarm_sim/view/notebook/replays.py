@@ -39,7 +39,11 @@ class ReplayPage(Report):
 
 
 def figure(replay: Replay, name: str, width: Any, titles: bool) -> Sheet:
-    """Return a figure of a replay, see `Replay.figure`."""
+    """Return a figure of a replay, see `Replay.figure`.
+
+    Raises:
+        InputError: no such figure of the replay, or no such width.
+    """
     check_switches(titles=titles)
     figures = ReplayReport(replay).figures
     if name not in figures:
@@ -51,7 +55,11 @@ def figure(replay: Replay, name: str, width: Any, titles: bool) -> Sheet:
 
 def film(replay: Replay, path: str | Path | None = None, *, camera: str = "front", size: Any = None,
          frames: int | None = None, on_frame: Progress | None = None) -> Film:  # fmt: skip
-    """Film a replay, see `Replay.film`."""
+    """Film a replay, see `Replay.film`.
+
+    Raises:
+        InputError: no such file ending, size or camera, or a file that cannot be written.
+    """
     check_progress(on_frame)
     target = None if path is None else target_of(path, tuple(WRITERS))
     suffix = ".mp4" if target is None else target.suffix.lower()
@@ -73,7 +81,11 @@ def film(replay: Replay, path: str | Path | None = None, *, camera: str = "front
 
 
 def report(replay: Replay, folder: str | Path | None = None, *, film: bool = False) -> ReplayPage:
-    """Report a replay, see `Replay.report`."""
+    """Report a replay, see `Replay.report`.
+
+    Raises:
+        InputError: the folder is there already, or cannot be written to.
+    """
     check_switches(film=film)
     target = None if folder is None else as_path("folder", folder, "a folder that is not there yet")
     if target is not None:

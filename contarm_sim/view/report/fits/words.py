@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.identify.fitted import Fit, Parameter
+from contarm_sim.identify.fitted import FOUND, Fit, Parameter
 from contarm_sim.view.report.fits.left_over import (
     FITTED,
     HELD_OUT,
@@ -23,9 +23,6 @@ from contarm_sim.view.report.outliers import outliers, swaying, without
 from contarm_sim.view.report.outliers import told as counted
 from contarm_sim.view.report.sweeps.columns import READ
 
-FOUND = ("determined", "at bound")
-"""Statuses of parameters that have a value."""
-
 MEANINGS = {
     "recording": "what was commanded, and where markers were measured to be, sample by sample.",
     "error": "the distance of where a marker was measured from where it is predicted.",
@@ -39,8 +36,10 @@ MEANINGS = {
     "go by. It is missing where too few blocks see the parameter.",
     "determined": "the recording tells the parameter apart from all others, if only just: see correlations.",
     "at bound": "the best value is at a bound that was given, or that an arm has: what is beyond is not known.",
+    "weakly determined": "the 95 % interval is wide: a factor of 3 or more either way, or about 10 mm, 30 degrees.",
+    "stopped early": "where the search was when it was stopped: not the best value, and how far off is not known.",
     "only with others": "the recording sees the parameter, but other parameters do the same: only the combination that "
-    "is named is determined. The arm keeps the start.",
+    "is named is determined. The arm has one of many sets of values that fit: what is said to be held keeps its start.",
     "not seen": "the parameter changes nothing in the recording. The arm keeps the start.",
     "outlier": "an error beyond six times the median of all, where fewer than one in ten are: often a marker that was "
     "mistaken for another.",
@@ -149,6 +148,8 @@ def error_rows(fit: Fit) -> list[list[str]]:
             rows.append(_sizes(f"{before}{part}", rms(left, chosen)))
             if len(markers) > 1:
                 rows += [_sizes(f"  {marker.name}", rms(left, chosen, k)) for k, marker in enumerate(markers)]
+        if left.unpredicted:
+            rows.append([f"{before}without a pose", f"{left.unpredicted:,}", "-", "-", "-", "-"])
     return rows
 
 
@@ -169,9 +170,11 @@ def millimetres(metres: float) -> str:
 
 def headline(fit: Fit) -> str:
     """Say in one sentence what the fit comes to."""
-    known, count = sum(one.status in FOUND for one in fit.parameters), len(fit.parameters)
+    known, count = sum(one.determined for one in fit.parameters), len(fit.parameters)
+    weak = sum(one.status == "weakly determined" for one in fit.parameters)
     held, own = together(fit, HELD_OUT), together(fit, FITTED)
-    of = f"{known} of {count} parameters determined" if count > 1 else f"{fit.parameters[0].name}: " + (
+    weakly = f", {weak} of them weakly" if weak else ""
+    of = f"{known} of {count} parameters determined{weakly}" if count > 1 else f"{fit.parameters[0].name}: " + (
         "determined" if known else "not determined")  # fmt: skip
     sizes = pooled(fit, HELD_OUT if math.isfinite(held) else FITTED)
     if far := swaying(sizes):
@@ -236,6 +239,12 @@ def _determined(fit: Fit) -> Standing:
     if bound:
         return Standing("note", f"{_count(len(bound), 'parameter')} at a bound.",
                         f"{_ticked(bound)}: the data would rather have it beyond.")  # fmt: skip
+    if any(one.status == "stopped early" for one in fit.parameters):
+        return Standing("bad", "The search was stopped.", "Values are where it was; nothing is known of how far off.")
+    weak = [one.name for one in fit.parameters if one.status == "weakly determined"]
+    if weak:
+        return Standing("note", f"{_count(len(weak), 'parameter')} weakly determined.",
+                        f"{_ticked(weak)}: see how wide the intervals are.")  # fmt: skip
     return Standing("good", "All free parameters are determined.", "Each is told apart from the others by the data.")
 
 
@@ -296,9 +305,12 @@ def _prediction(fit: Fit) -> list[Standing]:
 
 
 def remarks(fit: Fit) -> list[str]:
-    """Say what the errors of each recording tell: hysteresis by channel."""
+    """Say what the errors of each recording tell: samples without a pose, hysteresis by channel."""
     said = []
     for left in fit.left:
+        if left.unpredicted:
+            said.append(f"{_count(left.unpredicted, 'sample')} of {left.recording.name}: the fitted arm has no pose "
+                        "there; errors and intervals are without them")  # fmt: skip
         own = gaps(left)
         channel = max(own, key=lambda name: abs(own[name]), default=0)
         if own and abs(own[channel]) > fit.noise:

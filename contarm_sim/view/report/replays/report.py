@@ -51,19 +51,23 @@ class ReplayReport:
         recording, found = replay.recording, replay.differences()
         held = replay.held_out
         made: dict[str, Any] = {
-            "recording": recording.name, "kind": recording.kind, "samples": len(replay), "length": replay.arm.length,
-            "in_words": words.headline(replay), "error": found, "rms_percent": 100 * found.rms / replay.arm.length,
-            "shape_rms": root_mean_square(replay.shape_error), "unpredicted": replay.unpredicted,
-            "by_marker": replay.by_marker(), "by_block": replay.by_block(),
-            "between_markers": [{"markers": name, "mean": mean, "rms": rms} for name, mean, rms in replay.stretch()],
+            "recording": recording.name, "kind": recording.kind, "samples": len(replay), "length_m": replay.arm.length,
+            "in_words": words.headline(replay), "error": found.to_dict(),
+            "rms_percent": 100 * found.rms / replay.arm.length,
+            "shape_rms_m": root_mean_square(replay.shape_error), "unpredicted": replay.unpredicted,
+            "by_marker": {name: one.to_dict() for name, one in replay.by_marker().items()},
+            "by_block": {name: one.to_dict() for name, one in replay.by_block().items()},
+            "between_markers": [
+                {"markers": name, "mean_m": mean, "rms_m": rms} for name, mean, rms in replay.stretch()
+            ],
             "held_out": None if held is None else int(held.sum()),
-            "error_held_out": None if held is None or not held.any() else replay.differences(held),
+            "error_held_out": None if held is None or not held.any() else replay.differences(held).to_dict(),
             "bands": None if bands is None else {
-                "share_inside": bands.share, "meant_inside": words.INSIDE, "noise": bands.noise,
-                "rms_interval": bands.rms, "rms_foreseen": bands.foreseen, "counted_as_known": bands.held,
+                "share_inside": bands.share, "meant_inside": words.INSIDE, "noise_m": bands.noise,
+                "rms_interval_m": bands.rms, "rms_foreseen_m": bands.foreseen, "counted_as_known": bands.held,
             },
             "worst_samples": [row + 1 for row in replay.worst()], "swings": [_swing(one) for one in replay.swings],
-            "within": within, "verdict": None if within is None else "pass" if found.rms <= within else "fail",
+            "within_m": within, "verdict": None if within is None else "pass" if found.rms <= within else "fail",
             "versions": versions(), "command": command, "video": video,
         }  # fmt: skip
         return dict(document(made))
