@@ -230,8 +230,7 @@ def _determined(fit: Fit) -> Standing:
     if len(lost) == len(fit.parameters):
         return Standing("bad", "The recording determines no parameter.", "The arm is as it was.")
     if lost:
-        kept = "its start value" if len(lost) == 1 else "their start values"
-        text = (f"{_ticked(_short(lost))}: the arm keeps {kept}. What you would have to measure to find more is "
+        text = (f"{_ticked(_short(lost))}: what you would have to measure to find more is "
                 "listed below.")  # fmt: skip
         unseen = f"; {len(fit.undetermined)} of {len(fit.parameters)} directions not seen" if fit.undetermined else ""
         title = f"{_sentence(_count(len(lost), 'parameter'))[:-1]} not determined{unseen}."
