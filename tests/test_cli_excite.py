@@ -122,5 +122,9 @@ def test_the_figure_is_clean_and_leaves_out_what_is_not_determined(files, width)
     assert (np.diff(found.steps[:, :3], axis=0) <= 1e-12).all()
     sheet = drawn(lambda made: draw_gain(made, replace(found)), width)
     assert not faults(sheet)
+    steps = 1 + 0.02 * np.arange(len(found.steps))[::-1, None] * np.ones(len(found.names))
+    small = drawn(lambda made: draw_gain(made, replace(found, steps=steps)), width)
+    low, high = small.axes[0].get_ylim()
+    assert sum(low <= place <= high for place in small.axes[0].get_yticks()) >= 3
     assert [text.get_text() for text in sheet.legends[0].get_texts()] != []
     assert "damping_time" not in {text.get_text() for text in sheet.legends[0].get_texts()}

@@ -26,6 +26,7 @@ from contarm_sim.view.report.fits.left_over import (
 )
 from contarm_sim.view.report.fits.page import figures_of, write_fit_report
 from contarm_sim.view.report.fits.parameters import draw_parameters
+from contarm_sim.view.report.outliers import outliers
 from contarm_sim.view.style import drawn
 
 
@@ -58,6 +59,41 @@ def test_the_same_command_repeats_to_noise_and_half_the_gap():
     quiet = replace(left, recording=replace(left.recording, positions=left.predicted))
     assert repeatability(quiet)[0] == pytest.approx(0, abs=1e-12)
     assert 0.6 * GAP < size < 1.2 * GAP
+
+
+def test_outliers_make_neither_a_verdict_nor_what_repeats_nor_the_scale():
+    (left,) = made_fit(count=800).left
+    noise = np.random.default_rng(1).normal(0, 0.001, left.predicted.shape)
+    positions = left.predicted + noise
+    clean = replace(left, recording=replace(left.recording, positions=positions))
+    far = positions.copy()
+    held = np.flatnonzero(left.held_out)[::20]
+    at_rest = np.flatnonzero(np.abs(left.recording.commands).sum(axis=1) == 0)[:1]
+    far[np.concatenate([held, at_rest])] += 0.06
+    wild = replace(clean, recording=replace(clean.recording, positions=far))
+    assert outliers(np.linalg.norm(wild.error, axis=-1)).sum() == len(held) + len(at_rest)
+    assert repeatability(wild)[0] == pytest.approx(repeatability(clean)[0], rel=0.05)
+    fit = made_fit()
+    calm, swayed = replace(fit, left=(clean,)), replace(fit, left=(wild,))
+    assert together(swayed, HELD_OUT) > 5 * together(calm, HELD_OUT)
+    assert [one.state for one in words.standings(swayed)] == [one.state for one in words.standings(calm)]
+    assert f"{len(held)} outliers" in words.headline(swayed)
+    assert "outlier" not in words.headline(calm)
+    for stem in ("distribution", "over_time"):
+        ends = [drawn(figures_of(one)[stem]).axes[0].axis() for one in (calm, swayed)]
+        assert ends[1] == pytest.approx(ends[0], rel=0.02)
+    half = outliers(np.r_[np.ones(80), np.full(20, 50.0)])
+    assert not half.any()  # so many are no outliers
+
+
+def test_determined_parameters_that_go_together_are_named(fit):
+    alike = fit.correlation.copy()
+    alike[0, 1] = alike[1, 0] = -0.99
+    found = words.standings(replace(fit, correlation=alike))[1]
+    assert found.state == "note"
+    assert "2 parameters are hardly told apart" in found.title
+    assert "`section_1.bending_stiffness`, `section_2.bending_stiffness`: " in found.text
+    assert "0.99" in found.text
 
 
 def test_hysteresis_is_found_in_size_and_sign():

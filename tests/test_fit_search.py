@@ -1,5 +1,6 @@
 """The search of a fit on problems with a known answer that cost nothing: valleys, starts, stops, bad input."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -17,11 +18,13 @@ from contarm_sim.identify.recordings.rig import Actuation, Rig
 from contarm_sim.identify.search import descent
 from contarm_sim.identify.search.losses import LOSSES, rho
 from contarm_sim.identify.search.residuals import Problem
+from contarm_sim.identify.search.seeing import cannot_see, explains_little
 from contarm_sim.identify.search.shared import shared
 from contarm_sim.model.arm import Arm
 from contarm_sim.statics.places import Places
 
 ARM = Arm()
+BLOCKS = np.array([f"block {k // 10}" for k in range(60)])
 
 
 class Waves:
@@ -43,7 +46,7 @@ class Waves:
 def _recording(rate=0.5, shift=0.02, count=60, **kwargs):
     blank = np.zeros((count, 1, 3))
     made = Recording("static", np.arange(count) * 1.0, blank, np.zeros((count, 0)),
-                     Rig(actuation=Actuation(drive="none")), np.array([f"block {k // 10}" for k in range(count)]),
+                     Rig(actuation=Actuation(drive="none")), BLOCKS[:count],
                      **kwargs)  # fmt: skip
     true = replace(made.rig, markers=(replace(made.rig.markers[0], offset=(0.1 * rate, shift, 0)),))
     noise = np.random.default_rng(0).normal(0, 1e-4, blank.shape)
@@ -72,6 +75,39 @@ def test_populations_and_many_starts_find_the_deepest_valley(options):
     assert found[0].parameters[0].value == found[1].parameters[0].value
     assert list(found[0].cost) == sorted(found[0].cost)
     assert len(found[0].cost) == options.get("starts", 1)
+
+
+class Pulled:
+    """Predicts a marker that moves as far as three tendons are wound in beyond their slack, and hides what all share.
+
+    While all are taut a common slack changes nothing; only what is pulled differently moves the marker.
+    """
+
+    def __init__(self, recording):
+        self.recording = recording
+
+    def __call__(self, arms, rigs):
+        told = np.array([rig.actuation.values(self.recording.commands) for rig in rigs])
+        pulled = np.maximum(-told, 0) * 5.0
+        pulled = np.where((told < 0).all(axis=-1, keepdims=True), -told * 5.0, pulled)
+        out = np.stack([pulled[..., 0] - pulled[..., 1], pulled[..., 1] - pulled[..., 2], 0 * told[..., 0]], axis=-1)
+        return out[:, :, None] + np.array([rig.position for rig in rigs])[:, None, None]
+
+
+def test_tendons_that_were_slack_are_found_from_where_all_are_taut():
+    """From slack 0 the common slack has no slope: a search from there alone says that it changes nothing."""
+    phase = np.linspace(0, 6 * np.pi, 60)[:, None] - 2 * np.pi / 3 * np.arange(3)
+    rig = Rig(actuation=Actuation(channels=(0, 1, 2)))
+    made = Recording("static", np.arange(60.0), np.zeros((60, 1, 3)), 0.011 + 0.01 * np.cos(phase), rig, BLOCKS)
+    true = replace(rig, actuation=replace(rig.actuation, slack=(0.006, 0.005, 0.007)))
+    seen = Pulled(made)([ARM], [true])[0] + np.random.default_rng(0).normal(0, 1e-4, (60, 1, 3))
+    made = replace(made, positions=seen)
+    for free in (["actuation.slack_1", "actuation.slack_2", "actuation.slack_3"], ["actuation.slack", "frame.z"]):
+        found = fit(ARM, made, free, predictors=[Pulled(made)])
+        assert found.rig.actuation.slack == pytest.approx((0.006, 0.005, 0.007), abs=2e-4 if len(free) > 2 else 2e-3)
+    assert explains_little(found) == ""
+    held = fit(ARM, made, ["frame.x"], predictors=[Pulled(made)])
+    assert re.search("leaves over [0-9]+ % of the markers' motion", explains_little(held))
 
 
 def test_starts_without_a_pose_fail_and_are_told():
@@ -204,6 +240,11 @@ def test_losses_have_the_derivatives_that_they_say(loss):
         ({"free": []}, "free is 'nothing'|free is nothing"),
         ({"free": ["marker.offset.w"]}, "did you mean 'marker.offset"),
         ({"free": ["frame.x", "frame.x"]}, "each parameter once"),
+        ({"free": ["marker.offset.z", "marker_1.offset.z"]}, "marker_1.offset.z; allowed: one of them"),
+        ({"free": ["muscle.angle"]}, "'muscle.offset'. It turns all. contarm fit"),
+        ({"free": ["friction_moment"]}, "friction_moment is omitted; allowed: a value in the arm's file"),
+        ({"free": ["*"]}, "A star stands for a number"),
+        ({"free": [Free(name="bending_stiffness", low=-1.0, high=1.0)]}, "-1 to 1; allowed: numbers above 0"),
         ({"free": [Free(name="bending_stiffness", mean=-1.0, sd=0.1)]}, "prior of bending_stiffness is -1"),
         ({"held_out": "block 9"}, "did you mean 'block"),
         ({"held_out": ["b*"]}, "samples left to fit to"),
@@ -228,3 +269,42 @@ def test_bad_input_is_one_clear_line(change, said):
     with pytest.raises(InputError, match=said) as caught:
         fit(ARM, recordings, free, **{"predictors": [Waves(own)], **given})
     assert "\n" not in str(caught.value)
+
+
+def test_one_value_for_several_starts_from_one():
+    """A fit that frees a value for several would move those that start elsewhere, even where it sees nothing."""
+    recording = _recording()
+    slack = Actuation(channels=(0, 1), slack=(2e-4, -1e-3))
+    wound = replace(recording, rig=Rig(actuation=slack), commands=np.zeros((60, 2)))
+    tapered = replace(ARM, sections=(ARM.sections[0], replace(ARM.sections[0], mass=0.5 * ARM.sections[0].mass)),
+                      routings=ARM.routings * 2, laws=ARM.laws * 2)  # fmt: skip
+    aside = recording.in_rig(replace(recording.rig, position=(0.2, 0, 0)))
+    for arm, several, name, said in (
+        (ARM, [wound], "actuation.slack", r"0.0002 in one place, -0.001 in another; allowed: .*actuation.slack_\*"),
+        (tapered, [recording], "mass", r"another; allowed: one start for all, or section_\*.mass"),
+        (ARM, [recording, aside], "frame.x", "frame.x is 0 m in one recording, 0.2 m in another"),
+    ):
+        with pytest.raises(InputError, match=said):
+            shared(arm, several, [name])
+    assert shared(tapered, [recording], ["section_*.mass"]).names == ("section_1.mass", "section_2.mass")
+
+
+def test_a_gain_and_a_radius_make_a_ratio():
+    drive = Actuation(channels=(0, 1))
+    recording = replace(_recording(), rig=Rig(actuation=drive), commands=np.zeros((60, 2)))
+    assert shared(ARM, [recording], ["actuation.gain", "muscle_radius"]).logarithmic == (True, True)
+    open_sign = Free(name="actuation.gain", low=-2.0, high=2.0)
+    assert shared(ARM, [recording], [open_sign]).logarithmic == (False,)
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("payload", "the recording says what the tip carries"), ("gravity.z", "the rig says what gravity is"),
+     ("section_1.mass", "its weight alone"), ("muscle.damping", "its damping"), ("length", "")],
+)  # fmt: skip
+def test_why_a_recording_does_not_see_a_parameter(name, said):
+    made = _recording()
+    rig = replace(made.rig, gravity=(0.0, 0.0, -9.81))
+    told = cannot_see(name, [replace(made, rig=rig, payload=np.zeros(60))])
+    assert said in told
+    assert bool(said) == bool(told)

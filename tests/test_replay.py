@@ -124,7 +124,23 @@ def test_the_worst_samples_come_first_and_are_apart(arm, recording):
     assert found.worst(2) == [20, 70]
     assert len(found.worst()) == 6
     assert found.bands is None
-    assert "--fit" in words.standings(found)[1].text
+    (alone,) = words.standings(found)
+    assert "--fit" in alone.text
+
+
+def test_outliers_are_told_of_and_bands_are_judged_without_them(arm, recording):
+    positions = recording.positions.copy()
+    positions[::30] += 0.05
+    found = replay(arm, replace(recording, positions=positions), known(arm, recording, 1e-6),
+                   held_out=np.ones(len(recording), dtype=bool))  # fmt: skip
+    far = int(np.isfinite(positions[::30]).all(axis=-1).sum())
+    bands = words.standings(found)[1]
+    assert f"; {far} outliers of {found.differences().count}." in bands.title
+    assert bands.state == "good"
+    assert f"{far} outliers" in words.headline(found)
+    assert words.status_words(found, 0) == "predicted"
+    assert found.figure("errors").axes[0].get_ylim()[1] < 10
+    assert found.figure("histogram").axes[0].get_xlim()[1] < 10
 
 
 class Swings:

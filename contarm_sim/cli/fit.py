@@ -236,7 +236,7 @@ def show(found: Fit) -> None:
 
 def _show_names(arm: Arm, recordings: list[Recording], rig_file: str | None, as_json: bool) -> None:
     from contarm_sim.identify.asked import units_of
-    from contarm_sim.identify.freedom import freedom
+    from contarm_sim.identify.freedom import values_of
     from contarm_sim.identify.recordings.rig import Rig
     from contarm_sim.identify.wildcards import families
 
@@ -251,7 +251,7 @@ def _show_names(arm: Arm, recordings: list[Recording], rig_file: str | None, as_
     units, values = units_of(arm, rigs), dict[str, float]()
     for rig in reversed(rigs):
         own = list(units_of(arm, [rig]))
-        values |= zip(own, freedom(arm, rig, own).values().tolist(), strict=True)
+        values |= zip(own, values_of(arm, rig, own).tolist(), strict=True)
     starred = families(units)
     if as_json:
         from contarm_sim.view.report.output import to_json

@@ -167,7 +167,7 @@ def show_replay(found: Replay) -> None:
     if stretch := words.stretch_rows(found):
         table("distances between markers [mm]", ["", "mean difference", "its rms"], stretch)
     if found.swings:
-        table("free swings", ["release", *words.SWINGS], words.swing_rows(found))
+        table("free swings", ["block", *words.SWINGS], words.swing_rows(found))
     line = min(width(), 120)
     for said in (words.headline(found), words.lead(found)):
         click.echo(click.wrap_text(said, line))

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -22,9 +22,10 @@ import numpy as np
 from contarm_sim.brevity import Told
 from contarm_sim.errors import InputError
 from contarm_sim.identify.recordings.rig import Rig
+from contarm_sim.identify.wildcards import spread
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
-from contarm_sim.model.named import find, named_parameters, with_parameters
+from contarm_sim.model.named import named_parameters, with_parameters
 
 _AXES = "xyz"
 
@@ -63,12 +64,12 @@ class Free(Told):
 class Freedom:
     """The free parameters of an arm in a rig, one number each.
 
-    Positive parameters go into the vector by their logarithm (a stiffness may be wrong by a factor), unless they start
-    at 0.
+    Positive parameters, and gains that start above 0, go into the vector by their logarithm (a stiffness may be wrong
+    by a factor), unless they start at 0. A lower bound of a gain at or below 0 leaves its sign open.
 
     Attributes:
         arm, rig: where they start from.
-        free: the parameters, `section_*` written out.
+        free: the parameters, stars written out.
         units: of each.
         logarithmic: whether the vector has the logarithm.
     """
@@ -86,9 +87,7 @@ class Freedom:
 
     def values(self, arm: Arm | None = None, rig: Rig | None = None) -> Array:
         """Return the parameters' values of an arm in a rig, SI units, shape (P,); default where they start from."""
-        known, arm = named_parameters(self.arm), self.arm if arm is None else arm
-        rig = self.rig if rig is None else rig
-        return np.array([_value(name, known, arm, rig) for name in self.names], dtype=float)
+        return values_of(self.arm if arm is None else arm, self.rig if rig is None else rig, self.names)
 
     def vector(self, values: Array) -> Array:
         """Return the vector of parameters' values, shape (..., P)."""
@@ -128,42 +127,95 @@ def freedom(arm: Arm, rig: Rig, free: Sequence[Free | str]) -> Freedom:
     """Return the free parameters of an arm in a rig.
 
     Raises:
-        InputError: none, one twice, an unknown name (with the nearest known one), a parameter that is no number, or a
-            start outside its bounds.
+        InputError: none, one twice, two of which one is part of the other, an unknown name (with the nearest known
+            one), a parameter that is no number, one value for several that start from different ones, or bounds that
+            the parameter cannot have or that leave its start out.
     """
     given = [one if isinstance(one, Free) else Free(name=one) for one in free]
     if not given:
         raise InputError("free", "nothing", "one parameter or more")
     known = free_names(arm, rig)
-    every = [one for each in given for one in _written_out(each, len(arm.sections))]
-    for one in every:
-        _check_start(one.name, arm)
-        find(one.name, known)
-    twice = [one.name for place, one in enumerate(every) if one.name in [other.name for other in every[:place]]]
-    if twice:
-        raise InputError("free", twice[0], "each parameter once")
-    of_arm = named_parameters(arm)
-    units, linear = tuple(known[one.name] for one in every), (False,) * len(every)
-    start = Freedom(arm, rig, tuple(every), units, linear).values()
-    positive = [_allowed(one.name, of_arm, arm)[0] == 0 for one in every]
-    made = Freedom(arm, rig, tuple(every), units, tuple(p and x > 0 for p, x in zip(positive, start, strict=True)))
+    every = [replace(one, name=name) for one in given for name in meant(one.name, arm, known)]
+    _check_apart([one.name for one in every])
+    of_arm, start = named_parameters(arm), values_of(arm, rig, [one.name for one in every])
+    logarithmic = []
     for one, value in zip(every, start.tolist(), strict=True):
-        low, high = -math.inf if one.low is None else one.low, math.inf if one.high is None else one.high
-        if not low <= value <= high:
-            raise InputError(one.name, value, f"a start within its bounds, {low:g} to {high:g}")
-    return made
+        _check_alike(one.name, value, known, arm, rig)
+        least, _ = _allowed(one.name, of_arm, arm)
+        gain = one.name.startswith("actuation.gain") and not (one.low is not None and one.low <= 0)
+        logarithmic.append((least == 0 or gain) and value > 0)
+        _check_bounds(one, value, _allowed(one.name, of_arm, arm))
+    return Freedom(arm, rig, tuple(every), tuple(known[one.name] for one in every), tuple(logarithmic))
 
 
-def _check_start(name: str, arm: Arm) -> None:
-    """Refuse a parameter that the arm leaves out, such as friction: there is nothing to start from.
+def values_of(arm: Arm, rig: Rig, names: Sequence[str]) -> Array:
+    """Return what parameters are of an arm in a rig, SI units, shape (P,); one value for several: of the first."""
+    known = named_parameters(arm)
+    return np.array([_value(name, known, arm, rig) for name in names], dtype=float)
+
+
+def meant(name: str, arm: Arm, known: Iterable[str]) -> list[str]:
+    """Return the known names that a name, perhaps with a star, stands for.
 
     Raises:
-        InputError: says what would do.
+        InputError: none; a parameter that is no number or that the arm leaves out, such as friction: there is nothing
+            to start from. It says what would do.
     """
-    given = named_parameters(arm).get(name)
-    if given is not None and given.value(arm) is None:
-        last = name.split(".")[-1]
-        raise InputError(name, "omitted", f"a value in the arm's file to start from, such as {last} = 0.05")
+    given = named_parameters(arm)
+    known = list(known)
+    every = spread(name, known, given)
+    for one in every:
+        if one not in known:
+            value, last = given[one].value(arm), one.split(".")[-1]
+            if value is None:
+                raise InputError(one, "omitted", f"a value in the arm's file to start from, such as {last} = 0.05")
+            raise InputError(one, f"{value!r}", "a number: a fit changes numbers alone")
+    return every
+
+
+def _check_apart(names: Sequence[str]) -> None:
+    """Refuse one parameter twice, and one that is part of another, as `section_1.mass` of `mass`."""
+    for place, name in enumerate(names):
+        for other in names[:place]:
+            if name == other:
+                raise InputError("free", name, "each parameter once")
+            (one, mine), (two, theirs) = _parts(name), _parts(other)
+            if one == two and all(a is None or b is None or a == b for a, b in zip(mine, theirs, strict=True)):
+                raise InputError("free", f"{other} and {name}", "one of them: each says what the other is")
+
+
+def _parts(name: str) -> tuple[str, tuple[str | None, str | None]]:
+    """Return a name without numbers, and the numbers of its section and of what else it counts."""
+    section = re.match(r"section_(\d+)\.", name)
+    rest = name[section.end() :] if section else name
+    number = re.search(r"_(\d+)(?=\.|$)", rest)
+    bare = rest.replace(number[0], "", 1) if number else rest
+    return bare, (section[1] if section else None, number[1] if number else None)
+
+
+def _check_alike(name: str, value: float, known: Iterable[str], arm: Arm, rig: Rig) -> None:
+    """Refuse one value for several that start from different ones: the arm could not keep what it has."""
+    bare, own = _parts(name)
+    others = [
+        other
+        for other in known
+        for base, numbers in [_parts(other)]
+        if base == bare and all(a in (None, b) for a, b in zip(own, numbers, strict=True))
+    ]
+    for other, has in zip(others, values_of(arm, rig, others).tolist(), strict=True):
+        if not math.isclose(has, value, rel_tol=1e-9, abs_tol=1e-12):
+            starred = re.sub(r"_\d+", "_*", other)
+            raise InputError(name, f"{value:g} in one place, {has:g} in another", f"one start for all, or {starred}")
+
+
+def _check_bounds(one: Free, value: float, allowed: tuple[float, float]) -> None:
+    low, high = -math.inf if one.low is None else one.low, math.inf if one.high is None else one.high
+    if (low < allowed[0] and one.low is not None) or (high > allowed[1] and one.high is not None):
+        said = " to ".join(f"{each:g}" for each in allowed if math.isfinite(each))
+        said = f"numbers within {said}" if math.isfinite(allowed[1]) else f"numbers above {said}, or at it"
+        raise InputError(f"bounds of {one.name}", f"{low:g} to {high:g}", said)
+    if not low <= value <= high:
+        raise InputError(one.name, value, f"a start within its bounds, {low:g} to {high:g}")
 
 
 def free_names(arm: Arm, rig: Rig) -> dict[str, str]:
@@ -182,15 +234,6 @@ def free_names(arm: Arm, rig: Rig) -> dict[str, str]:
         if count:
             found |= {f"actuation.{name}{part}": own for part in ("", *(f"_{k + 1}" for k in range(count)))}
     return found
-
-
-def _written_out(one: Free, sections: int) -> list[Free]:
-    if not one.name.startswith("section_*."):
-        return [one]
-    rest = one.name.removeprefix("section_*.")
-    if sections == 1:
-        return [replace(one, name=rest)]
-    return [replace(one, name=f"section_{k + 1}.{rest}") for k in range(sections)]
 
 
 def _allowed(name: str, known: dict[str, Any], arm: Arm) -> tuple[float, float]:

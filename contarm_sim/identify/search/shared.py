@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from contarm_sim.identify.freedom import Free, Freedom, free_names, freedom
+from contarm_sim.errors import InputError
+from contarm_sim.identify.freedom import Free, Freedom, free_names, freedom, meant
 from contarm_sim.identify.judgement.identifiability import prior_in_vector
 from contarm_sim.identify.recordings.recording import Recording
 from contarm_sim.identify.recordings.rig import Rig
@@ -29,7 +30,7 @@ class Shared:
     Attributes:
         arm: where it starts from.
         rigs: likewise, one for each recording.
-        free: the parameters, `section_*` written out.
+        free: the parameters, stars written out.
         freedoms: of each recording: the parameters that it has.
         places: of a recording's parameters among all.
         units, logarithmic: of each parameter, as of `Freedom`.
@@ -79,19 +80,19 @@ def shared(arm: Arm, recordings: Sequence[Recording], free: Sequence[Free | str]
     """Return the free parameters of an arm and of the rigs of its recordings.
 
     Raises:
-        InputError: as `freedom`; a name is known where one recording's rig has it.
+        InputError: as `freedom`; a name is known where one recording's rig has it. Recordings that start from
+            different values of it, or whose units differ.
     """
     given = [one if isinstance(one, Free) else Free(name=one) for one in ([free] if isinstance(free, str) else free)]
+    known = [free_names(arm, recording.rig) for recording in recordings]
+    together = dict.fromkeys(name for names in known for name in names)
+    written = [replace(one, name=name) for one in given for name in meant(one.name, arm, together)]
+    if not written:
+        freedom(arm, recordings[0].rig, written)  # raises: nothing is free
     own: list[Freedom | None] = []
-    found = set[str]()
-    for recording in recordings:
-        known = free_names(arm, recording.rig)
-        kept = [one for one in given if one.name in known or one.name.startswith("section_*.")]
-        found.update(one.name for one in kept)
+    for names, recording in zip(known, recordings, strict=True):
+        kept = [one for one in written if one.name in names]
         own.append(freedom(arm, recording.rig, kept) if kept else None)
-    missing = [one for one in given if one.name not in found]
-    if missing or not given:
-        freedom(arm, recordings[0].rig, missing)  # raises: nothing is free, or says which names are near
     every: dict[str, tuple[Free, str, bool, float, float, float, float]] = {}
     for one in own:
         if one is not None:
@@ -99,7 +100,10 @@ def shared(arm: Arm, recordings: Sequence[Recording], free: Sequence[Free | str]
             values = one.values()
             start = one.vector(values)
             for row in zip(one.free, one.units, one.logarithmic, start, values, low, high, strict=True):
-                every.setdefault(row[0].name, row)
+                first = every.setdefault(row[0].name, row)
+                if first[1] != row[1] or not np.isclose(first[4], row[4], rtol=1e-9, atol=1e-12):
+                    said = f"{first[4]:g} {first[1]} in one recording, {row[4]:g} {row[1]} in another"
+                    raise InputError(row[0].name, said, "one start and unit in all: a fit finds one value for all")
     order = {name: place for place, name in enumerate(every)}
     places = tuple(np.array([order[name] for name in one.names] if one else [], dtype=np.intp) for one in own)
     frees, units, logarithmic, starts, own_values, lows, highs = zip(*every.values(), strict=True)

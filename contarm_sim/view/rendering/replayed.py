@@ -23,6 +23,7 @@ from contarm_sim.view.rendering.insets import card_size
 from contarm_sim.view.rendering.look import Look
 from contarm_sim.view.rendering.overlays import Colour, add_ball, add_line
 from contarm_sim.view.rendering.panel import Curve, Panel, Plot, fits
+from contarm_sim.view.report.outliers import enlarged, outliers
 from contarm_sim.view.report.replays.course import course_of
 from contarm_sim.view.report.replays.words import named, status_words
 from contarm_sim.view.sections import tube_radii
@@ -149,16 +150,16 @@ def _framed(replay: Replay, rows: NDArray[np.intp], look: Look, speed: int) -> G
     )
     said = [_texts(replay, row, speed) for row in rows.tolist()]
     widest = [max(column, key=len) for column in zip(*said, strict=True)]
-    around = Caption(look.width, look.height, [widest], _legend(), [look.note]) if look.captions else None
+    around = Caption(look.width, look.height, [widest], _legend(replay), [look.note]) if look.captions else None
     card = _card(replay, look) if look.plots else None
     shares = (0.0, 0.0) if card is None else (card.width / look.width, card.height / look.height)
     frame = Frame(top=0.0 if around is None else around.height / look.height, cards=shares)
-    qpos = joint_angles(arm, replay.frames[rows])
+    qpos, often = joint_angles(arm, replay.frames[rows]), _enlarged(replay)
     seen = np.concatenate([replay.frames[_thinned(rows, _STILL)][..., :3, 3].reshape(-1, 3), _near(real, arm)])
     places = course_of(replay).places
     with ArmRenderer(arm, look.width, look.height, look.camera, seen, frame) as renderer:
         for k, row in enumerate(rows.tolist()):
-            marks = _Marks(real[row], own[row], arm, renderer.to_world)
+            marks = _Marks(real[row], own[row], often[row], arm, renderer.to_world)
             image = renderer.with_marks(qpos[k], marks.add, k / max(len(rows) - 1, 1)).copy()
             if card is not None:
                 card.write(image, float(places[row]), "left")
@@ -182,10 +183,14 @@ def _near(points: Array, arm: Arm) -> Array:
 
 @dataclass(frozen=True)
 class _Marks:
-    """The markers of a sample in the base's frame [m], shape (K, 3) each: measured, and as the arm has them."""
+    """The markers of a sample in the base's frame [m], shape (K, 3) each: measured, and as the arm has them.
+
+    Errors are drawn `often` times as long, shape (K,), from where the arm has a marker.
+    """
 
     real: Array
     own: Array
+    often: Array
     arm: Arm
     to_world: Callable[[Array], Array]
 
@@ -193,12 +198,13 @@ class _Marks:
         """Draw them, and a line of error between the two of each."""
         eye = np.mean([camera.pos for camera in scene.camera], axis=0)
         closer = _CLOSER * max(tube_radii(self.arm))
-        for real, own in zip(self.to_world(self.real), self.to_world(self.own), strict=True):
+        tips = self.own + self.often[:, None] * (self.real - self.own)
+        for real, own, tip in zip(*map(self.to_world, (self.real, self.own, tips)), strict=True):
             if not np.isfinite(own).all():
                 continue
             if np.isfinite(real).all():
                 add_ball(scene, _towards(real, eye, closer), _BALL * self.arm.length, _REAL)
-                ends = np.stack([_towards(real, eye, 1.5 * closer), _towards(own, eye, 1.5 * closer)])
+                ends = np.stack([_towards(tip, eye, 1.5 * closer), _towards(own, eye, 1.5 * closer)])
                 add_line(scene, ends, pixels(3.0), _OFF, rank=2)
             add_ball(scene, _towards(own, eye, 2 * closer), _SMALL * self.arm.length, _OWN)
 
@@ -209,8 +215,17 @@ def _towards(point: Array, eye: Array, far: float) -> Array:
     return np.asarray(point + far * line / np.linalg.norm(line))
 
 
-def _legend() -> Legend:
-    return {"measured marker": [rgb(MEASURED)], "simulated": [rgb(SIMULATED)], "error": [rgb(ERROR)]}
+def _enlarged(replay: Replay) -> NDArray[np.intp]:
+    """Return how often each error is drawn as long as it is, shape (T, K): outliers once."""
+    far = outliers(replay.distance)
+    usual = float(np.nanmax(np.where(far, np.nan, replay.distance), initial=0.0))
+    return np.where(far, 1, enlarged(usual / replay.arm.length))
+
+
+def _legend(replay: Replay) -> Legend:
+    often = int(_enlarged(replay).max(initial=1))
+    words = "error" if often == 1 else f"error × {often}"
+    return {"measured marker": [rgb(MEASURED)], "simulated": [rgb(SIMULATED)], words: [rgb(ERROR)]}
 
 
 def _texts(replay: Replay, row: int, speed: int) -> list[str]:

@@ -46,7 +46,7 @@ def pattern_rows(found: Excitation) -> list[list[Any]]:
         both = np.isfinite(before) & np.isfinite(after) & (after > 0)
         new = int((np.isfinite(after) & ~np.isfinite(before)).sum())
         share = float(np.exp(np.log(before[both] / after[both]).mean())) if both.any() else math.nan
-        said = [] if math.isnan(share) else [f"deviations {share:.3g} times smaller"]
+        said = [] if math.isnan(share) else [f"then shrinks standard deviations by {100 * (1 - 1 / share):.2g} %"]
         said += [f"determines {new} more"] if new else []
         rows.append(
             [name, f"{int((found.blocks == name).sum())}", f"{found.gains[number]:.3g}", ", ".join(said) or "–"]
@@ -101,9 +101,9 @@ def draw_gain(sheet: Sheet, found: Excitation) -> None:
     alone.bar(places[~taken], gains[ranked[~taken]], width=0.8, color=FAINT, label="candidate")
     alone.bar(places[taken], gains[ranked[taken]], width=0.8, color=BLUE, label="proposed")
     alone.set(
-        xlabel="candidates, by what they tell alone", ylabel="information gained alone", xlim=(0, len(ranked) + 1)
+        xlabel="candidates, by what they tell alone", ylabel="information alone [nats]", xlim=(0, len(ranked) + 1)
     )
-    alone.set_ylim(0, 1.2 * float(gains[ranked].max()))
+    alone.set_ylim(0, 1.2 * float(gains[ranked].max(initial=0.0)) or 1.0)
     alone.legend(loc="upper right", ncols=2)
     if order:
         sheet.legend(*over.get_legend_handles_labels(), loc="outside lower center", ncols=2 if sheet.wide else 1)
@@ -122,7 +122,11 @@ def _plain(ax: Any) -> None:
     from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
     low, high = ax.get_ylim()
-    marks = [first * 10.0**power for power in range(-2, 9) for first in (1, 1.2, 1.5, 2, 3, 5, 7)]
-    ax.yaxis.set_major_locator(FixedLocator([mark for mark in marks if 0.9 * low <= mark <= 1.1 * high]))
+    firsts: tuple[float, ...] = (1, 1.2, 1.5, 2, 3, 5, 7)
+    for finer in ((1, 1.1, 1.2, 1.3, 1.4, 1.5), (1, 1.02, 1.04, 1.06, 1.08, 1.1)):
+        if high < 1.1 * finer[-1] and low > 0.5:
+            firsts = finer
+    marks = [first * 10.0**power for power in range(-2, 9) for first in firsts]
+    ax.yaxis.set_major_locator(FixedLocator([mark for mark in marks if low <= mark <= high]))
     ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     ax.yaxis.set_minor_locator(NullLocator())

@@ -8,8 +8,18 @@ import numpy as np
 
 from contarm_sim.identify.fitted import Left
 from contarm_sim.view.colours import BLUE, NOTE, ORANGE
-from contarm_sim.view.report.fits.left_over import FITTED, HELD_OUT, blocks, parts, repeatability, rms
+from contarm_sim.view.report.fits.left_over import (
+    FITTED,
+    HELD_OUT,
+    blocks,
+    cleaned,
+    distances,
+    parts,
+    repeatability,
+    rms,
+)
 from contarm_sim.view.report.fits.words import millimetres
+from contarm_sim.view.report.outliers import outliers, told
 from contarm_sim.view.style import INCH, Sheet
 
 LOOKS = {FITTED: {"color": BLUE}, HELD_OUT: {"color": ORANGE, "hatch": "////", "edgecolor": "white"}}
@@ -21,6 +31,8 @@ _NAMED = 5.0
 
 def draw_blocks(sheet: Sheet, left: Left) -> None:
     """Draw the rms of the errors by block in their order, and by marker."""
+    limit, far = repeatability(left), int(outliers(distances(left)).sum())
+    left = cleaned(left)
     markers = left.recording.rig.markers
     every = [(name, rms(left, rows), held) for name, rows, held in blocks(left)]
     several = len(markers) > 1
@@ -41,7 +53,6 @@ def draw_blocks(sheet: Sheet, left: Left) -> None:
     ax.set_xlabel("block, in the order of the recording")
     ax.set_ylabel("error, rms [mm]")
     ax.grid(axis="x", visible=False)
-    limit = repeatability(left)
     if limit:
         ax.axhline(1e3 * limit[0], color=NOTE, linewidth=1.1, linestyle=(0, (4, 2)),
                    label=f"same command repeats to {millimetres(limit[0])} mm")  # fmt: skip
@@ -55,7 +66,8 @@ def draw_blocks(sheet: Sheet, left: Left) -> None:
     sheet.legend(handles, labels, loc="outside lower center", ncols=3 if sheet.wide else 2)
     worst = max(((name, size.rms) for name, size, _ in every if size), key=lambda pair: pair[1])
     sheet.heading(f"Errors by block{' and by marker' if several else ''}; largest in {worst[0]}, "
-                  f"{millimetres(worst[1])} mm rms")  # fmt: skip
+                  f"{millimetres(worst[1])} mm rms"
+                  f"{f' without {told(far)}' if far and sheet.wide else ''}")  # fmt: skip
 
 
 def _markers(ax: Any, left: Left) -> None:

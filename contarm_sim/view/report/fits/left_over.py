@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from contarm_sim.identify.fitted import Fit, Left
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.view.report.outliers import BEYOND, outliers
 
 Rows = NDArray[np.bool_]
 
@@ -73,16 +74,22 @@ def rms(left: Left, rows: Rows, marker: int | None = None) -> Rms | None:
     return Rms(int(seen.sum()), *sizes, float(np.median(known)), float(np.percentile(known, 95)))
 
 
-def together(fit: Fit, name: str, centred: bool = False) -> float:
+def pooled(fit: Fit, name: str) -> Array:
+    """Return the distances [m] of all that was fitted, or held out, of all recordings and markers, shape (N,)."""
+    own = [distances(left)[rows] for left in fit.left for part, rows in parts(left).items() if part == name]
+    found = np.concatenate([each.ravel() for each in own]) if own else np.zeros(0)
+    return found[np.isfinite(found)]
+
+
+def together(fit: Fit, name: str) -> float:
     """Return the rms [m] of what was fitted, or held out, of all recordings; NaN where there is none."""
-    squares, count = 0.0, 0
-    for left in fit.left:
-        rows = parts(left).get(name)
-        if rows is not None:
-            number = int(np.isfinite(distances(left)[rows]).sum())
-            squares += left.rms(rows, centred=centred) ** 2 * number
-            count += number
-    return float(np.sqrt(squares / count)) if count else float("nan")
+    found = pooled(fit, name)
+    return float(np.sqrt((found**2).mean())) if len(found) else float("nan")
+
+
+def cleaned(left: Left) -> Left:
+    """Return what is left over without outliers."""
+    return replace(left, predicted=np.where(outliers(distances(left))[..., None], np.nan, left.predicted))
 
 
 def blocks(left: Left) -> Iterator[tuple[str, Rows, bool]]:
@@ -124,9 +131,9 @@ def driven(left: Left) -> Driven | None:
 
 
 def repeatability(left: Left) -> tuple[float, int] | None:
-    """Return how far [m] a marker is from its mean each time that the same command comes, rms, and how many times.
+    """Return how far [m] a marker is from its median each time that the same command comes, rms, and how many times.
 
-    A command that is held counts once. None where no command comes twice, or in a motion.
+    A command that is held counts once; outliers are left out. None where no command comes twice, or in a motion.
     """
     recording = left.recording
     commands, positions = recording.commands, recording.positions
@@ -136,7 +143,7 @@ def repeatability(left: Left) -> tuple[float, int] | None:
     _, place = np.unique(np.round(commands / grid), axis=0, return_inverse=True)
     visit = np.concatenate([[0], np.cumsum(place[1:] != place[:-1])])
     first = np.concatenate([[0], np.flatnonzero(np.diff(visit)) + 1])
-    squares, free, used = 0.0, 0, 0
+    apart: list[Array] = []
     for marker in range(positions.shape[1]):
         seen = np.isfinite(positions[:, marker]).all(axis=-1)
         count = np.bincount(visit[seen], minlength=len(first))
@@ -145,10 +152,12 @@ def repeatability(left: Left) -> tuple[float, int] | None:
         of = place.reshape(-1)[first][count > 0]
         for command in np.flatnonzero(np.bincount(of) > 1):
             own = means[of == command]
-            squares += float(((own - own.mean(axis=0)) ** 2).sum())
-            free += len(own) - 1
-            used += len(own)
-    return (float(np.sqrt(squares / free)), used) if free else None
+            share = np.sqrt(len(own) / (len(own) - 1))  # a mean of few is nearer to them than the true one
+            apart.append(share * np.linalg.norm(own - np.median(own, axis=0), axis=1))
+    if not apart:
+        return None
+    sizes = np.concatenate(apart)
+    return float(np.sqrt((sizes[sizes <= BEYOND * np.median(sizes)] ** 2).mean())), len(sizes)
 
 
 @dataclass(frozen=True, eq=False)

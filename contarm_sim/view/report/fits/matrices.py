@@ -21,15 +21,15 @@ _MAP = "RdBu_r"
 
 
 def draw_correlation(sheet: Sheet, fit: Fit) -> None:
-    """Draw the correlations of the parameters' errors; cells of what is not determined are hatched."""
-    names, matrix = [one.name for one in fit.parameters], fit.correlation
-    count = len(names)
+    """Draw the correlations of the errors of those parameters that are determined."""
+    kept = np.flatnonzero(np.isfinite(np.diag(fit.correlation)))
+    names, matrix = [fit.parameters[k].name for k in kept], fit.correlation[np.ix_(kept, kept)]
+    count, lost = len(names), len(fit.parameters) - len(kept)
     room = INCH * sheet.get_figwidth() - _LETTER * (max(map(len, names)) + 3) - 22
     side = min(_CELL, room / count)
     sheet.tall(max(max(side, _ROW) * count, 24) + (26 if sheet.wide else 30))
     ax: Any = sheet.subplots()
     image = ax.imshow(np.ma.masked_invalid(matrix), cmap=_MAP, vmin=-1, vmax=1, aspect="auto")
-    ax.patch.set(facecolor="white", hatch="////", edgecolor=FAINT)
     numbers = [str(k + 1) for k in range(count)]
     step = max(1, int(np.ceil(4.0 / side)))  # of numbers across; names have a row each
     _frame(ax, numbers, [f"{name}  {number}" for number, name in zip(numbers, names, strict=True)], step)
@@ -45,7 +45,8 @@ def draw_correlation(sheet: Sheet, fit: Fit) -> None:
         largest = f"; largest {matrix[i, j]:+.2f}, of {i + 1} and {j + 1}"
     else:
         largest = ""
-    sheet.heading(f"Correlations of the parameters' errors{largest}")
+    more = f"; without {lost} not determined" if lost and sheet.wide else ""
+    sheet.heading(f"Correlations of the parameters' errors{largest}{more}")
 
 
 def _frame(ax: Any, across: list[str], upwards: list[str], step: int = 1) -> None:
@@ -95,11 +96,11 @@ def draw_singular_values(sheet: Sheet, fit: Fit) -> None:
     ax.set_xlabel(
         "direction of the parameters, the best seen first" if sheet.wide else "direction, the best seen first"
     )
-    ax.set_ylabel("singular value of the\nscaled Jacobian over\nthe noise [-]")
+    ax.set_ylabel("how strongly seen,\nrelative to noise [-]")
     if lost:
         sheet.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=2)
         _directions(sheet, rows[1], fit, names)
-    said = f"; {len(lost)} not determined" if lost else ", all determined"
+    said = f"; {len(lost)} not seen" if lost else ", all seen"
     sheet.heading(f"How well the data see each of {len(values)} directions of the parameters{said}")
 
 
@@ -116,5 +117,5 @@ def _directions(sheet: Sheet, ax: Any, fit: Fit, names: list[str]) -> None:
         _number(ax, j, i, weights[i, j])
     ax.set_xlabel("direction that is not determined")
     bar = sheet.colorbar(image, ax=ax, ticks=[-1, 0, 1], aspect=8)
-    bar.set_label("part [-]")
+    bar.set_label("share [-]")
     bar.outline.set_visible(False)

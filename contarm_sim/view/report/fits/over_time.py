@@ -11,14 +11,12 @@ from contarm_sim.identify.fitted import Left
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.view.colours import BLUE, FAINT, NOTE, ORANGE
 from contarm_sim.view.report.fits.left_over import FITTED, HELD_OUT, distances, parts
+from contarm_sim.view.report.outliers import enlarged, outliers, reach, told
 from contarm_sim.view.style import Sheet
 
 COLOURS = {FITTED: BLUE, HELD_OUT: ORANGE}
 MARKS = {FITTED: "o", HELD_OUT: "^"}
 """Dots of what was fitted and held out."""
-
-_OUTLIER = 3.0
-"""Errors beyond this many times what 97 % are below do not set the scale."""
 
 _BLOCKS = 40
 """Blocks are shaded in turn where there are no more."""
@@ -32,9 +30,9 @@ def draw_over_time(sheet: Sheet, left: Left) -> None:
     rows: Any = sheet.subplots(4, 1, sharex=True, height_ratios=[1.5, 1, 1, 1])
     sizes = 1e3 * distances(left)[:, -1]
     sides = [1e3 * left.error[:, -1, k] for k in range(3)]
-    most, _ = reach(np.concatenate([np.abs(side) for side in sides]))
-    highest, _ = reach(sizes)
-    beyond = int(((sizes > highest) | (np.abs(sides) > most).any(axis=0)).sum())
+    highest, beyond = reach(sizes)
+    kept = np.abs(np.where(outliers(sizes), np.nan, sides))
+    most = 1.08 * float(np.nanmax(kept, initial=0.0)) or 1.0
     name = recording.rig.markers[-1].name
     words = [f"error of {name}\n[mm]", *(f"{axis_name} [mm]" for axis_name in "xyz")]
     for ax, values, word in zip(rows, [sizes, *sides], words, strict=True):
@@ -56,16 +54,8 @@ def draw_over_time(sheet: Sheet, left: Left) -> None:
     sheet.align_ylabels()
     handles, labels = rows[0].get_legend_handles_labels()
     sheet.legend(handles, labels, loc="outside lower center", ncols=2, markerscale=2)
-    left_out = f"; {beyond} samples are beyond" if beyond else ""
-    sheet.heading(f"Errors of {name} over time: measured less predicted, in the frame of the measurements{left_out}")
-
-
-def reach(values: Array) -> tuple[float, int]:
-    """Return up to where values above 0 are drawn, and how many are beyond: outliers do not make the rest flat."""
-    known = values[np.isfinite(values)]
-    most, usual = float(known.max(initial=0.0)), float(np.percentile(known, 97)) if len(known) else 0.0
-    limit = most if most <= _OUTLIER * usual else 2 * usual
-    return 1.08 * limit or 1.0, int((known > 1.08 * limit).sum())
+    left_out = f"; {told(beyond)} beyond" if beyond else ""
+    sheet.heading(f"Errors of {name}: measured less predicted{left_out}")
 
 
 def _axis(left: Left) -> tuple[Array, str]:
@@ -92,9 +82,12 @@ def draw_paths(sheet: Sheet, left: Left) -> None:
     recording = left.recording
     measured, predicted = 1e3 * recording.positions[:, -1], 1e3 * left.predicted[:, -1]
     moving = recording.kind == "motion"
+    far = outliers(distances(left)[:, -1])
     extent = np.maximum(np.nanmax(np.concatenate([measured, predicted]), axis=0)
                         - np.nanmin(np.concatenate([measured, predicted]), axis=0), 1.0)  # fmt: skip
     flat = extent[2] / max(extent[0], extent[1])
+    sizes = 1e3 * distances(left)[:, -1][~far]
+    often = enlarged(float(np.nanmax(sizes, initial=0.0) / extent.max()))
     for ax, (across, up) in _sides(sheet, float(flat)):
         for part, own in parts(left).items():
             colour = COLOURS[part]
@@ -102,8 +95,9 @@ def draw_paths(sheet: Sheet, left: Left) -> None:
                 ax.plot(*np.where(own[:, None], measured, np.nan)[:, (across, up)].T, color=colour, linewidth=2.2,
                         alpha=0.55, label=f"measured, {part}")  # fmt: skip
                 continue
-            known = own & np.isfinite(measured).all(axis=1) & np.isfinite(predicted).all(axis=1)
-            ends = np.stack([predicted[known], measured[known], np.full((known.sum(), 3), np.nan)], axis=1)
+            known = own & ~far & np.isfinite(measured).all(axis=1) & np.isfinite(predicted).all(axis=1)
+            tips = measured[known] + often * (predicted - measured)[known]
+            ends = np.stack([tips, measured[known], np.full((known.sum(), 3), np.nan)], axis=1)
             ax.plot(*ends.reshape(-1, 3)[:, (across, up)].T, color=colour, linewidth=0.8, alpha=0.8)
             ax.plot(*measured[known][:, (across, up)].T, MARKS[part], color=colour, markersize=1.7,
                     label=f"measured, {part}")  # fmt: skip
@@ -117,9 +111,9 @@ def draw_paths(sheet: Sheet, left: Left) -> None:
     handles, labels = ax.get_legend_handles_labels()
     if not moving:
         handles.append(ax.plot([], [], color=NOTE, linewidth=0.9)[0])
-        labels.append("from there to the predicted place")
+        labels.append("towards the predicted place" + (f", {often} times as long" if often > 1 else ""))
     sheet.legend(handles, labels, loc="outside lower center", ncols=3 if sheet.wide else 1, markerscale=2)
-    of = ", in the frame of the measurements" if sheet.wide else ""
+    of = f"; without {told(int(far.sum()))}" if far.any() and not moving and sheet.wide else ""
     sheet.heading(f"Measured and predicted places of {recording.rig.markers[-1].name}, from three sides{of}")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,27 +22,29 @@ from contarm_sim.view.report.fits.spread import draw_by_command, draw_distributi
 from contarm_sim.view.report.pictures import figure, unshown
 from contarm_sim.view.style import Draw, Sheet, save
 
-_PREDICTED = {"paths": draw_paths, "blocks": draw_blocks, "over_time": draw_over_time,
+_PREDICTED: dict[str, Callable[..., None]] = {"paths": draw_paths, "blocks": draw_blocks, "over_time": draw_over_time,
               "distribution": draw_distribution, "by_command": draw_by_command, "history": draw_history}  # fmt: skip
 """Figures of what is left over of each recording."""
 
 CAPTIONS = {
     "parameters": "Each parameter with its 95 % interval from the Jacobian, that of a bootstrap over blocks where one "
-    "was asked for, its prior, and what it started from. Positive ones are told by what their start is multiplied by.",
+    "was asked for, its prior, and what it started from. Positive parameters are shown as multiples of their start.",
     "correlation": "Two parameters whose errors are correlated by nearly 1 or -1 may change together: the recording "
-    "hardly tells them apart. Rows and columns are numbered alike; hatched ones are not determined.",
+    "hardly tells them apart. Rows and columns are numbered alike; what is not determined has none.",
     "singular_values": "Directions of all parameters together, by how well the recording sees them: the larger, the "
     "better. Below, which parameters take part in those that it does not determine.",
     "starts": "Where searches from several starts end: many at the lowest cost mean that it is the best there is.",
-    "paths": "Where the last marker was measured, with a line to where it is predicted; of motions, both paths.",
-    "blocks": "The rms of the errors by block, what was held out hatched, and by marker where there are several.",
+    "paths": "Where the last marker was measured, with a line towards where it is predicted, drawn longer where the "
+    "legend says so; of motions, both paths.",
+    "blocks": "The rms of the errors by block, without outliers, what was held out hatched, and by marker where there "
+    "are several.",
     "over_time": "Errors of the last marker, and their components, in the order of the recording. Every other block is "
     "shaded. What is the same in a whole block is not noise.",
     "distribution": "Shares of the samples by the size of their errors. The dotted line is how far samples of the same "
-    "command are from their mean: a model without memory can hardly be better.",
+    "command are from their median: a model without memory can hardly be better. Outliers are in the last bin.",
     "by_command": "Errors by how far all channels together are commanded. Errors that grow with it are of the model.",
     "history": "The error along the way that a channel moves the last marker, coloured by which way its command went "
-    "last. Two bands apart are hysteresis: friction, or slack.",
+    "last; gaps are how much larger it is where the command grows. Two bands apart are hysteresis: friction, or slack.",
 }
 
 
@@ -56,6 +59,7 @@ def figures_of(fit: Fit) -> dict[str, Draw]:
     for place, left in enumerate(fit.left):
         for stem, draw in _PREDICTED.items():
             if _has(stem, left):
+                draw = partial(draw_history, noise=fit.noise) if stem == "history" else draw
                 drawn[numbered(stem, place, fit)] = _of(draw, left)
     if np.isfinite(fit.correlation).any() and len(fit.parameters) > 1:
         drawn["correlation"] = lambda sheet: draw_correlation(sheet, fit)

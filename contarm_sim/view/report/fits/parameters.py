@@ -16,6 +16,10 @@ from contarm_sim.view.report.sweeps.ticks import name_numbers
 from contarm_sim.view.style import Sheet
 
 _Z = 1.96
+
+_LOG = 8.0
+"""Factors are drawn on a logarithmic axis if the largest is so many times the smallest: fewer have too few ticks."""
+
 _ROW, _TALL_ROW, _AROUND, _EDGES = 5.6, 8.6, 15.0, 14.0
 """Heights of a row, of one with its value below its name, of what is around a panel, above and below all [mm]."""
 
@@ -37,6 +41,9 @@ def draw_parameters(sheet: Sheet, fit: Fit) -> None:
     more = f"; {lost} of {len(fit.parameters)} not determined" if lost else ""
     sheet.heading(f"Fitted parameters, and what they started from{more}")
 
+
+_UNEVEN = 0.1
+"""Intervals whose middle is further from the value, in their widths, are told by their ends."""
 
 _FACTOR = "times its start [-]"
 
@@ -60,10 +67,13 @@ def _panel(ax: Any, unit: str, own: list[Parameter], handles: dict[str, Any], wi
     if unit == _FACTOR:
         low, high = min(shown, default=1.0), max(shown, default=1.0)
         low, high = min(low, 0.95), max(high, 1.05)
-        if high > 3 * low:
+        log = high > _LOG * low
+        if log:
             ax.set_xscale("log")
-        ax.set_xlim(low / (high / low) ** 0.04, high * (high / low) ** 0.04)
-        name_numbers(ax.xaxis, np.array(ax.get_xlim()), high > 3 * low, 8 if wide else 4)
+            ax.set_xlim(low / (high / low) ** 0.04, high * (high / low) ** 0.04)
+        else:
+            ax.set_xlim(low - 0.04 * (high - low), high + 0.04 * (high - low))
+        name_numbers(ax.xaxis, np.array(ax.get_xlim()), log, 8 if wide else 4)
     else:
         ax.use_sticky_edges = False
         ax.margins(x=0.04)
@@ -97,7 +107,7 @@ def _row(ax: Any, row: int, one: Parameter, scale: Callable[[float], float], han
         seen += [max(end, 0.2 * start) if start > 0 else end for end in ends]
     (handles["start"],) = ax.plot(start, row, "|", color=NOTE, markersize=11, markeredgewidth=1.4, zorder=2)
     if one.status not in FOUND:
-        (handles["not determined"],) = ax.plot(start, row, "x", color=ORANGE, markersize=5, markeredgewidth=1.6,
+        (handles["not determined"],) = ax.plot(start, row, marker="$?$", color=ORANGE, markersize=6,
                                                linestyle="none", zorder=4)  # fmt: skip
         return seen
     value, low, high = scale(one.value), scale(one.low), scale(one.high)
@@ -119,7 +129,10 @@ def _said(one: Parameter) -> str:
     if one.status not in FOUND:
         return one.status
     factor, unit = unit_of(one)
-    half = 0.5 * factor * (one.high - one.low)
-    spread = f" ± {digits(half, half)}" if math.isfinite(half) else ""
+    half, lopsided = 0.5 * factor * (one.high - one.low), abs(one.high + one.low - 2 * one.value)
+    if lopsided > _UNEVEN * (one.high - one.low):
+        spread = f" ({digits(factor * one.low, half)} to {digits(factor * one.high, half)})"
+    else:
+        spread = f" ± {digits(half, half)}" if math.isfinite(half) else ""
     bound = ", at bound" if one.status == "at bound" else ""
-    return f"{digits(factor * one.value, half)}{spread} {unit}".rstrip() + bound
+    return f"{digits(factor * one.value, half)}{spread} {unit}".rstrip().replace("-", "\N{MINUS SIGN}") + bound

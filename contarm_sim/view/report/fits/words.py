@@ -8,16 +8,20 @@ from typing import Any
 import numpy as np
 
 from contarm_sim.identify.fitted import FOUND, Fit, Parameter
+from contarm_sim.identify.search.seeing import explains_little
 from contarm_sim.view.report.fits.left_over import (
     FITTED,
     HELD_OUT,
     gaps,
     parts,
+    pooled,
     repeatability,
     rms,
     together,
 )
 from contarm_sim.view.report.headline import Standing
+from contarm_sim.view.report.outliers import outliers, swaying, without
+from contarm_sim.view.report.outliers import told as counted
 from contarm_sim.view.report.sweeps.columns import READ
 
 MEANINGS = {
@@ -28,21 +32,29 @@ MEANINGS = {
     "not quite where it is said to be.",
     "95 % interval": "where the parameter is with a probability of 95 %, if the arm is right but for its parameters. "
     "Errors of the model itself are not in it; a bootstrap over blocks has more of them.",
-    "determined": "the recording tells the parameter apart from all others.",
+    "bootstrap": "the middle 95 % of estimates from blocks that are drawn anew. Of few blocks, pieces of them are "
+    "drawn, in which errors that last for a whole block count too low: the wider 95 % interval is the one to "
+    "go by. It is missing where too few blocks see the parameter.",
+    "determined": "the recording tells the parameter apart from all others, if only just: see correlations.",
     "at bound": "the best value is at a bound that was given, or that an arm has: what is beyond is not known.",
     "weakly determined": "the 95 % interval is wide: a factor of 3 or more either way, or about 10 mm, 30 degrees.",
     "stopped early": "where the search was when it was stopped: not the best value, and how far off is not known.",
     "only with others": "the recording sees the parameter, but other parameters do the same: only the combination that "
     "is named is determined. The arm has one of many sets of values that fit: what is said to be held keeps its start.",
     "not seen": "the parameter changes nothing in the recording. The arm keeps the start.",
+    "outlier": "an error beyond six times the median of all, where fewer than one in ten are: often a marker that was "
+    "mistaken for another.",
     "block": "samples that are not independent: a pattern, a trial.",
-    "repeatability": "how far samples of the same command are from their mean, rms: what a model without memory "
-    "cannot predict.",
+    "repeatability": "how far samples of the same command are from their median, rms without outliers: what a model "
+    "without memory cannot predict.",
 }
 """What words of the page mean."""
 
 AGREE = 1e-2
 """Costs of two starts that differ by less [share] are the same optimum."""
+
+_CLOSE = 0.9
+"""Parameters that are correlated by more are hardly told apart."""
 
 _WORSE = 1.5
 """Held-out errors that are larger than this many times the fitted ones are remarked on."""
@@ -165,6 +177,13 @@ def headline(fit: Fit) -> str:
     weakly = f", {weak} of them weakly" if weak else ""
     of = f"{known} of {count} parameters determined{weakly}" if count > 1 else f"{fit.parameters[0].name}: " + (
         "determined" if known else "not determined")  # fmt: skip
+    sizes = pooled(fit, HELD_OUT if math.isfinite(held) else FITTED)
+    if far := swaying(sizes):
+        middle, most, all_of = (millimetres(x) for x in (np.median(sizes), np.percentile(sizes, 95), held))
+        what = "held-out markers" if math.isfinite(held) else "markers"
+        all_of = all_of if math.isfinite(held) else millimetres(own)
+        return (f"The fitted arm predicts half of the {what} within {middle} mm, 95 % within {most} mm "
+                f"({all_of} mm rms with {counted(far)}); {of}.")  # fmt: skip
     if math.isfinite(held):
         return f"The fitted arm predicts what was held out within {millimetres(held)} mm rms; {of}."
     return f"The fitted arm is within {millimetres(own)} mm rms of the recording; {of}."
@@ -178,13 +197,20 @@ def lead(fit: Fit) -> str:
     kinds = {left.recording.kind for left in fit.left}
     what = "poses at rest" if kinds == {"static"} else "samples of motions" if kinds == {"motion"} else "samples"
     named = fit.left[0].recording.name if len(fit.left) == 1 else f"{len(fit.left)} recordings"
-    own, held = together(fit, FITTED), together(fit, HELD_OUT)
+    held = together(fit, HELD_OUT)
     said = f"{_count(len(fit.parameters), 'free parameter')}, {samples:,} {what} in {_count(blocks, 'block')}, "
-    said += f"{_count(markers, 'marker')} ({named}). The error of what was fitted is {millimetres(own)} mm rms"
+    said += f"{_count(markers, 'marker')} ({named}). The error of what was fitted is {_sized(fit, FITTED)}"
     if not math.isfinite(held):
         return f"{said}; nothing was held out, so how well the arm predicts is not known."
-    centred = millimetres(together(fit, FITTED, True)), millimetres(together(fit, HELD_OUT, True))
-    return f"{said}; without mean offsets {centred[0]} mm, and {centred[1]} mm of what was held out."
+    return f"{said}; of what was held out {_sized(fit, HELD_OUT)}."
+
+
+def _sized(fit: Fit, part: str) -> str:
+    """Return how large errors are: their rms, and what it is without outliers, if there are any."""
+    sizes = pooled(fit, part)
+    far = swaying(sizes)
+    said = f"{millimetres(together(fit, part))} mm rms"
+    return f"{said} ({millimetres(without(sizes))} mm without {counted(far)})" if far else said
 
 
 def negative(fit: Fit) -> str:
@@ -196,7 +222,7 @@ def negative(fit: Fit) -> str:
 
 def standings(fit: Fit) -> list[Standing]:
     """Say how far the fit can be relied on: what is determined, whether the search ended, how well it predicts."""
-    return [_determined(fit), _search(fit), *_prediction(fit)]
+    return [_determined(fit), *_correlated(fit), _search(fit), *_prediction(fit)]
 
 
 def _determined(fit: Fit) -> Standing:
@@ -205,8 +231,10 @@ def _determined(fit: Fit) -> Standing:
     if len(lost) == len(fit.parameters):
         return Standing("bad", "The recording determines no parameter.", "The arm is as it was.")
     if lost:
-        text = f"{_ticked(lost)}: the arm keeps the start. Below, in words, what would have to be known besides."
-        title = f"{_count(len(lost), 'parameter')} not determined."
+        text = (f"{_ticked(_short(lost))}: what you would have to measure to find more is "
+                "listed below.")  # fmt: skip
+        unseen = f"; {len(fit.undetermined)} of {len(fit.parameters)} directions not seen" if fit.undetermined else ""
+        title = f"{_sentence(_count(len(lost), 'parameter'))[:-1]} not determined{unseen}."
         return Standing("note", title, text)
     if bound:
         return Standing("note", f"{_count(len(bound), 'parameter')} at a bound.",
@@ -218,6 +246,33 @@ def _determined(fit: Fit) -> Standing:
         return Standing("note", f"{_count(len(weak), 'parameter')} weakly determined.",
                         f"{_ticked(weak)}: see how wide the intervals are.")  # fmt: skip
     return Standing("good", "All free parameters are determined.", "Each is told apart from the others by the data.")
+
+
+def _short(names: list[str]) -> list[str]:
+    """Return names, with runs of numbered ones as one: slack_1 to slack_6."""
+    runs: list[list[str]] = []
+    for name in names:
+        stem, _, number = name.rpartition("_")
+        before = f"{stem}_{int(number) - 1}" if number.isdigit() else ""
+        if runs and runs[-1][-1] == before:
+            runs[-1].append(name)
+        else:
+            runs.append([name])
+    return [f"{run[0]} to {run[-1].rpartition('.')[2]}" if len(run) > 2 else name
+            for run in runs for name in (run[:1] if len(run) > 2 else run)]  # fmt: skip
+
+
+def _correlated(fit: Fit) -> list[Standing]:
+    """Name parameters that are determined, but whose errors nearly go together."""
+    size = np.nan_to_num(np.abs(fit.correlation)) * (1 - np.eye(len(fit.parameters)))
+    alike = np.flatnonzero((size > _CLOSE).any(axis=1))
+    names = [fit.parameters[k].name for k in alike if fit.parameters[k].status in FOUND]
+    if len(names) < 2:
+        return []
+    least = float(size[alike].max(axis=1).min())
+    title = f"{_sentence(_count(len(names), 'parameter'))[:-1]} are hardly told apart."
+    return [Standing("note", title, f"{_ticked(names)}: each is correlated with another by {least:.3g} or more, "
+                                    "so one may be wrong as far as another is.")]  # fmt: skip
 
 
 def _search(fit: Fit) -> Standing:
@@ -234,22 +289,25 @@ def _search(fit: Fit) -> Standing:
 
 
 def _prediction(fit: Fit) -> list[Standing]:
-    own, held = together(fit, FITTED), together(fit, HELD_OUT)
+    own, held = (without(pooled(fit, part)) for part in (FITTED, HELD_OUT))
     repeated = [f"The same command repeats to {millimetres(found[0])} mm rms."
                 for found in map(repeatability, fit.left) if found]  # fmt: skip
     more = f" {repeated[0]}" if repeated else ""
     if not math.isfinite(held):
         return [Standing("note", "Nothing was held out.", f"`--hold-out` keeps blocks from the fit.{more}")]
     ratio = held / own if own else 1.0
-    text = f"Held out {millimetres(held)} mm, fitted {millimetres(own)} mm rms.{more}"
+    far = sum(int(outliers(pooled(fit, part)).sum()) for part in (FITTED, HELD_OUT))
+    without_them = f", without {counted(far)}" if far else ""
+    text = f"Held out {millimetres(held)} mm, fitted {millimetres(own)} mm rms{without_them}.{more}"
     if ratio > _WORSE:
         return [Standing("note", f"Held-out errors are {ratio:.2g} times the fitted ones.", text)]
     return [Standing("good", "What was held out is predicted as well as what was fitted.", text)]
 
 
 def remarks(fit: Fit) -> list[str]:
-    """Say what the errors of each recording tell: samples without a pose, hysteresis by channel."""
-    said = []
+    """Say what the errors of each recording tell: what is not explained, samples without a pose, hysteresis."""
+    little = explains_little(fit)
+    said = [little] if little else []
     for left in fit.left:
         if left.unpredicted:
             said.append(f"{_count(left.unpredicted, 'sample')} of {left.recording.name}: the fitted arm has no pose "
@@ -275,12 +333,19 @@ def _sentence(text: str) -> str:
     return f"{text[:1].upper()}{text[1:]}".rstrip(".") + "." if text else ""
 
 
+def _ended(fit: Fit) -> str:
+    """Say how the search ended, without the words of its solver, and which starts led nowhere."""
+    lost = sum(not math.isfinite(cost) for cost in fit.cost)
+    said = "Converged." if fit.converged else f"Not converged: {fit.message.rstrip('.')}."
+    return f"{said} {_sentence(_count(lost, 'start'))[:-1]} led to an arm without a pose." if lost else said
+
+
 def how(fit: Fit) -> list[tuple[str, str]]:
     """Say how the fit ran: rows of names and values."""
-    costs = ", ".join(f"{cost:.6g}" for cost in fit.cost) or "-"
+    costs = ", ".join(f"{cost:.6g}" for cost in fit.cost if math.isfinite(cost)) or "-"
     return [
         ("method", fit.method),
-        ("ended", f"{'converged' if fit.converged else 'not converged'}: {fit.message}"),
+        ("ended", _ended(fit)),
         ("noise of a coordinate", f"{millimetres(fit.noise)} mm"),
         ("cost, best start first", costs),
         ("evaluations", f"{fit.evaluations:,}"),

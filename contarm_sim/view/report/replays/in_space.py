@@ -10,6 +10,7 @@ from contarm_sim.identify.replays.replay import Replay
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.colours import ERROR, FAINT, MEASURED, PLATE, SIMULATED
+from contarm_sim.view.report.outliers import enlarged
 from contarm_sim.view.report.replays.course import broken, course_of
 from contarm_sim.view.report.replays.words import millimetres, named, status_words
 from contarm_sim.view.style import Sheet
@@ -33,20 +34,21 @@ def draw_paths(sheet: Sheet, replay: Replay) -> None:
     for ax, (i, k) in zip(panels, _VIEWS, strict=True):
         if replay.recording.kind == "motion":
             _, path = broken(real, course)
-            ax.plot(path[:, i], path[:, k], color=MEASURED, linewidth=0.9, label="measured")
-            ax.plot(line[:, i], line[:, k], color=SIMULATED, linewidth=0.9, label="simulated")
+            ax.plot(path[:, i], path[:, k], "o", color=MEASURED, markersize=1.3, markeredgewidth=0, label="measured")
+            ax.plot(line[:, i], line[:, k], color=SIMULATED, linewidth=0.6, label="simulated")
         else:
             ends = np.full((3 * len(real), 3), np.nan)
             ends[::3], ends[1::3] = real, own
-            ax.plot(ends[:, i], ends[:, k], color=ERROR, linewidth=0.4, alpha=0.5, label="error")
-            ax.plot(real[:, i], real[:, k], "o", color=MEASURED, markersize=dot, markeredgewidth=0, label="measured")
+            ax.plot(ends[:, i], ends[:, k], color=ERROR, linewidth=0.8, label="error")
+            ax.plot(real[:, i], real[:, k], "o", markerfacecolor="none", markeredgecolor=MEASURED,
+                    markersize=2.4 * dot, markeredgewidth=0.8, label="measured")  # fmt: skip
             ax.plot(own[:, i], own[:, k], "o", color=SIMULATED, markersize=dot, markeredgewidth=0, label="simulated")
         ax.set(xlabel=f"{'xyz'[i]} [mm]", ylabel=f"{'xyz'[k]} [mm]")
         ax.set_aspect("equal", adjustable="datalim")
         ax.locator_params(nbins=5)
     sheet.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     name = replay.recording.rig.markers[-1].name
-    sheet.heading(f"Where the marker {name} was and where the arm has it, from three sides")
+    sheet.heading(f"{name[:1].upper()}{name[1:]} from three sides: measured and simulated")
 
 
 def draw_worst(sheet: Sheet, replay: Replay) -> None:
@@ -59,7 +61,7 @@ def draw_worst(sheet: Sheet, replay: Replay) -> None:
     down = -(-max(len(chosen), 1) // across)
     panels = sheet.subplots(down, across, sharex=True, sharey=True, squeeze=False)
     rig, arm = replay.recording.rig, replay.arm
-    often = _enlarged(max((float(np.nanmax(replay.distance[row])) for row in chosen), default=0.0) / arm.length)
+    often = enlarged(max((float(np.nanmax(replay.distance[row])) for row in chosen), default=0.0) / arm.length)
     for ax, row in zip(panels.ravel(), chosen, strict=False):
         real = (replay.recording.positions[row] - np.array(rig.position)) @ rig.rotation
         own = (replay.predicted[row] - np.array(rig.position)) @ rig.rotation
@@ -82,7 +84,9 @@ def draw_worst(sheet: Sheet, replay: Replay) -> None:
         sheet.legend(
             *panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4 if sheet.wide else 2
         )
-    sheet.heading("The worst poses, each seen square to the error of its worst marker")
+    of = " and rms of its markers" if len(rig.markers) > 1 else ""
+    sheet.heading(f"The worst poses: sample{of}; seen square to the error of the worst marker" if sheet.wide else
+                  f"The worst poses: sample{of}")  # fmt: skip
     left, right = panels[0, 0].get_xlim()
     low, high = sorted(panels[0, 0].get_ylim())
     tall = (150 if sheet.wide else 62) / across * (high - low) / (right - left)
@@ -107,11 +111,6 @@ def _pose(ax: Any, replay: Replay, row: int, real: Array, own: Array, often: int
     ax.plot(*flat(real), "o", color=MEASURED, markersize=4.4, markeredgewidth=0, zorder=4, label="measured markers")
     ax.plot(*flat(own), "o", color="white", markersize=2.6, markeredgecolor=SIMULATED, markeredgewidth=0.9, zorder=5,
             label="markers of the arm")  # fmt: skip
-
-
-def _enlarged(share: float) -> int:
-    """Return how often errors are drawn enlarged, the largest of which is so large a share of the arm's length."""
-    return next((often for often in (1, 2, 5, 10, 20) if often * share >= 0.08), 20)
 
 
 def _limits(ax: Any, arm: Arm, hangs: bool) -> None:

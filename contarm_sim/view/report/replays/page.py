@@ -14,10 +14,11 @@ from contarm_sim.view.report.pictures import embedded, encoded, figure, unshown
 from contarm_sim.view.report.replays import words
 
 CAPTIONS = {
-    "components": "Coordinates of the last marker, measured and simulated; the band, if there is one, is where 95 % "
-    "would be if the model were right.",
-    "errors": "How far each marker was from where the arm has it, over the samples and block by block.",
-    "histogram": "How often errors have which size; and the error’s components, in the frame of the measurements.",
+    "components": "Coordinates of the last marker, measured and simulated; and what is between them. The "
+    "band, if there is one, is where 95 % would be if the model were right.",
+    "errors": "How far each marker was from where the arm has it, over the samples and block by block. Triangles at "
+    "the upper edge are outliers.",
+    "histogram": "Sizes of the errors, and their components, in the frame of the measurements.",
     "paths": "The last marker from three sides, measured and simulated.",
     "swings": "Free swings, measured and simulated: some of them over time, frequency and damping of all.",
     "worst": "The poses of the largest errors: measured markers beside the arm.",

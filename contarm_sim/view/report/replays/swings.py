@@ -17,6 +17,10 @@ CURVES = 6
 """Releases whose swings are drawn, evenly picked; all have a dot."""
 
 
+_NAMED, _SHORT = 6, 8
+"""Most blocks that are named along an axis, and the most letters of such a name."""
+
+
 def draw_swings(sheet: Sheet, replay: Replay) -> None:
     """Draw some swings along the lines that they lie on, and frequency and damping of all, measured and simulated."""
     swings = replay.swings
@@ -37,25 +41,29 @@ def draw_swings(sheet: Sheet, replay: Replay) -> None:
         ax.plot(time, MM * (along[1] - rest), color=SIMULATED, linewidth=1.0, label="simulated")
         ax.set_title(named(one.block)[:30])
     for ax in curves[:, 0]:
-        ax.set_ylabel("along [mm]")
+        ax.set_ylabel("along the\nswing [mm]")
     for ax in curves[-1]:
         ax.set_xlabel("time [s]")
     panels = foot.subplots(1, 2)
     numbers = np.arange(1, len(swings) + 1)
     quantities: tuple[tuple[Any, str, str], ...] = (
-        (panels[0], "frequency", "frequency [Hz]"), (panels[1], "damping", "damping [1/s]"),
+        (panels[0], "frequency", "frequency, simulated\nless measured [%]"),
+        (panels[1], "damping", "damping, simulated\nless measured [%]"),
     )  # fmt: skip
     for ax, name, words in quantities:
-        real = np.array([getattr(one.measured, name) for one in swings])
-        own = np.array([getattr(one.simulated, name) for one in swings])
-        ax.vlines(numbers, real, own, color=LIMIT, linewidth=0.8)
-        ax.plot(numbers, real, "o", color=MEASURED, label="measured")
-        ax.plot(numbers, own, "D", color=SIMULATED, label="simulated")
-        off = 100 * (np.median(own / real) - 1)
+        each = np.array([getattr(one, f"{name}_percent") for one in swings])
+        ax.axhline(0, color=MEASURED, linewidth=1.0)
+        ax.vlines(numbers, 0, each, color=LIMIT, linewidth=0.8)
+        ax.plot(numbers, each, "D", color=SIMULATED)
+        off = float(np.median(each))
         median = " (median)" if sheet.wide and len(swings) > 1 else ""
         ax.set_title(f"{name}: {off:+.1f} %{median}".replace("-", "\N{MINUS SIGN}"))
-        ax.set(xlabel="release", ylabel=words, xlim=(0.3, len(swings) + 0.7))
-        ax.set_ylim(0, 1.12 * float(max(real.max(), own.max())))
-        ax.xaxis.get_major_locator().set_params(integer=True)
-    sheet.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+        ax.set(xlabel="block", ylabel=words, xlim=(0.3, len(swings) + 0.7))
+        most = 1.2 * float(np.abs(each).max()) or 1.0
+        ax.set_ylim(-most, most)
+        if len(swings) <= _NAMED and max(len(one.block) for one in swings) <= _SHORT:
+            ax.set_xticks(numbers, [one.block for one in swings])
+        else:
+            ax.xaxis.get_major_locator().set_params(integer=True)
+    sheet.legend(*curves[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     sheet.heading("Free swings of the last marker, from where the hand has let go")

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.identify.replays.bands import INSIDE
+from contarm_sim.identify.replays.bands import INSIDE, Bands
 from contarm_sim.identify.replays.differences import Differences
 from contarm_sim.identify.replays.replay import Replay
 from contarm_sim.view.report.headline import Standing, near
+from contarm_sim.view.report.outliers import outliers, swaying, told, without
 
 FEW = 0.8
 """Share of markers inside their bands below which the model errs, and not the fit."""
@@ -32,6 +33,8 @@ MEANINGS = {
     "bias": "that mean error vector, in the frame of the measurements.",
     "95 % band": "where a marker is with a probability of 95 % if the model is right: by the covariance of the fit’s "
     "parameters and by the noise.",
+    "outlier": "an error beyond six times the median of all, where fewer than one in ten are: often a marker that was "
+    "mistaken for another.",
     "block": "samples that are not independent of each other, such as one pattern of commands or one release.",
     "held out": "samples that were kept from the fit: only they say how well it predicts.",
 }
@@ -58,9 +61,11 @@ def named(block: str) -> str:
 
 
 def status_words(replay: Replay, row: int) -> str:
-    """Return whether a sample was held out; "" where that is not known."""
+    """Return whether a sample was held out of the fit, or is of another recording; "" where that is not known."""
     if replay.held_out is None:
         return ""
+    if replay.held_out.all():
+        return "predicted"
     return "held out" if replay.held_out[row] else "fitted"
 
 
@@ -69,8 +74,14 @@ def headline(replay: Replay) -> str:
     found = replay.differences()
     if not found.count:
         return "Nothing was predicted."
+    name = replay.recording.name
+    if far := swaying(replay.distance):
+        share = near(100 * found.percentile_95 / replay.arm.length)
+        return (f"The arm predicts half of the markers of {name} within {millimetres(found.median)} mm, 95 % within "
+                f"{millimetres(found.percentile_95)} mm, {share} % of its length ({millimetres(found.rms)} mm rms with "
+                f"{told(far)}).")  # fmt: skip
     share = near(100 * found.rms / replay.arm.length)
-    return f"The arm predicts {replay.recording.name} within {millimetres(found.rms)} mm rms, {share} % of its length."
+    return f"The arm predicts {name} within {millimetres(found.rms)} mm rms, {share} % of its length."
 
 
 def lead(replay: Replay) -> str:
@@ -89,7 +100,11 @@ def lead(replay: Replay) -> str:
 
 def standings(replay: Replay) -> list[Standing]:
     """Say what the error is to be compared with: held out or not, within its bands or not, all predicted or not."""
-    out = [_held_out(replay), _bands(replay)]
+    out = [_held_out(replay)]
+    if replay.bands is not None:
+        out.append(_bands(replay, replay.bands))
+    elif replay.held_out is not None:
+        out.append(Standing("note", "No bands.", "Bands come from the covariance of a fit: `--fit FOLDER`."))
     if replay.unpredicted:
         count = replay.unpredicted
         text = f"In {count} of {len(replay)} samples the arm has no pose at rest under the commands; they are left out."
@@ -100,8 +115,10 @@ def standings(replay: Replay) -> list[Standing]:
 def _held_out(replay: Replay) -> Standing:
     held = replay.held_out
     if held is None:
-        text = "Without a fit’s folder it is not known whether the arm was fitted to this recording."
-        return Standing("note", "Whether it is a prediction is not known.", text)
+        text = "contarm cannot tell whether this arm was fitted to this recording: give `--fit FOLDER`."
+        return Standing(
+            "note", "A fit or a prediction?", text if replay.bands else f"{text} Then there are bands, too."
+        )
     if held.all():
         text = "None of these samples were used for the fit."
         return Standing("good", "This is a prediction.", text)
@@ -114,25 +131,27 @@ def _held_out(replay: Replay) -> Standing:
     return Standing("note", "Part of it is a prediction.", text)
 
 
-def _bands(replay: Replay) -> Standing:
-    bands, found = replay.bands, replay.differences()
-    if bands is None:
-        return Standing("note", "No bands.", "Bands come from the covariance of a fit: `--fit FOLDER`.")
-    inside = f"{100 * bands.share:.0f} % of the markers are inside their {100 * INSIDE:.0f} % bands."
+def _bands(replay: Replay, bands: Bands) -> Standing:
+    found, far = replay.differences(), int(outliers(replay.distance).sum())
+    outside = f"; {told(far, f'{found.count:,}')}" if far else ""
+    inside = f"{100 * bands.share:.0f} % of the markers are inside their {100 * INSIDE:.0f} % bands{outside}."
     low, high = (millimetres(each) for each in bands.foreseen)
     ends = " to ".join(millimetres(each) for each in bands.rms)
     held = f" Not determined by the fit’s data, and taken as known: {', '.join(bands.held)}." if bands.held else ""
     foreseen = (f"The covariance of the parameters and a noise of {millimetres(bands.noise)} mm a coordinate foresee "
                 f"an rms of {low} to {high} mm; it is {millimetres(found.rms)} mm.")  # fmt: skip
+    if far:
+        foreseen = f"{foreseen[:-1]}, and {millimetres(without(replay.distance))} mm without outliers."
     if bands.share < FEW:
         why = " The rest is error of the model, or of parameters that the fit took as known."
         if found.centred_rms < OFFSET * found.rms:
             why += " Most of it is one offset: of where base or markers are."
         return Standing("bad", inside, f"{foreseen}{why}{held}")
-    much = f" As the parameters vary within their intervals, the rms is {ends} mm."
+    much = "" if far else f" As the parameters vary within their intervals, the rms is {ends} mm."
     if bands.share > 0.5 * (1 + INSIDE) + 0.005:
         much += " So many are inside because the fit’s noise or covariance counts more than there is here."
-    return Standing("good" if bands.share >= INSIDE - 0.05 else "note", inside, f"{foreseen}{much}{held}")
+    whole = bands.share >= INSIDE - 0.05 and (without(replay.distance) if far else 0.0) <= bands.foreseen[1]
+    return Standing("good" if whole else "note", inside, f"{foreseen}{much}{held}")
 
 
 def row(name: str, found: Differences, length: float) -> list[Any]:
