@@ -43,8 +43,9 @@ ALONE = 1e-6
 LEAST_VARIANCE = 1e-12
 """Of residuals over the noise: a perfect fit has none."""
 CORE = 3.0
-"""Of a first estimate of the noise, what is counted in the second; the median of a normal distribution cut there is
-1 / 1.4872 of its standard deviation."""
+"""Of a first estimate of the noise, what is counted in the second."""
+CUT = 0.9733
+"""Variance of a standard normal distribution that is cut at `CORE`."""
 LEVEL = 0.95
 """Of intervals."""
 
@@ -123,15 +124,15 @@ def rows(residual: Array, jacobian: Array, loss: str = "linear", scale: float = 
 def noise_of(residual: Array, parameters: int, loss: str) -> float:
     """Return the spread of residuals, shape (R,), of a fit of some parameters, in their unit.
 
-    Of a robust loss by their median, taken again without what is beyond `CORE` times that: of one in ten that are
-    outliers the first is 13 % too large, the second is not.
+    Of a robust loss by their median, then by the squares of what is within `CORE` times that: with one in ten that are
+    outliers the first is 13 % too large, the second is not, and it scatters half as much.
     """
     left = max(1.0, len(residual) - parameters)
     if loss == "linear":
         return float(np.sqrt((residual**2).sum() / left))
     sizes = np.abs(residual)
     core = sizes[sizes <= CORE * 1.4826 * np.median(sizes)]
-    return float(1.4872 * np.median(core) * np.sqrt(len(residual) / left))
+    return float(np.sqrt((core**2).mean() / CUT * len(residual) / left))
 
 
 def spread(told: Rows, blocks: NDArray[np.intp], prior: Array) -> Spread:
