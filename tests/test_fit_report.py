@@ -26,6 +26,7 @@ from contarm_sim.view.report.fits.left_over import (
 )
 from contarm_sim.view.report.fits.page import figures_of, write_fit_report
 from contarm_sim.view.report.fits.parameters import draw_parameters
+from contarm_sim.view.report.fits.standings import standings
 from contarm_sim.view.report.outliers import outliers
 from contarm_sim.view.style import drawn
 
@@ -76,7 +77,7 @@ def test_outliers_make_neither_a_verdict_nor_what_repeats_nor_the_scale():
     fit = made_fit()
     calm, swayed = replace(fit, left=(clean,)), replace(fit, left=(wild,))
     assert together(swayed, HELD_OUT) > 5 * together(calm, HELD_OUT)
-    assert [one.state for one in words.standings(swayed)] == [one.state for one in words.standings(calm)]
+    assert [one.state for one in standings(swayed)] == [one.state for one in standings(calm)]
     assert f"{len(held)} outliers" in words.headline(swayed)
     assert "outlier" not in words.headline(calm)
     for stem in ("distribution", "over_time"):
@@ -89,7 +90,7 @@ def test_outliers_make_neither_a_verdict_nor_what_repeats_nor_the_scale():
 def test_determined_parameters_that_go_together_are_named(fit):
     alike = fit.correlation.copy()
     alike[0, 1] = alike[1, 0] = -0.99
-    found = words.standings(replace(fit, correlation=alike))[1]
+    found = standings(replace(fit, correlation=alike))[1]
     assert found.state == "note"
     assert "2 parameters are hardly told apart" in found.title
     assert "`section_1.bending_stiffness`, `section_2.bending_stiffness`: " in found.text
@@ -176,13 +177,13 @@ def test_words_say_the_verdict(fit):
     assert words.headline(fit) == "The fitted arm predicts what was held out within " + (
         f"{words.millimetres(together(fit, HELD_OUT))} mm rms; 6 of 9 parameters determined."
     )
-    assert [one.state for one in words.standings(fit)] == ["note", "good", "good"]
+    assert [one.state for one in standings(fit)] == ["note", "good", "good"]
     assert words.negative(fit) == ""
     alone = replace(fit, cost=(1.0, 2.0, np.inf), converged=False, message="no more steps")
-    assert words.standings(alone)[1].state == "bad"
+    assert standings(alone)[1].state == "bad"
     assert "no more steps" in words.negative(alone)
     lost = replace(fit, parameters=tuple(replace(one, status="not seen") for one in fit.parameters))
-    assert words.standings(lost)[0].state == "bad"
+    assert standings(lost)[0].state == "bad"
     assert "none" in words.negative(lost)
     rows = {row[0]: row for row in words.rows_of(fit)}
     assert rows["frame.turn_z"][1:5] == ["deg", "0", "2.01", "1.56 to 2.45"]

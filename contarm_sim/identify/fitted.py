@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contarm_sim.display import Shown
+from contarm_sim.identify.differences import Differences, differences
 from contarm_sim.identify.freedom import Free
 from contarm_sim.identify.recordings.recording import Recording
 from contarm_sim.identify.recordings.rig import Rig
@@ -120,32 +121,32 @@ class Left(Shown):
         told |= {"held_out": int(out.sum()), "markers_seen": int(seen.sum())}
         told["markers_without_prediction"] = int((seen & ~np.isfinite(self.predicted).all(axis=-1)).sum())
         for name, rows in (("fitted", ~out), ("held_out", out)):
-            told[f"rms_{name}_m"] = self.rms(rows)
-            told[f"rms_{name}_centred_m"] = self.rms(rows, centred=True)
+            found = self.differences(rows)
+            told |= {f"rms_{name}_m": found.rms, f"rms_{name}_centred_m": found.centred_rms}
         return told
+
+    def differences(self, rows: NDArray[np.bool_] | None = None, marker: int | None = None) -> Differences:
+        """Return the numbers of how far markers were measured from where they were predicted [m].
+
+        Args:
+            rows: mask of samples, shape (T,); default all.
+            marker: of one alone; default all.
+        """
+        error = self.error if rows is None else self.error[rows]
+        return differences(error if marker is None else error[:, [marker]])
 
     def rms(self, rows: NDArray[np.bool_] | None = None, marker: int | None = None, centred: bool = False) -> float:
         """Return the root mean square distance [m] of what was measured from what was predicted.
 
         Args:
-            rows: mask of samples, shape (T,); default all.
-            marker: of one alone; default all.
+            rows, marker: as of `differences`.
             centred: without the mean offset of each marker.
 
         Returns:
             NaN where there is nothing to compare.
         """
-        error = self.error if rows is None else self.error[rows]
-        if marker is not None:
-            error = error[:, [marker]]
-        seen = error[np.isfinite(error).all(axis=-1)]
-        if not len(seen):
-            return float("nan")
-        if centred:
-            counts = np.isfinite(error).all(axis=-1).sum(axis=0)
-            error = error - np.nansum(error, axis=0) / np.maximum(counts, 1)[:, None]
-            seen = error[np.isfinite(error).all(axis=-1)]
-        return float(np.sqrt((seen**2).sum(axis=-1).mean()))
+        found = self.differences(rows, marker)
+        return found.centred_rms if centred else found.rms
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.load import Muscles
 from contarm_sim.model.parameters import Quaternion, Vector, as_number, as_numbers
+
+if TYPE_CHECKING:  # loaded where something is turned
+    from scipy.spatial.transform import Rotation
 
 Drive = Literal["windings", "tensions", "pressures", "none"]
 DRIVES: tuple[Drive, ...] = get_args(Drive)
@@ -156,15 +159,20 @@ class Rig(Told):
     @property
     def rotation(self) -> Array:
         """Of the base in the frame of the measurements, shape (3, 3)."""
-        return _matrix(self.orientation) @ _matrix(_of_turn(self.turn))
+        return np.asarray(self._turned().as_matrix())
 
     def settled(self) -> Rig:
         """Return the same rig with `turn` taken into `orientation`."""
-        a, b = self.orientation, _of_turn(self.turn)
-        (aw, ax, ay, az), (bw, bx, by, bz) = a, b
-        both = (aw * bw - ax * bx - ay * by - az * bz, aw * bx + ax * bw + ay * bz - az * by,
-                aw * by - ax * bz + ay * bw + az * bx, aw * bz + ax * by - ay * bx + az * bw)  # fmt: skip
-        return replace(self, orientation=both, turn=ORIGIN)
+        if not any(self.turn):
+            return self
+        x, y, z, w = self._turned().as_quat().tolist()
+        return replace(self, orientation=(w, x, y, z), turn=ORIGIN)
+
+    def _turned(self) -> Rotation:
+        from scipy.spatial.transform import Rotation
+
+        w, x, y, z = self.orientation
+        return Rotation.from_quat((x, y, z, w)) * Rotation.from_rotvec(self.turn)
 
     def holds(self, arm: Arm) -> Arm:
         """Return the arm under the gravity that it has in this rig."""
@@ -182,19 +190,3 @@ class Rig(Told):
         offsets = np.array([marker.offset for marker in self.markers])
         points = frames[..., :3, 3] + (frames[..., :3, :3] @ offsets[..., None])[..., 0]
         return np.asarray(points @ self.rotation.T + np.array(self.position))
-
-
-def _of_turn(turn: Vector) -> Quaternion:
-    angle = math.hypot(*turn)
-    half = 0.5 * math.sin(0.5 * angle) / (0.5 * angle) if angle else 0.5
-    x, y, z = (half * part for part in turn)
-    return math.cos(0.5 * angle), x, y, z
-
-
-def _matrix(quaternion: Quaternion) -> Array:
-    w, x, y, z = quaternion
-    return np.array([
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ])  # fmt: skip

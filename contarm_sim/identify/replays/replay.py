@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from contarm_sim.display import Shown, drawing
 from contarm_sim.errors import InputError, expect
+from contarm_sim.identify.differences import Differences, differences, root_mean_square
 from contarm_sim.identify.prediction.backbones import backbones
 from contarm_sim.identify.prediction.base import AtRest, Predictor
 from contarm_sim.identify.prediction.choice import predictor_of
@@ -18,7 +19,6 @@ from contarm_sim.identify.prediction.swings import Swing, swings_of
 from contarm_sim.identify.recordings.recording import Recording
 from contarm_sim.identify.replays.bands import Bands, banded
 from contarm_sim.identify.replays.covariance import Covariance
-from contarm_sim.identify.replays.differences import Differences, differences, root_mean_square
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 

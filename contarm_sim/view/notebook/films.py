@@ -23,7 +23,7 @@ from contarm_sim.view.rendering.encode import CODECS, shrunk
 from contarm_sim.view.rendering.film import Progress
 from contarm_sim.view.rendering.formats import SIZES, SMALL, USUAL, usual_fps
 from contarm_sim.view.rendering.look import Look
-from contarm_sim.view.rendering.video import WRITERS, Shot
+from contarm_sim.view.rendering.video import WRITERS, Filmed, Shot
 
 LARGEST = 2_500_000
 """Most bytes of a film that a notebook is given: it keeps them, in text half as long again."""
@@ -120,17 +120,35 @@ def film(
         raise InputError("size", (width, height), f"at least {SMALLEST} pixels a side; plain=True is for smaller ones")
     if target is not None:
         check_writable(target)
+    return filmed(shot, suffix, (width, height), shot.count / rate, target, on_frame)
+
+
+def filmed(
+    shot: Filmed, suffix: str, size: tuple[int, int], seconds: float, target: Path | None, on_frame: Progress | None
+) -> Film:
+    """Make a film, and write it to a file if there is one.
+
+    Args:
+        shot: its frames.
+        suffix: what it is written as, such as .mp4.
+        size: of a frame [pixels].
+        seconds: that it takes.
+        target: the file, or None.
+        on_frame: called with each frame.
+
+    Raises:
+        InputError: the file cannot be written to.
+    """
     with TemporaryDirectory() as folder:
         made = Path(folder) / f"film{suffix}"
         WRITERS[suffix](shot, made, told(on_frame))
-        seconds = shot.count / rate
         if target is not None:
             try:
                 with appearing(target) as scratch:
                     shutil.copyfile(made, scratch)
             except OSError as error:
                 raise not_written(target, error) from error
-        return Film(made.read_bytes(), suffix, (width, height), seconds, target, shown_of(made, height, seconds))
+        return Film(made.read_bytes(), suffix, size, seconds, target, shown_of(made, size[1], seconds))
 
 
 def shown_of(film: Path, height: int, seconds: float) -> tuple[str, bytes] | None:

@@ -13,25 +13,13 @@ from contarm_sim.identify.fitted import Fit
 from contarm_sim.inputs import as_path
 from contarm_sim.view.notebook.page import card, grid
 from contarm_sim.view.notebook.places import check_switches
-from contarm_sim.view.notebook.reports import Report
+from contarm_sim.view.notebook.reports import ToldReport
 from contarm_sim.view.prints import WIDTHS
 from contarm_sim.view.report.fits import words
 from contarm_sim.view.report.fits.page import figures_of, numbered, write_fit_report
 from contarm_sim.view.report.fits.summary import summary_of
 from contarm_sim.view.report.output import OutputFolder, check_output, to_json
 from contarm_sim.view.style import Sheet, drawn
-
-
-class FitReport(Report):
-    """The report of a fit."""
-
-    def __repr__(self) -> str:
-        where = "not written" if self.folder is None else self.folder
-        return f"Report({where}\n  {self.summary['in_words']})"
-
-    @property
-    def _title(self) -> str:
-        return str(self.summary["in_words"])
 
 
 def figure(fit: Fit, name: str, recording: int, width: Any, titles: bool) -> Sheet:
@@ -54,7 +42,7 @@ def figure(fit: Fit, name: str, recording: int, width: Any, titles: bool) -> She
     return drawn(found[stem], width, titles)
 
 
-def report(fit: Fit, folder: str | Path | None = None) -> FitReport:
+def report(fit: Fit, folder: str | Path | None = None) -> ToldReport:
     """Report a fit, see `Fit.report`.
 
     Raises:
@@ -71,7 +59,7 @@ def report(fit: Fit, folder: str | Path | None = None) -> FitReport:
             (opened.folder / "summary.json").write_text(to_json(summary) + "\n")
             write_fit_report(opened.folder, fit, summary)
             page = (opened.folder / "report.html").read_text(encoding="utf-8")
-    return FitReport(page, summary, None if target is None else opened.target)
+    return ToldReport(page, summary, None if target is None else opened.target)
 
 
 def html(fit: Fit) -> str:

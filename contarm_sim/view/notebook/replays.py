@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 from contarm_sim.errors import InputError
-from contarm_sim.files import appearing
 from contarm_sim.identify.replays.replay import Replay
 from contarm_sim.inputs import as_path
-from contarm_sim.view.notebook.films import Film, shown_of, size_of, target_of
-from contarm_sim.view.notebook.places import check_progress, check_switches, check_writable, not_written, told
-from contarm_sim.view.notebook.reports import Report
+from contarm_sim.view.notebook.films import Film, filmed, size_of, target_of
+from contarm_sim.view.notebook.places import check_progress, check_switches, check_writable, told
+from contarm_sim.view.notebook.reports import ToldReport
 from contarm_sim.view.prints import WIDTHS
 from contarm_sim.view.rendering.film import Progress
 from contarm_sim.view.rendering.formats import SIZES, SMALL, USUAL
@@ -24,18 +22,6 @@ from contarm_sim.view.report.output import OutputFolder, check_output, to_json
 from contarm_sim.view.report.replays import words
 from contarm_sim.view.report.replays.report import ReplayReport
 from contarm_sim.view.style import Sheet, drawn, save
-
-
-class ReplayPage(Report):
-    """The report of a replay."""
-
-    def __repr__(self) -> str:
-        where = "not written" if self.folder is None else self.folder
-        return f"Report({where}\n  {self.summary['in_words']})"
-
-    @property
-    def _title(self) -> str:
-        return str(self.summary["in_words"])
 
 
 def figure(replay: Replay, name: str, width: Any, titles: bool) -> Sheet:
@@ -68,19 +54,10 @@ def film(replay: Replay, path: str | Path | None = None, *, camera: str = "front
     shot = ReplayShot(replay, look, frames).checked()
     if target is not None:
         check_writable(target)
-    with TemporaryDirectory() as folder:
-        made, seconds = Path(folder) / f"film{suffix}", shot.count / shot.fps
-        WRITERS[suffix](shot, made, told(on_frame))
-        if target is not None:
-            try:
-                with appearing(target) as scratch:
-                    shutil.copyfile(made, scratch)
-            except OSError as error:
-                raise not_written(target, error) from error
-        return Film(made.read_bytes(), suffix, (width, height), seconds, target, shown_of(made, height, seconds))
+    return filmed(shot, suffix, (width, height), shot.count / shot.fps, target, on_frame)
 
 
-def report(replay: Replay, folder: str | Path | None = None, *, film: bool = False) -> ReplayPage:
+def report(replay: Replay, folder: str | Path | None = None, *, film: bool = False) -> ToldReport:
     """Report a replay, see `Replay.report`.
 
     Raises:
@@ -101,4 +78,4 @@ def report(replay: Replay, folder: str | Path | None = None, *, film: bool = Fal
         (opened.folder / "summary.json").write_text(to_json(summary) + "\n")
         job.write_page(opened.folder, summary)
         page = (opened.folder / "report.html").read_text(encoding="utf-8")
-    return ReplayPage(page, summary, None if target is None else opened.target)
+    return ToldReport(page, summary, None if target is None else opened.target)

@@ -74,6 +74,18 @@ class Report:
         return f'{frame} style="width:100%;height:{HEIGHT}px;border:1px solid rgba(128,128,128,.4)"></iframe>'
 
 
+class ToldReport(Report):
+    """A report whose summary says in words what it comes to."""
+
+    def __repr__(self) -> str:
+        where = "not written" if self.folder is None else self.folder
+        return f"Report({where}\n  {self.summary['in_words']})"
+
+    @property
+    def _title(self) -> str:
+        return str(self.summary["in_words"])
+
+
 def report(
     samples: Trajectory, folder: str | Path | None = None, *, name: str = "motion", film: bool = False,
     controller: str | Controller | None = None, on_frame: Progress | None = None,

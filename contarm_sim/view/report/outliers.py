@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from contarm_sim.identify.differences import root_mean_square
 from contarm_sim.kinematics.arrays import Array
 
 BEYOND = 6.0
@@ -29,15 +30,12 @@ def outliers(sizes: Array) -> NDArray[np.bool_]:
 
 def without(sizes: Array) -> float:
     """Return the root mean square of errors without outliers; NaN of none."""
-    known = sizes[np.isfinite(sizes) & ~outliers(sizes)]
-    return float(np.sqrt((known**2).mean())) if len(known) else float("nan")
+    return root_mean_square(sizes[~outliers(sizes)])
 
 
 def swaying(sizes: Array) -> int:
     """Return how many outliers there are, if they make the root mean square much larger than it is without them."""
-    known = sizes[np.isfinite(sizes)]
-    whole = float(np.sqrt((known**2).mean())) if len(known) else 0.0
-    return int(outliers(known).sum()) if whole > SWAYED * without(known) else 0
+    return int(outliers(sizes).sum()) if root_mean_square(sizes) > SWAYED * without(sizes) else 0
 
 
 def reach(sizes: Array) -> tuple[float, int]:

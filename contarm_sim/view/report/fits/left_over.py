@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from contarm_sim.identify.differences import root_mean_square
 from contarm_sim.identify.fitted import Fit, Left
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.view.report.outliers import BEYOND, outliers
@@ -65,13 +66,12 @@ def distances(left: Left) -> Array:
 
 def rms(left: Left, rows: Rows, marker: int | None = None) -> Rms | None:
     """Return the sizes of the errors of some samples, of one marker or of all; None where nothing was seen."""
-    own = distances(left)[rows] if marker is None else distances(left)[rows, marker]
-    known = own[np.isfinite(own)]
-    if not len(known):
+    found = left.differences(rows, marker)
+    if not found.count:
         return None
-    sizes = left.rms(rows, marker), left.rms(rows, marker, centred=True)
-    seen = np.isfinite(own).reshape(len(own), -1).any(axis=1)
-    return Rms(int(seen.sum()), *sizes, float(np.median(known)), float(np.percentile(known, 95)))
+    known = np.isfinite(distances(left)[rows])
+    seen = (known if marker is None else known[:, [marker]]).any(axis=1)
+    return Rms(int(seen.sum()), found.rms, found.centred_rms, found.median, found.percentile_95)
 
 
 def pooled(fit: Fit, name: str) -> Array:
@@ -83,8 +83,7 @@ def pooled(fit: Fit, name: str) -> Array:
 
 def together(fit: Fit, name: str) -> float:
     """Return the rms [m] of what was fitted, or held out, of all recordings; NaN where there is none."""
-    found = pooled(fit, name)
-    return float(np.sqrt((found**2).mean())) if len(found) else float("nan")
+    return root_mean_square(pooled(fit, name))
 
 
 def cleaned(left: Left) -> Left:

@@ -19,6 +19,7 @@ from contarm_sim.view.report.fits.matrices import draw_correlation, draw_singula
 from contarm_sim.view.report.fits.over_time import draw_over_time, draw_paths
 from contarm_sim.view.report.fits.parameters import draw_parameters
 from contarm_sim.view.report.fits.spread import draw_by_command, draw_distribution, draw_history, draw_starts
+from contarm_sim.view.report.fits.standings import standings
 from contarm_sim.view.report.pictures import figure, unshown
 from contarm_sim.view.style import Draw, Sheet, save
 
@@ -118,7 +119,7 @@ def write_fit_report(folder: Path, fit: Fit, summary: dict[str, Any], prints: Pr
         title=f"contarm fit: {', '.join(left.recording.name for left in fit.left)}",
         headline=words.headline(fit),
         lead=words.lead(fit),
-        standings=words.standings(fit),
+        standings=standings(fit),
         remarks=words.remarks(fit),
         parameter_columns=words.parameter_columns(fit),
         parameters=words.rows_of(fit),

@@ -13,7 +13,8 @@ from contarm_sim.view.colours import BLUE, GREEN, NOTE, ORANGE, PURPLE
 from contarm_sim.view.report.fits.bars import LOOKS
 from contarm_sim.view.report.fits.left_over import Hysteresis, distances, driven, hysteresis, parts, repeatability, rms
 from contarm_sim.view.report.fits.over_time import COLOURS, MARKS
-from contarm_sim.view.report.fits.words import AGREE, millimetres
+from contarm_sim.view.report.fits.standings import AGREE
+from contarm_sim.view.report.fits.words import millimetres
 from contarm_sim.view.report.outliers import reach, told
 from contarm_sim.view.report.sweeps.ticks import name_numbers
 from contarm_sim.view.style import Sheet

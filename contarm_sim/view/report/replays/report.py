@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from contarm_sim.errors import EncodingError
+from contarm_sim.identify.differences import root_mean_square
 from contarm_sim.identify.prediction.swings import Swing
-from contarm_sim.identify.replays.differences import root_mean_square
 from contarm_sim.identify.replays.replay import Replay
 from contarm_sim.model.arm_file import arm_to_toml
 from contarm_sim.results.document import document

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from contarm_sim.identify.differences import Differences
 from contarm_sim.identify.replays.bands import INSIDE, Bands
-from contarm_sim.identify.replays.differences import Differences
 from contarm_sim.identify.replays.replay import Replay
 from contarm_sim.view.report.headline import Standing, near
 from contarm_sim.view.report.outliers import outliers, swaying, told, without
