@@ -16,11 +16,12 @@ from dataclasses import dataclass
 import mujoco
 
 from contarm_sim.mjcf import names
+from contarm_sim.mjcf.contact import add_collision, add_collision_default
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.section import Section
 
 AXES = {"x": [1.0, 0.0, 0.0], "y": [0.0, 1.0, 0.0], "z": [0.0, 0.0, 1.0]}
-VISUAL, COLLISION = "visual", "collision"
+VISUAL = "visual"
 
 HARD = [0.9999, 0.9999]
 """Impedance of dry friction, the most that the engine takes."""
@@ -53,10 +54,7 @@ def add_defaults(spec: mujoco.MjSpec, arm: Arm) -> None:
     visual = spec.add_default(VISUAL, spec.default)
     visual.geom.contype = visual.geom.conaffinity = 0
     visual.geom.group = 2
-    collision = spec.add_default(COLLISION, spec.default)
-    collision.geom.contype, collision.geom.conaffinity = 1, 0  # meets the world, never its own links
-    collision.geom.group = 3
-    collision.geom.rgba = [0.5, 0.5, 0.5, 0.3]
+    add_collision_default(spec)
 
 
 def _joint_class(arm: Arm, section: int, axis: str) -> str:
@@ -135,6 +133,11 @@ class Link:
         """Radius of its disk or plate [m]."""
         return max(self.arm.disk_radii[number] for number in self.sections)
 
+    @property
+    def contact_radius(self) -> float:
+        """Radius of what touches [m]."""
+        return self.disk_radius
+
 
 def links(arm: Arm) -> list[Link]:
     """Return the links at the stations, from base to tip."""
@@ -194,7 +197,7 @@ def _add_payload(spec: mujoco.MjSpec, tip: mujoco.MjsBody, arm: Arm) -> None:
 
 
 def _add_visuals(spec: mujoco.MjSpec, body: mujoco.MjsBody, link: Link) -> None:
-    """Draw a link about its disk or plate, and give it a collision cylinder."""
+    """Draw a link about its disk or plate, and give it the geom that touches."""
     arm, low, high = link.arm, -link.half(link.below), link.half(link.above)
     number = link.sections[-1]
     h, radius, guide = arm.sections[number].link_pitch, link.disk_radius, arm.sections[number].guide_height
@@ -219,7 +222,4 @@ def _add_visuals(spec: mujoco.MjSpec, body: mujoco.MjsBody, link: Link) -> None:
             visual, name=f"{body.name}_guide", type=mujoco.mjtGeom.mjGEOM_CYLINDER, pos=[0, 0, guide],
             size=[radius, 0.5 * min(0.0022, 0.2 * h), 0], material="disk",
         )  # fmt: skip
-    body.add_geom(
-        spec.find_default(COLLISION), name=f"{body.name}_collision", type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-        pos=[0, 0, middle], size=[radius, half, 0],
-    )  # fmt: skip
+    add_collision(spec, body, link)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import mujoco
 
 from contarm_sim.mjcf.backbone import add_backbone, add_defaults
+from contarm_sim.mjcf.contact import make_touchable
 from contarm_sim.mjcf.muscles import ACTUATORS, Actuation, add_muscles, add_sensors, straight_controls
+from contarm_sim.mjcf.objects import add_objects, place_objects
 from contarm_sim.mjcf.scene import add_scene, base_quaternion, world_gravity
 from contarm_sim.mjcf.stability import longest_step
 from contarm_sim.model.arm import Arm
@@ -88,10 +90,14 @@ def arm_spec(arm: Arm, actuation: Actuation = "lengths", timestep: float | None 
     alone.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     alone.option.gravity = arm.gravity
     alone.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT  # nothing is there to touch
+    joints = len(alone.joints)
+    if arm.world.touchable:
+        add_objects(alone, arm)
+        make_touchable(alone, arm)
     each = straight_controls(arm, actuation)
     straight = each * (len(alone.actuators) // len(each)) if each else []
     state = straight if actuation != "none" and ACTUATORS[actuation].states else []
-    alone.add_key(name="straight", qpos=[0.0] * len(alone.joints), ctrl=straight, act=state)
+    alone.add_key(name="straight", qpos=[0.0] * joints + _free(arm), ctrl=straight, act=state)
     alone.stat.extent = 1.2 * arm.length
     alone.stat.center = [0.0, 0.0, 0.5 * arm.length]
     return alone
@@ -115,4 +121,10 @@ def scene_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
     base = scene.body("base")
     base.pos = add_scene(scene, arm)
     base.quat = base_quaternion(arm)
+    place_objects(scene, arm, base.pos, base.quat)
     return scene
+
+
+def _free(arm: Arm) -> list[float]:
+    """Return positions and orientations of the free objects, as the engine has them after the arm's joint angles."""
+    return [x for each in arm.world.objects if each.free for x in (*each.position, *each.quaternion)]

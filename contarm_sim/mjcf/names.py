@@ -16,6 +16,7 @@ from contarm_sim.model.muscle_group import MuscleGroup
 BASE, TIP, PAYLOAD = "base", "tip", "payload"
 TIP_POSITION, TIP_ORIENTATION = "tip_position", "tip_orientation"
 LENGTH, VELOCITY, FORCE = "length", "velocity", "force"
+TOUCH, DEPTH = "touch", "depth"
 
 
 @dataclass(frozen=True)
@@ -91,3 +92,13 @@ def sensor(muscle: str, quantity: str) -> str:
 def angle_sensor(joint: str) -> str:
     """Return the name of the sensor of a joint's angle."""
     return f"{joint}_angle"
+
+
+def partners(arm: Arm) -> list[str]:
+    """Return the bodies that the arm can touch: its world's objects, and `BASE` where it can touch itself."""
+    return [*(each.name for each in arm.world.objects), *([BASE] if arm.world.self_contact else [])]
+
+
+def touch_sensor(station: str, partner: str, felt: str) -> str:
+    """Return the name of the sensor of `TOUCH` or `DEPTH` of a station's body and what it touches."""
+    return f"{station}_{felt}_{partner}"

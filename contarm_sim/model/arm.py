@@ -19,6 +19,7 @@ from contarm_sim.model.flat import FlatArm
 from contarm_sim.model.law import MuscleLaw
 from contarm_sim.model.mckibben import McKibben
 from contarm_sim.model.muscle_group import MuscleGroup
+from contarm_sim.model.objects import Object
 from contarm_sim.model.parameters import Quaternion, Vector
 from contarm_sim.model.routing import Path, Routing, coinciding
 from contarm_sim.model.said import said
@@ -86,6 +87,7 @@ class Arm(FlatArm, Shown):
         gravity: InitVar[Vector] = OMITTED
         base_orientation: InitVar[Quaternion | None] = OMITTED
         payload: InitVar[float] = OMITTED
+        objects: InitVar[tuple[Object, ...]] = OMITTED
 
     def __init__(
         self,
@@ -110,6 +112,7 @@ class Arm(FlatArm, Shown):
         gravity: Vector = OMITTED,
         base_orientation: Quaternion | None = OMITTED,
         payload: float = OMITTED,
+        objects: tuple[Object, ...] = OMITTED,
     ) -> None:
         of_section = _given(
             length=length, links=links, mass=mass, bending_stiffness=bending_stiffness,
@@ -117,7 +120,7 @@ class Arm(FlatArm, Shown):
             friction_moment=friction_moment, friction_stiffness=friction_stiffness, section_radius=section_radius,
         )  # fmt: skip
         of_routing = _given(radius=muscle_radius, path=path)
-        of_world = _given(gravity=gravity, base_orientation=base_orientation, payload=payload)
+        of_world = _given(gravity=gravity, base_orientation=base_orientation, payload=payload, objects=objects)
         parts = _tuple("sections", sections, Section, 1 if sections is OMITTED else None)
         lines = _tuple("routings", routings, Routing, len(parts))
         pulls = _tuple("laws", laws, MuscleLaw, len(parts))
@@ -206,6 +209,11 @@ class Arm(FlatArm, Shown):
         return self.in_world(replace(self.world, gravity=(0.0, 0.0, 0.0), payload=0.0))
 
     @property
+    def alone(self) -> Arm:
+        """The same arm without anything that it can touch."""
+        return self.in_world(self.world.alone) if self.world.touchable else self
+
+    @property
     def without_memory(self) -> Arm:
         """The same arm without friction in its backbone and along its tendons: poses without what came before."""
         backbone = any(section.friction_moment is not None for section in self.sections)
@@ -238,6 +246,19 @@ class Arm(FlatArm, Shown):
             if given is not None:
                 allowed = f"omitted: {what} without friction along tendons; slow poses of recordings know it"
                 raise InputError("muscle.friction_coefficient", given, allowed, self._said_of(number))
+
+    def refuse_objects(self, what: str) -> None:
+        """Refuse objects and self-contact, where they would be left out without a word.
+
+        Args:
+            what: would leave them out.
+
+        Raises:
+            InputError: says so.
+        """
+        if self.world.touchable:
+            given = f"{len(self.world.objects)} of them" if self.world.objects else "self_contact"
+            raise InputError("objects", given, f"none: {what} without anything that the arm can touch")
 
     @cached_property
     def groups(self) -> tuple[MuscleGroup, ...]:

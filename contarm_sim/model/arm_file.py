@@ -23,15 +23,20 @@ from contarm_sim.model.muscle_table import (
     refuse_unknown,
     routing_to_table,
 )
+from contarm_sim.model.object_tables import OBJECT_UNITS, objects_from_tables, objects_to_tables
+from contarm_sim.model.objects import said_of_object
 from contarm_sim.model.section_tables import PLACED, SECTION, said_of, sections_from_tables, sections_to_tables
 from contarm_sim.model.units import quantity, slip
-from contarm_sim.model.world import World
+from contarm_sim.model.world import WORLD_PARAMETERS, World
 
 MOST_BYTES = 2**20
 """Largest TOML file that is read [bytes]."""
 
-WORLD = [item.name for item in fields(World)]
+WORLD = list(WORLD_PARAMETERS)
 """Keys of the world, which stand at the top of every file."""
+
+TOUCHED = ("object", "self_contact")
+"""Keys that say what the arm can touch."""
 
 
 def arm_from_dict(values: dict[str, Any], where: str | None = None, base: Arm | None = None) -> Arm:
@@ -46,17 +51,25 @@ def arm_from_dict(values: dict[str, Any], where: str | None = None, base: Arm | 
             for an arm of several.
     """
     try:
-        if "section" in values:
-            return _of_sections(values, base)
-        return _of_one(values, base or Arm())
+        rest = {name: value for name, value in values.items() if name not in TOUCHED}
+        arm = _of_sections(rest, base) if "section" in values else _of_one(rest, base or Arm())
+        return _touching(arm, values, Path(where).parent if where else None)
     except InputError as error:
         raise _within(error, where) from None
+
+
+def _touching(arm: Arm, values: dict[str, Any], folder: Path | None) -> Arm:
+    """Return an arm that can touch what the values say."""
+    given: dict[str, Any] = {name: values[name] for name in TOUCHED if name in values}
+    if "object" in given:
+        given["objects"] = objects_from_tables(given.pop("object"), folder)
+    return arm.in_world(replace(arm.world, **given)) if given else arm
 
 
 def _of_one(values: dict[str, Any], base: Arm) -> Arm:
     values = dict(values)
     muscle = values.pop("muscle", {})
-    refuse_unknown(values, [*PARAMETERS, "muscle", "section"], "")
+    refuse_unknown(values, [*PARAMETERS, "muscle", "section", *TOUCHED], "")
     if len(base.sections) > 1 and isinstance(muscle, dict):
         for name, value in muscle.items():
             count = len(base.sections)
@@ -76,7 +89,7 @@ def _of_sections(values: dict[str, Any], base: Arm | None) -> Arm:
         if name in SECTION or name in PLACED:
             allowed = "in each [[section]]; what sections share is in [muscle]"
             raise InputError(f"key {name!r}", "outside of the sections", allowed)
-    refuse_unknown(values, [*WORLD, "muscle", "section"], "")
+    refuse_unknown(values, [*WORLD, "muscle", "section", *TOUCHED], "")
     world = replace(base.world if base else World(), **{name: values[name] for name in WORLD if name in values})
     shared = values.get("muscle", {})
     try:
@@ -116,10 +129,13 @@ def units() -> dict[str, str]:
 
 def arm_to_dict(arm: Arm) -> dict[str, Any]:
     """Return the parameters of an arm as plain values, see `arm_from_dict`; omitted options are left out."""
+    touched: dict[str, Any] = {"self_contact": True} if arm.world.self_contact else {}
+    objects = {"object": objects_to_tables(arm.world.objects)} if arm.world.objects else {}
     if len(arm.sections) > 1:
-        return plain({name: getattr(arm.world, name) for name in WORLD}) | sections_to_tables(arm)
+        world = plain({name: getattr(arm.world, name) for name in WORLD})
+        return world | touched | sections_to_tables(arm) | objects
     muscle = law_to_table(arm.laws[0]) | routing_to_table(arm.routing)
-    return plain({name: getattr(arm, name) for name in PARAMETERS}) | {"muscle": muscle}
+    return plain({name: getattr(arm, name) for name in PARAMETERS}) | touched | {"muscle": muscle} | objects
 
 
 def load_arm(path: str | Path) -> Arm:
@@ -158,6 +174,8 @@ def _in_si(values: dict[str, Any], known: dict[str, str], prefix: str = "") -> d
             return _in_si(value, known, f"{name}.")
         if name == "section" and not prefix and isinstance(value, list):
             return [_section_in_si(number, table, known) for number, table in enumerate(value)]
+        if name == "object" and not prefix and isinstance(value, list):
+            return [_object_in_si(number, table) for number, table in enumerate(value)]
         if isinstance(value, list) and any(isinstance(x, str) for x in value):
             return [one(name, x) if isinstance(x, str) else x for x in value]
         unit = known.get(prefix + name, "-")
@@ -177,6 +195,16 @@ def _section_in_si(number: int, table: Any, known: dict[str, str]) -> Any:
     beside = {name.removeprefix("muscle."): unit for name, unit in known.items()}
     with said_of(number):
         return _in_si(table, {**beside, **known})
+
+
+def _object_in_si(number: int, table: Any) -> Any:
+    """Return a table [[object]] in SI units."""
+    if not isinstance(table, dict):
+        return table
+    try:
+        return _in_si(table, OBJECT_UNITS, "")
+    except InputError as error:
+        raise error.located(said_of_object(table.get("name", number + 1))) from None
 
 
 def arm_to_toml(arm: Arm) -> str:

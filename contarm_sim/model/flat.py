@@ -18,7 +18,7 @@ from contarm_sim.model.parameters import Quaternion, Vector
 from contarm_sim.model.pneumatic_law import PneumaticLaw, as_pneumatic
 from contarm_sim.model.routing import Path, Routing
 from contarm_sim.model.section import Section
-from contarm_sim.model.world import World
+from contarm_sim.model.world import WORLD_PARAMETERS, World
 
 Value = TypeVar("Value")
 
@@ -30,7 +30,7 @@ def _named(kind: type) -> dict[str, Field[Any]]:
 def _parameters() -> dict[str, Field[Any]]:
     section, routing = _named(Section), _named(Routing)
     radius = section.pop("section_radius")
-    return {**section, "muscle_radius": routing["radius"], "section_radius": radius, **_named(World)}
+    return {**section, "muscle_radius": routing["radius"], "section_radius": radius, **WORLD_PARAMETERS}
 
 
 PARAMETERS: dict[str, Field[Any]] = _parameters()

@@ -22,7 +22,7 @@ from contarm_sim.model.muscle_table import rerouted
 from contarm_sim.model.routing import Routing
 from contarm_sim.model.section import Section
 from contarm_sim.model.section_tables import said_of
-from contarm_sim.model.world import World
+from contarm_sim.model.world import WORLD_PARAMETERS
 
 _ROUTED = {"muscle_radius": "radius", "muscle.path": "path", "muscle.count": "count", "muscle.offset": "offset"}
 """Names of where muscles run, and the fields of `Routing` that they are."""
@@ -97,8 +97,8 @@ def named_parameters(arm: Arm) -> dict[str, Named]:
 
 def _world() -> dict[str, Named]:
     found = {}
-    for item in fields(World):
-        unit = item.metadata.get("unit", "-")
+    for item in WORLD_PARAMETERS.values():
+        unit = item.metadata["unit"]
         found[item.name] = Named(item.name, unit, "world", (), item.name)
         if item.name == "gravity":
             for place, axis in enumerate(_AXES):

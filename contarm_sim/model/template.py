@@ -13,7 +13,7 @@ from contarm_sim.model.laws import LAWS
 from contarm_sim.model.routing import Routing
 from contarm_sim.model.section import Section
 from contarm_sim.model.section_tables import PLACED
-from contarm_sim.model.world import World
+from contarm_sim.model.world import WORLD_PARAMETERS
 
 _HEAD = [
     '# An arm for contarm_sim. Numbers are in SI units; with another unit write a text: length = "370 mm".',
@@ -40,16 +40,30 @@ def arm_template(arm: Arm) -> str:
     """Return the arm as TOML text to be edited, which `load_arm` reads back to an equal arm."""
     values = arm_to_dict(arm)
     muscle, sections = values.pop("muscle"), values.pop("section", None)
+    objects = values.pop("object", [])
+    touched = [*_short({name: values.pop(name) for name in ("self_contact",) if name in values})]
     if sections is None:
-        lines = [*_HEAD, *_entries(PARAMETERS, values), "", "[muscle]", *_muscle(arm.laws[0], muscle)]
-        return "\n".join(lines) + "\n"
-    world = {item.name: item for item in fields(World)}
-    lines = [*_HEAD, *_SEVERAL, *_entries(world, values), "", "[muscle]", *_muscle(arm.laws[0], muscle)]
+        lines = [*_HEAD, *_entries(PARAMETERS, values), *touched, "", "[muscle]", *_muscle(arm.laws[0], muscle)]
+        return "\n".join([*lines, *_objects(objects)]) + "\n"
+    lines = [
+        *_HEAD,
+        *_SEVERAL,
+        *_entries(WORLD_PARAMETERS, values),
+        *touched,
+        "",
+        "[muscle]",
+        *_muscle(arm.laws[0], muscle),
+    ]
     for number, table in enumerate(sections):
         lines += ["", "[[section]]", *(_section(table) if number == 0 else _short(table))]
         if "muscle" in table:
             lines += ["", "[section.muscle]", *_short(table["muscle"])]
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, *_objects(objects)]) + "\n"
+
+
+def _objects(tables: list[dict[str, Any]]) -> list[str]:
+    """Return the lines of what the arm can touch."""
+    return [line for table in tables for line in ("", "[[object]]", *_short(table))]
 
 
 def _muscle(law: MuscleLaw, table: dict[str, Any]) -> list[str]:

@@ -1,21 +1,26 @@
-"""What an arm stands in: gravity, which way its base is turned, and what its tip carries."""
+"""What an arm stands in: gravity, which way its base is turned, what its tip carries, and what it can touch."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 
 from contarm_sim.brevity import Told
-from contarm_sim.errors import InputError
+from contarm_sim.errors import InputError, expect
+from contarm_sim.model.objects import Object, check_objects
 from contarm_sim.model.parameters import Quaternion, Vector, check_numbers, check_vector, number
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class World(Told):
-    """Gravity, base and payload. SI units, vectors in the base frame, checked at construction.
+    """Gravity, base, payload and objects. SI units, vectors in the base frame, checked at construction.
+
+    Attributes:
+        objects: what the arm can touch.
+        self_contact: whether the arm's links touch one another.
 
     Raises:
-        InputError: not finite numbers, or a quaternion of zeros.
+        InputError: not finite numbers, a quaternion of zeros, or objects that do not go together.
     """
 
     gravity: Vector = field(
@@ -30,9 +35,13 @@ class World(Told):
         },
     )
     payload: float = number(0.0, "kg", "point mass at the tip", least=0)
+    objects: tuple[Object, ...] = ()
+    self_contact: bool = False
 
     def __post_init__(self) -> None:
         check_numbers(self)
+        object.__setattr__(self, "objects", check_objects(self.objects))
+        expect("self_contact", self.self_contact, bool)
         check_vector(self, "gravity", 3)
         if self.base_orientation is not None:
             check_vector(self, "base_orientation", 4)
@@ -40,6 +49,16 @@ class World(Told):
             if norm == 0:
                 raise InputError("base_orientation", self.base_orientation, "a quaternion w x y z, not zero")
             object.__setattr__(self, "base_orientation", tuple(x / norm for x in self.base_orientation))
+
+    @property
+    def touchable(self) -> bool:
+        """Whether there is anything that the arm can touch."""
+        return bool(self.objects) or self.self_contact
+
+    @property
+    def alone(self) -> World:
+        """The same world without anything that the arm can touch."""
+        return replace(self, objects=(), self_contact=False) if self.touchable else self
 
     @property
     def gravity_strength(self) -> float:
@@ -72,3 +91,7 @@ class World(Told):
     def bend_inertia(self, mass: float, length: float) -> float:
         """Return the inertia of a uniform bend [kg m^2], whose tip moves by half a length a radian."""
         return (mass / 20 + self.payload / 4) * length**2
+
+
+WORLD_PARAMETERS = {item.name: item for item in fields(World) if "unit" in item.metadata}
+"""Declarations of the parameters of a world that are numbers, by name."""

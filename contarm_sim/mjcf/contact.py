@@ -1,0 +1,103 @@
+"""How the arm touches: the shape of its links, what contact is like, and the sensors that feel it.
+
+The links are capsules about the backbone, which together are a smooth tube; the tip's plate is a cylinder. Where there
+is nothing to touch, contact is switched off and costs nothing.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import mujoco
+
+from contarm_sim.mjcf import names
+from contarm_sim.model.arm import Arm
+
+if TYPE_CHECKING:
+    from contarm_sim.mjcf.backbone import Link
+
+COLLISION = "collision"
+
+LINKS, ITSELF = 1, 2
+"""Bits of contype and conaffinity: what touches links, and links that touch one another."""
+
+SOLREF = (0.01, 1.0)
+SOLIMP = (0.95, 0.99, 0.0005, 0.5, 2.0)
+"""Contact of the arm: time constant [s] and damping ratio; impedance."""
+
+CONDIM = 3
+"""Contacts press and rub; they resist no twist about their normal."""
+
+_DATA = mujoco.mjtConDataField
+_NET = 3
+_NEAREST = 1
+_FELT = {
+    names.TOUCH: (_NET, (_DATA.mjCONDATA_FOUND, _DATA.mjCONDATA_FORCE, _DATA.mjCONDATA_POS)),
+    names.DEPTH: (_NEAREST, (_DATA.mjCONDATA_DIST, _DATA.mjCONDATA_NORMAL)),
+}
+"""Sensors of each link and object: how their contacts are reduced to one, and what is read of it."""
+
+
+def add_collision_default(spec: mujoco.MjSpec) -> None:
+    """Add the defaults class of the geoms that touch."""
+    collision = spec.add_default(COLLISION, spec.default)
+    collision.geom.contype, collision.geom.conaffinity = LINKS, 0  # meets the world, never its own links
+    collision.geom.group = 3
+    collision.geom.rgba = [0.5, 0.5, 0.5, 0.3]
+
+
+def add_collision(spec: mujoco.MjSpec, body: mujoco.MjsBody, link: Link) -> None:
+    """Give a link the geom that touches: a capsule about the backbone, or a cylinder at the arm's ends."""
+    low, high = -link.half(link.below), link.half(link.above)
+    end = link.below is None or link.above is None
+    kind = mujoco.mjtGeom
+    body.add_geom(
+        spec.find_default(COLLISION), name=f"{body.name}_collision",
+        type=kind.mjGEOM_CYLINDER if end else kind.mjGEOM_CAPSULE,
+        pos=[0, 0, 0.5 * (low + high)], size=[link.contact_radius, 0.5 * (high - low), 0],
+    )  # fmt: skip
+
+
+def make_touchable(spec: mujoco.MjSpec, arm: Arm) -> None:
+    """Switch contact on in the spec of an arm that is in it under its plain names, objects too."""
+    option = spec.option
+    option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    for body in names.stations(arm):
+        geom = spec.geom(f"{body}_collision")
+        soften(geom)
+        if arm.world.self_contact:
+            geom.contype, geom.conaffinity = LINKS | ITSELF, ITSELF
+    if arm.world.self_contact:
+        _exclude_neighbours(spec, arm)
+    _add_sensors(spec, arm)
+
+
+def soften(geom: mujoco.MjsGeom) -> None:
+    """Give a geom the contact of the arm."""
+    geom.condim = CONDIM
+    geom.solref[:2] = SOLREF
+    geom.solimp[:5] = SOLIMP
+
+
+def _exclude_neighbours(spec: mujoco.MjSpec, arm: Arm) -> None:
+    """Leave out pairs of links whose tubes overlap however little the arm is bent."""
+    stations = names.stations(arm)
+    for place, name in enumerate(stations):
+        for other in stations[place + 1 : place + 5]:
+            spec.add_exclude(name=f"{name}_{other}", bodyname1=name, bodyname2=other)
+
+
+def _add_sensors(spec: mujoco.MjSpec, arm: Arm) -> None:
+    """Add sensors of what each link feels of each object, and of the arm itself."""
+    body, tree = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_XBODY
+    partners = names.partners(arm)
+    for felt, (reduce, fields) in _FELT.items():
+        bits = sum(1 << int(field) for field in fields)
+        for partner in partners:
+            for station in names.stations(arm):
+                spec.add_sensor(
+                    name=names.touch_sensor(station, partner, felt), type=mujoco.mjtSensor.mjSENS_CONTACT,
+                    objtype=body, objname=station, intprm=[bits, reduce, 1],
+                    reftype=tree if partner == names.BASE else body, refname=partner,
+                )  # fmt: skip
