@@ -71,6 +71,7 @@ def make_touchable(spec: mujoco.MjSpec, arm: Arm) -> None:
     if arm.world.self_contact:
         _exclude_neighbours(spec, arm)
     _add_sensors(spec, arm)
+    _add_pose_sensors(spec, arm)
 
 
 def soften(geom: mujoco.MjsGeom) -> None:
@@ -101,3 +102,14 @@ def _add_sensors(spec: mujoco.MjSpec, arm: Arm) -> None:
                     objtype=body, objname=station, intprm=[bits, reduce, 1],
                     reftype=tree if partner == names.BASE else body, refname=partner,
                 )  # fmt: skip
+
+
+def _add_pose_sensors(spec: mujoco.MjSpec, arm: Arm) -> None:
+    """Add sensors of where free objects are in the base frame."""
+    kind, of = mujoco.mjtSensor, mujoco.mjtObj
+    for name in names.free_objects(arm):
+        for quantity, what in ((names.POSITION, kind.mjSENS_FRAMEPOS), (names.ORIENTATION, kind.mjSENS_FRAMEQUAT)):
+            spec.add_sensor(
+                name=names.sensor(name, quantity), type=what, objtype=of.mjOBJ_XBODY, objname=name,
+                reftype=of.mjOBJ_SITE, refname=names.BASE,
+            )  # fmt: skip
