@@ -72,9 +72,10 @@ def ik(
     contarm ik --preset three --tip 0.2 0.1 0.4 --direction 1 0 0
     """
     from contarm_sim.cli.solutions import show, show_all, write
-    from contarm_sim.cli.terminal import say
+    from contarm_sim.cli.terminal import say, say_objects
     from contarm_sim.view.report.output import check_output, to_json
 
+    say_objects(arm)
     if (tip is None) == (file is None):
         raise InputError("input", "both --tip and --file" if tip else "neither --tip nor --file", "one of them")
     if tolerance is not None and not tolerance >= 0:

@@ -146,7 +146,9 @@ def _add_surroundings(spec: mujoco.MjSpec, arm: Arm) -> None:
     each = 1 / line_spacing(arm)
     floor = spec.add_material(name="floor", texuniform=True, texrepeat=[each, each], specular=0.0)
     floor.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "floor"
-    spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], material="floor")
+    spec.worldbody.add_geom(
+        name=_own(spec, "floor"), type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], material="floor"
+    )
 
 
 def _add_lights(spec: mujoco.MjSpec, centre: np.ndarray, length: float) -> None:
@@ -181,7 +183,7 @@ def _add_mount(spec: mujoco.MjSpec, arm: Arm, base: np.ndarray, along: np.ndarra
     else:
         _add_rod(spec, "column", 0.55 * radius, elbow, up, 1.5 * length)
     spec.worldbody.add_geom(
-        name="elbow", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.55 * radius, 0, 0], pos=elbow, material="mount",
+        name=_own(spec, "elbow"), type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.55 * radius, 0, 0], pos=elbow, material="mount",
         contype=0, conaffinity=0,
     )  # fmt: skip
 
@@ -193,7 +195,7 @@ def _add_rod(
     quat = np.zeros(4)
     mujoco.mju_quatZ2Vec(quat, direction)
     spec.worldbody.add_geom(
-        name=name, type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[radius, 0.5 * length, 0], quat=quat,
+        name=_own(spec, name), type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[radius, 0.5 * length, 0], quat=quat,
         pos=start + 0.5 * length * direction, material="mount", contype=0, conaffinity=0,
     )  # fmt: skip
 
@@ -210,3 +212,8 @@ def _add_camera(spec: mujoco.MjSpec, name: str, seen: np.ndarray, azimuth: float
     mujoco.mju_mat2Quat(quat, turn.T.ravel())
     spec.worldbody.add_camera(name=name, pos=pos, quat=quat, fovy=FOVY)
     return float(((pos - seen) @ turn[2]).max())
+
+
+def _own(spec: mujoco.MjSpec, name: str) -> str:
+    """Return a name for a geom of the scene, which an object may have taken."""
+    return name if spec.geom(name) is None else f"scene_{name}"

@@ -52,7 +52,8 @@ class Object(Told):
     name: str
     shape: Shape = field(metadata={"unit": "-", "help": f"one of {', '.join(SHAPES)}"})
     position: Vector = field(
-        default=(0.0, 0.0, 0.0), metadata={"unit": "m", "help": "of its middle; a plane runs through it"}
+        default=(0.0, 0.0, 0.0),
+        metadata={"unit": "m", "help": "of its middle; planes run through it, meshes have their files' origin there"},
     )
     axis: Vector | None = field(
         default=None,
@@ -140,6 +141,11 @@ class Object(Told):
     def free(self) -> bool:
         """Whether it moves."""
         return self.mass is not None
+
+    @property
+    def beside(self) -> str | None:
+        """The name of its mesh's file where that lies beside the arm's, or None."""
+        return None if self.file is None else f"{self.name}{Path(self.file).suffix.lower()}"
 
     @property
     def quaternion(self) -> Quaternion:
