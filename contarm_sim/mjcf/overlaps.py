@@ -56,14 +56,13 @@ def refuse_overlaps(arm: Arm, model: mujoco.MjModel, data: mujoco.MjData, when: 
     if one not in objects or (other in objects and objects[other].free and not objects[one].free):
         one, other = other, one
     deep = f"{1e3 * found[0].depth:.3g} mm deep in {_said(other, objects)} {when}"
-    deep += f", as one of {len(found)} overlaps" if len(found) > 1 else ""
+    deep += f" (the deepest of {len(found)} overlaps)" if len(found) > 1 else ""
     most = f"at most {1e3 * MOST:g} mm"
     if one not in objects:
         allowed = f"{most}: begin with other bends, or without self-contact"
         raise InputError("self_contact", f"on, with {_said(one, objects)} {deep}", allowed)
     place = ", ".join(f"{x:.6g}" for x in objects[one].position)
-    begin = "" if other in objects else ", or begin with other bends"
-    allowed = f"{most}: move it, make it smaller{begin}"
+    allowed = f"{most}: move it or make it smaller" + ("" if other in objects else ", or begin with other bends")
     raise InputError("position", f"({place}) m, which puts it {deep}", allowed, said_of_object(one))
 
 

@@ -183,8 +183,8 @@ def _add_mount(spec: mujoco.MjSpec, arm: Arm, base: np.ndarray, along: np.ndarra
     else:
         _add_rod(spec, "column", 0.55 * radius, elbow, up, 1.5 * length)
     spec.worldbody.add_geom(
-        name=_own(spec, "elbow"), type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.55 * radius, 0, 0], pos=elbow, material="mount",
-        contype=0, conaffinity=0,
+        name=_own(spec, "elbow"), type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.55 * radius, 0, 0], pos=elbow,
+        material="mount", contype=0, conaffinity=0,
     )  # fmt: skip
 
 

@@ -31,8 +31,8 @@ MEANINGS = {
 """What words of the pages mean."""
 
 OF_OBJECTS = {
-    "contact": "how far the tip is from where it would be without objects, by the same controller on the same path; the "
-    "other parts are those without objects."
+    "contact": "how far the tip is from where it would be without objects, by the same controller on the same path; "
+    "the other parts are those without objects."
 }
 """What more words mean where the arm can touch something."""
 
