@@ -215,5 +215,7 @@ def _add_camera(spec: mujoco.MjSpec, name: str, seen: np.ndarray, azimuth: float
 
 
 def _own(spec: mujoco.MjSpec, name: str) -> str:
-    """Return a name for a geom of the scene, which an object may have taken."""
-    return name if spec.geom(name) is None else f"scene_{name}"
+    """Return a name for a geom of the scene: another where an object has it."""
+    while spec.geom(name) is not None:
+        name = f"scene_{name}"
+    return name

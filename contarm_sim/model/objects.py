@@ -28,6 +28,9 @@ MEANING = {
     "file": "a mesh, .stl or .obj",
 }
 
+ITSELF = "itself"
+"""What an arm is called that touches itself."""
+
 MESHES = (".stl", ".obj")
 
 MAX_OBJECTS = 32
@@ -89,7 +92,9 @@ class Object(Told):
         if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,31}", self.name):
             allowed = "a letter, then letters, digits, _ or -, at most 32 in all"
             raise InputError("name", repr(self.name), allowed)
-        if self.shape not in SHAPES:
+        if self.name == ITSELF:
+            raise InputError("name", repr(self.name), "another: self-contact is called so")
+        if not isinstance(self.shape, str) or self.shape not in SHAPES:
             raise InputError("shape", repr(self.shape), ", ".join(SHAPES))
         check_numbers(self)
         check_vector(self, "position", 3)

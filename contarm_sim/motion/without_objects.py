@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
+
+import numpy as np
 
 from contarm_sim.control.base import Controller
 from contarm_sim.control.registry import controller as resolved
 from contarm_sim.errors import InputError, expect
 from contarm_sim.motion.simulate import simulate
 from contarm_sim.motion.time_step import Stepping
-from contarm_sim.results.trajectory import Trajectory
+from contarm_sim.results.trajectory import ARRAYS, Trajectory
 
 
 def without_objects(run: Trajectory, controller: Controller | None = None) -> Trajectory:
@@ -33,5 +36,10 @@ def without_objects(run: Trajectory, controller: Controller | None = None) -> Tr
     if run.status == "interrupted":
         raise InputError("run", "interrupted", "a motion that was simulated to its end")
     assert run.timestep is not None
-    alone, driven = run.arm.alone, controller or resolved(run.controller)
-    return simulate(alone, run.reference, driven, stepping=Stepping(run.timestep), check_step=False)
+    arm, driven = run.arm.alone, controller or resolved(run.controller)
+    alone = simulate(arm, run.reference, driven, stepping=Stepping(run.timestep), check_step=False)
+    first = int(run.contacts.sample[0])  # before, they differ by rounding
+    kept: dict[str, Any] = {
+        name: np.concatenate([getattr(run, name)[:first], getattr(alone, name)[first:]]) for name in ARRAYS
+    }
+    return replace(alone, **kept)

@@ -15,9 +15,8 @@ from contarm_sim.model.parameters import check_count
 from contarm_sim.motion.lag import moved_by_motion
 from contarm_sim.motion.without_objects import without_objects
 from contarm_sim.results.compare import Comparison, compare
-from contarm_sim.results.document import HIDDEN, INLINE, shown_if
+from contarm_sim.results.document import HIDDEN, INLINE
 from contarm_sim.results.summary import ErrorSummary, Spread, known_spread, spread, summarise
-from contarm_sim.results.touched import Touched, touched
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.checks import run_checks
 from contarm_sim.studies.explained import RodParts, explain
@@ -34,7 +33,6 @@ class JudgedRun(Shown):
         swing: times [s], shape (K,), and the tip's ways from its pose at rest [m], shape (K, 3); NaN where some pose
             has no rest.
         errors: the comparison in numbers.
-        touched: what the arm touched, object by object.
         motion: how far the arm is from its pose at rest; None where some commanded pose has no rest.
         rod: what an ideal rod explains of the shape.
         time_step: the engine's step, and its own error.
@@ -46,7 +44,6 @@ class JudgedRun(Shown):
     comparison: Comparison = field(metadata=HIDDEN)
     swing: tuple[Array, Array] = field(metadata=HIDDEN)
     errors: ErrorSummary = field(metadata=INLINE)
-    touched: tuple[Touched, ...] = field(metadata=shown_if(lambda judged: judged.arm.world.touchable))
     motion: Spread | None
     rod: RodParts = field(metadata=INLINE)
     time_step: TimeStep
@@ -62,8 +59,8 @@ class JudgedRun(Shown):
 def judge_run(run: Trajectory, poses: int = 100, controller: Controller | None = None) -> JudgedRun:
     """Hold a recorded motion against the closed forms and an ideal rod.
 
-    Of an arm that touched something, the motion is simulated again without objects: the difference is `contact`, and
-    the other parts, with what explains them, are of that motion.
+    Of an arm that touched something, the motion is simulated again without objects: the difference is
+    `contact_error`, and the other parts, with what explains them, are of that motion.
 
     Args:
         poses: at about as many samples, evenly picked, the rod and the poses at rest are found.
@@ -82,13 +79,12 @@ def judge_run(run: Trajectory, poses: int = 100, controller: Controller | None =
         swing = run.time[[0, -1]], np.full((2, 3), np.nan)
     errors, motion = summarise(run, comparison), known_spread(np.linalg.norm(swing[1], axis=-1), arm.length)
     rod, step = explain(free, without, poses).summary(arm), step_summary(run)
-    to_explain = replace(errors, tip_error=spread(without.tip_error, arm.length))  # how far contact moves it is said
+    to_explain = replace(errors, tip_error=spread(without.tip_error, arm.length))  # contact is known
     judged = verdict(run_checks(arm, to_explain, rod, motion, step))
     return JudgedRun(
         comparison=comparison,
         swing=swing,
         errors=errors,
-        touched=touched(run),
         motion=motion,
         rod=rod,
         time_step=step,

@@ -150,5 +150,5 @@ def constant_curvature(errors: ErrorSummary, rod: RodParts, motion: Spread | Non
         discretisation_percent=errors.discretisation.max_percent,
         sag_percent=None if rod.sag is None else rod.sag.max_percent,
         motion_percent=None if motion is None else motion.max_percent,
-        contact_percent=None if errors.contact is None else errors.contact.max_percent,
+        contact_percent=None if errors.contact_error is None else errors.contact_error.max_percent,
     )

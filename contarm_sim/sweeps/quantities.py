@@ -113,10 +113,10 @@ def _of_samples(motion: bool) -> Iterator[Quantity]:
         yield from _both("step_error_max", "largest distance that the time step moves the tip by, an estimate",
                          lambda told: told.step.max_m)  # fmt: skip
         yield from _both("contact_max", "largest way that what the arm touches moves the tip", _contact)
-        yield Quantity("contact_force_max", "N", "largest sum of contact forces with one object",
-                       lambda told: max((each.force_n for each in told.touched), default=0.0))  # fmt: skip
-        yield Quantity("contact_depth_max", "m", "deepest that a link and an object overlap",
-                       lambda told: max((each.depth_m for each in told.touched), default=0.0))  # fmt: skip
+        yield Quantity("contact_force_max", "N", "largest sum of the sizes of all contact forces of a moment",
+                       lambda told: float(told.samples.contacts.total(len(told.samples)).max()))  # fmt: skip
+        yield Quantity("contact_depth_max", "m", "how far a link and an object overlap at most",
+                       lambda told: float(told.samples.contacts.deepest(len(told.samples)).max()))  # fmt: skip
         yield Quantity("explained", "-", "whether the motion is explained, as contarm run has it",
                        attrgetter("explained"), "truth")  # fmt: skip
 

@@ -16,7 +16,6 @@ from contarm_sim.mechanics.pneumatics import pressure_for
 from contarm_sim.model.arm import Arm
 from contarm_sim.results.compare import Comparison, compare
 from contarm_sim.results.summary import Spread
-from contarm_sim.results.touched import Touched, touched
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.statics.equilibria import Equilibria
 from contarm_sim.studies.explained import RodParts, explain
@@ -66,11 +65,6 @@ class Followed(Told):
         if self.arm.world.touchable and self._judged is not None:
             return self._judged.comparison
         return compare(self.samples)
-
-    @cached_property
-    def touched(self) -> tuple[Touched, ...]:
-        """What the arm touched."""
-        return touched(self.samples)
 
     @cached_property
     def rod(self) -> RodParts:

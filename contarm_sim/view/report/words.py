@@ -15,7 +15,7 @@ _PARTS = {
     "sag": "    of which sag (ideal rod at rest)",
     "inertia": "    of which inertia, damping (ideal rod)",
     "unexplained": "    not explained (vs ideal rod in motion)",
-    "contact": "  contact: with objects vs without",
+    "contact_error": "  contact: with objects vs without",
     "motion": "motion: simulated tip vs at rest",
     "backbone_error": "largest along the backbone",
     "miss": "miss (target vs dome)",
@@ -151,35 +151,13 @@ def explanation(summary: dict[str, Any]) -> str:
         left = 1e3 * summary["unexplained"]["max_m"]
         rod = "The tip of an ideal rod with the same muscle lengths, weight and accelerations"
         lines.append(f"{rod} is within {left:.3f} mm of the simulated tip.")
-    if summary.get("contact") is not None:
-        lines.append(_contact_sentence(summary))
+    if "contact_error" in summary:
+        moved = f"What the arm touches moves the tip by up to {1e3 * summary['contact_error']['max_m']:.3f} mm"
+        lines.append(f"{moved}, beside the same motion without objects, which the other parts are of.")
     if summary["miss"]["max_m"] > 1e-6:
         off = "out of reach" if "sections" in summary else "off the dome of reachable tips"
         lines.append(f"Targets lie up to {1e3 * summary['miss']['max_m']:.2f} mm {off}.")
     return " ".join(lines)
-
-
-def _contact_sentence(summary: dict[str, Any]) -> str:
-    """Say how far objects move the tip."""
-    if not summary["touched"]:
-        return "The arm touches nothing, so that objects cause no part of the difference."
-    moved = f"What the arm touches moves the tip by up to {1e3 * summary['contact']['max_m']:.3f} mm"
-    return f"{moved}, beside the same motion without objects, which the other parts are of."
-
-
-def touch_lines(summary: dict[str, Any]) -> list[str]:
-    """Say what the arm touched, a line an object; nothing of an arm that can touch nothing."""
-    if "touched" not in summary:
-        return []
-    return [_touch_line(each) for each in summary["touched"]] or ["contact: the arm touches nothing"]
-
-
-def _touch_line(each: dict[str, Any]) -> str:
-    first, last = each["first_link"], each["last_link"]
-    links = f"link {first}" if first == last else f"links {first} to {last}"
-    when = f"from {each['first_s']:.2f} s on, {100 * each['share']:.0f} % of the time"
-    how = f"up to {each['force_n']:.3g} N, {1e3 * each['depth_m']:.2g} mm deep"
-    return f"contact: {each['object']}, by {links}, {when}; {how}"
 
 
 def muscle_words(muscle: dict[str, Any], pneumatic: bool = True) -> list[tuple[str, str]]:
