@@ -95,9 +95,9 @@ __all__ = [
     "Actuation", "Arm", "ContarmError", "Controller", "DivergenceError", "EquilibriumError", "Feedback", "Free",
     "Ideal", "InputError", "Interrupted", "InterruptedMany", "Load", "Marker", "McKibben", "Muscles", "Plan",
     "Recording", "Reference", "Rig", "Routing", "Section", "Seen", "Tendon", "Trajectory", "World", "Wrench",
-    "arm_spec", "compare", "covariance_of", "envs", "equilibria", "equilibrium", "excite", "fit", "kinematics", "load",
-    "load_arm", "load_fit", "load_recording", "mechanics", "mjcf", "paths", "planning", "poses_at_rest", "presets", "replay",
-    "save_recording", "scene_spec", "simulate", "simulate_many", "spec", "studies", "sweeps",
+    "arm_spec", "compare", "covariance_of", "envs", "equilibria", "equilibrium", "excite", "fit", "kinematics",
+    "load", "load_arm", "load_fit", "load_recording", "mechanics", "mjcf", "paths", "planning", "poses_at_rest",
+    "presets", "replay", "save_recording", "scene_spec", "simulate", "simulate_many", "spec", "studies", "sweeps",
 ]  # fmt: skip
 
 _HOMES = {
@@ -147,7 +147,9 @@ _HOMES = {
     "Plan": "control.plan",
     "Seen": "control.feedback",
 }
-_MODULES = {name: name for name in ("envs", "kinematics", "mechanics", "mjcf", "paths", "planning", "studies", "sweeps")}
+_MODULES = {
+    name: name for name in ("envs", "kinematics", "mechanics", "mjcf", "paths", "planning", "studies", "sweeps")
+}
 _MODULES["presets"] = "model.presets"
 
 if not TYPE_CHECKING:  # to a type checker, a name that is not imported above does not exist
