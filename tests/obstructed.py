@@ -28,7 +28,7 @@ def scene(number):
         objects = _KINDS[KINDS[number % 3]](rng, through)
         obstructed = replace(arm, world=replace(arm.world, objects=objects))
         ends = np.array([[[0, 0, 0.0]], [target]])
-        if distances(ends, objects).min() > arm.disk_radius + 0.005:
+        if distances(ends, objects).min() > max(arm.contact_radii) + 0.005:
             return obstructed, target
 
 
@@ -150,10 +150,10 @@ def clearances(bends, arm, each=300):
     The plate between sections is as thick as the thicker of them; half a link of it belongs to the next section.
     """
     far = distances(arcs(bends, arm, each), arm.world.objects)
-    radius = np.full(far.shape[1], arm.disk_radii[0])
+    radius = np.full(far.shape[1], arm.contact_radii[0])
     for number, section in enumerate(arm.sections[1:], 1):
         plate = 1 + number * each + int(np.floor(0.5 * section.link_pitch / section.length * each))
-        radius[plate:] = arm.disk_radii[number]
+        radius[plate:] = arm.contact_radii[number]
     return (far - radius).min(axis=1)
 
 

@@ -58,7 +58,7 @@ def test_clearance_is_that_of_densely_sampled_arcs_and_never_more(kind):
         place = shape.position(pose.reshape(-1), arm, each.xi)
         assert np.linalg.norm(place - each.place) < 2e-4
         assert abs(distances(np.array(each.point), arm.world.objects)) < 1e-4
-        assert abs(np.linalg.norm(np.subtract(each.point, each.place)) - arm.disk_radius - each.clearance) < 1.2e-3
+        assert abs(np.linalg.norm(np.subtract(each.point, each.place)) - max(arm.contact_radii) - each.clearance) < 1.2e-3
 
 
 def test_a_mesh_is_its_hull_for_rough_and_for_exact_clearances(tmp_path):
@@ -155,7 +155,7 @@ def test_a_slit_between_samples_is_found():
     side = np.cross(along, arcs(loop[[123]], arm, 60)[0, 60] - line[60])
     side /= np.linalg.norm(side)
     across = np.cross(side, along)
-    thick, gap = 0.01, arm.disk_radius + 0.0103
+    thick, gap = 0.01, max(arm.contact_radii) + 0.0103
     bars = [
         Object(name=name, shape="cylinder", radius=thick, length=0.3, axis=tuple(side),
                position=tuple(line[60] + sign * (gap + thick) * across))
