@@ -58,7 +58,9 @@ def test_clearance_is_that_of_densely_sampled_arcs_and_never_more(kind):
         place = shape.position(pose.reshape(-1), arm, each.xi)
         assert np.linalg.norm(place - each.place) < 2e-4
         assert abs(distances(np.array(each.point), arm.world.objects)) < 1e-4
-        assert abs(np.linalg.norm(np.subtract(each.point, each.place)) - max(arm.contact_radii) - each.clearance) < 1.2e-3
+        assert (
+            abs(np.linalg.norm(np.subtract(each.point, each.place)) - max(arm.contact_radii) - each.clearance) < 1.2e-3
+        )
 
 
 def test_a_mesh_is_its_hull_for_rough_and_for_exact_clearances(tmp_path):
