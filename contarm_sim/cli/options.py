@@ -123,7 +123,7 @@ def _parameter_options() -> list[Callable[[Any], Any]]:
         ),
         click.option(
             "--self-contact/--no-self-contact", cls=ArmOption, default=None,
-            help="Whether the arm's links touch one another; default no, or as in --arm.",
+            help="Whether the arm's links touch one another; default no.",
         ),
     ]  # fmt: skip
     groups: tuple[tuple[dict[str, Field[Any]], str, type[ArmOption]], ...] = (
