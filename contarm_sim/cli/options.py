@@ -169,7 +169,7 @@ def arm_options(function: Callable[..., Any]) -> Callable[..., Any]:
         if objects is not None:
             arm = replace(arm, objects=(*arm.world.objects, *load_objects(objects)))
         if itself is not None:
-            arm = arm.in_world(replace(arm.world, self_contact=itself))
+            arm = replace(arm, self_contact=itself)
         return function(arm=arm, **given)
 
     wrapped.__doc__, wrapped.__name__ = function.__doc__, function.__name__

@@ -218,10 +218,10 @@ def _refuse_too_long(duration: float, timestep: float | None, arm: Arm) -> None:
     from contarm_sim.mechanics.muscles import count
     from contarm_sim.motion.simulate import CONTROL_RATE
 
-    samples, muscles = duration * CONTROL_RATE, count(arm)
+    samples, muscles, partners = duration * CONTROL_RATE, count(arm), len(arm.world.objects) + arm.world.self_contact
     steps = duration / timestep if timestep is not None else samples
     numbers = (
-        samples * (28 + 4 * muscles + 6 * (arm.links + 1)) * 4
+        samples * (28 + 4 * muscles + (6 + 11 * partners) * (arm.links + 1)) * 4
     )  # recorded, compared, and copied while both are done
     memory = 8 * (numbers + 2 * muscles * steps)
     if steps > MOST_STEPS:
