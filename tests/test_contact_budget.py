@@ -95,6 +95,8 @@ def test_other_motions_are_refused_and_one_that_was_interrupted_has_no_such_part
     cut = replace(touching, status="interrupted")
     with pytest.raises(InputError, match="interrupted"):
         studies.without_objects(cut)
+    with pytest.raises(InputError, match="before it touches anything"):
+        studies.without_objects(replace(touching, controller="paper"))
     found = studies.judge_run(cut, poses=2)
     assert found.comparison.contact is None
     assert "contact_error" not in document(found)
