@@ -86,8 +86,9 @@ class RunReport:
         write_samples(folder / "samples.csv", {"run": (samples, comparison)}, asked)
         if samples.contacts is not None:
             write_contacts(folder / "contacts.csv", samples)
-        (folder / "arm.xml").write_text(exact_xml(arm_spec(samples.arm, "pressures" if self._pressures else "lengths")))
-        (folder / "arm.toml").write_text(arm_to_toml(samples.arm))
+        spec = arm_spec(samples.arm, "pressures" if self._pressures else "lengths")
+        (folder / "arm.xml").write_text(exact_xml(spec, folder))
+        (folder / "arm.toml").write_text(arm_to_toml(samples.arm, beside=True))
         if self._spread is not None:
             from contarm_sim.sweeps.case_table import write_cases
 
