@@ -25,6 +25,7 @@ class DrivenMuscles:
         actuation: what drives the muscles.
 
     Attributes:
+        qpos: joint angles [rad], a view, shape (dofs,).
         control: the engine's controls as a view, one column a muscle: assign length changes [m], pressures [Pa] or
             tensions [N], shape (M,) of M muscles, to all of it.
         pressure: pressures behind the valves [Pa], a view like `control`; empty for servos.
@@ -44,6 +45,7 @@ class DrivenMuscles:
     ) -> None:
         self.actuation, self.constant_tensions = actuation, actuation == "tensions"
         self.model, self.data, self.index = model, data, index
+        self.qpos = data.qpos[index.qpos]
         shape, every, tendons = index.actuators.shape, slice(0, 0), slice(0, 0)
         if model.nu:
             every, tendons = rows(index.actuators.ravel()), rows(index.tendons)
@@ -60,7 +62,7 @@ class DrivenMuscles:
     def _follow(self, arm: Arm) -> None:
         self.arm = arm
         self.damping = self.model.tendon_damping.copy() if self.model.ntendon else np.zeros(len(self._zero))
-        self.springs, self.twisted, self.helices = self.model.jnt_stiffness.copy(), None, None
+        self.springs, self.twisted, self.helices = self.model.jnt_stiffness[self.index.joints].copy(), None, None
         if self._twisting.size:
             self.untwisting = np.array([
                 (section.torsional_stiffness or 0.0) / section.link_pitch
@@ -68,14 +70,14 @@ class DrivenMuscles:
             ])  # fmt: skip
             self.springs[self._twisting] = self.untwisting
             if not self.index.straight.all() and self.model.nu:
-                self.helices = TwistedMuscles(arm, self.index, self.data.qpos)
+                self.helices = TwistedMuscles(arm, self.index, self.qpos)
                 self.twisted = None if self.actuation == "lengths" else self.helices
 
     @property
     def muscle_lengths(self) -> Array:
         """Muscle lengths [m], shape (M,), as the engine measures them, and what twist adds to parallel muscles."""
         if not self.model.ntendon:
-            return self.straight_lengths + self._by_angle @ self.data.qpos
+            return self.straight_lengths + self._by_angle @ self.qpos
         lengths = self._length + self._zero
         return lengths if self.twisted is None else lengths + self.twisted.stretch().sum(axis=1)
 
@@ -138,7 +140,7 @@ class DrivenMuscles:
         """
         if self.helices is not None:
             added = self.helices.joint_stiffness(self.muscle_tensions)
-            self.model.jnt_stiffness[self._twisting] = self.untwisting + added
+            self.model.jnt_stiffness[self.index.joints][self._twisting] = self.untwisting + added
 
     def tighten(self, tensions: Array) -> None:
         """Let tensions [N], shape (M,), stiffen the twisting joints' `springs`, where no `twisted` does it all."""

@@ -40,6 +40,11 @@ class ArmIndex:
         lengths, velocities, forces: columns of the muscles' sensors, shape (M,).
         angles: columns of the joints' sensors, shape (D,).
         tip_position, tip_orientation: columns of the sensors of the tip's pose, shape (3,) and (4,).
+        joints, qpos, dofs: the arm's joints in the engine's arrays of joints, positions and velocities.
+        touch, depth: columns of the sensors of what stations feel of P partners (see `mjcf.names.partners`): how many
+            contacts, their force [N] on the partner and where it acts [m], shape (P, K, 7); the deepest one's distance
+            [m] and normal, (P, K, 4). P is 0 where the arm cannot touch anything.
+        poses: columns of the sensors of the F free objects' positions [m] and orientations, shape (F, 7).
         zero: muscle length at which the engine's is zero [m], shape (M,).
         by_angle: what parallel muscles gain in length by joint angles [m/rad], shape (M, D).
         straight: whether a muscle runs in straight spans, shape (M,).
@@ -65,20 +70,29 @@ class ArmIndex:
     angles: Indices
     tip_position: Indices
     tip_orientation: Indices
+    joints: slice
+    qpos: slice
+    dofs: slice
+    touch: Indices
+    depth: Indices
+    poses: Indices
     zero: Array
     by_angle: Array
     straight: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, model: mujoco.MjModel, arm: Arm) -> ArmIndex:
+    def of(cls, model: mujoco.MjModel, arm: Arm, in_world: bool = False) -> ArmIndex:
         """Find the parts of an arm in a model that has it under its plain names.
+
+        Args:
+            in_world: whether what it can touch is in the model too.
 
         Raises:
             KeyError: the model has no such arm.
         """
         hinges, muscles = names.joints(arm), names.muscles(arm)
         bodies = np.array([model.body(name).id for name in [*names.stations(arm), names.PAYLOAD]])
-        order = np.array([model.joint(hinge.name).dofadr[0] for hinge in hinges])
+        order = np.array([model.joint(hinge.name).dofadr[0] for hinge in hinges], dtype=int)
         by_dof = [hinges[i] for i in np.argsort(order)]
         of_axis = {axis: np.flatnonzero([hinge.axis == axis for hinge in by_dof]) for axis in "xyz"}
         stations = np.array([hinge.station for hinge in by_dof])
@@ -105,6 +119,15 @@ class ArmIndex:
             angles=columns([names.angle_sensor(hinge.name) for hinge in by_dof]),
             tip_position=columns([names.TIP_POSITION]),
             tip_orientation=columns([names.TIP_ORIENTATION]),
+            joints=rows(np.array([model.joint(hinges[i].name).id for i in np.argsort(order)])),
+            qpos=rows(np.array([model.joint(hinges[i].name).qposadr[0] for i in np.argsort(order)])),
+            dofs=rows(np.sort(order)),
+            touch=_felt(columns, arm, names.TOUCH, 7, in_world),
+            depth=_felt(columns, arm, names.DEPTH, 4, in_world),
+            poses=columns([
+                names.sensor(name, quantity) for name in (names.free_objects(arm) if in_world else [])
+                for quantity in (names.POSITION, names.ORIENTATION)
+            ]).reshape(-1, 7),
             zero=_frozen([counted_from(group) for group in arm.groups for _ in range(group.routing.count)]),
             by_angle=_frozen([
                 [coefficient(group, muscle, hinge) for hinge in by_dof]
@@ -126,6 +149,13 @@ class _Columns:
         found = [self._model.sensor(name) for name in sensors]
         every = [np.arange(one.adr[0], one.adr[0] + one.dim[0]) for one in found]
         return np.concatenate([np.zeros(0, dtype=int), *every])
+
+
+def _felt(columns: _Columns, arm: Arm, felt: str, width: int, in_world: bool) -> Indices:
+    """Return the columns of the sensors of what stations feel of what the arm can touch, shape (P, K, width)."""
+    stations, partners = names.stations(arm), names.partners(arm) if in_world else []
+    found = columns([names.touch_sensor(station, partner, felt) for partner in partners for station in stations])
+    return found.reshape(len(partners), len(stations), width)
 
 
 def rows(indices: Indices) -> slice:

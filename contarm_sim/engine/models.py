@@ -111,6 +111,18 @@ def built(arm: Arm, actuation: Actuation, spec: Spec = arm_spec) -> Built:
     return own
 
 
+def built_in_world(arm: Arm, actuation: Actuation) -> Built:
+    """Return the model of an arm with all that it can touch, compiled anew; of an arm alone where that is nothing.
+
+    Raises:
+        InputError: an unknown actuation, or objects that the engine cannot make.
+    """
+    if not arm.world.touchable:
+        return built(arm, actuation)
+    model = arm_spec(arm.without_memory, actuation, TIMESTEP).compile()
+    return Built(model, ArmIndex.of(model, arm, in_world=True))
+
+
 def structure(arm: Arm, actuation: Actuation) -> tuple[Any, ...]:
     """Return what a model is kept by."""
     written = (*_WRITTEN, "mass") if len(arm.sections) == 1 else _WRITTEN
@@ -122,5 +134,5 @@ def structure(arm: Arm, actuation: Actuation) -> tuple[Any, ...]:
 
 
 def _compiled(arm: Arm, actuation: Actuation, spec: Spec) -> Built:
-    model = spec(arm.without_memory, actuation, TIMESTEP).compile()
+    model = spec(arm.alone.without_memory, actuation, TIMESTEP).compile()
     return Built(model, ArmIndex.of(model, arm))

@@ -11,12 +11,13 @@ from contarm_sim.engine.divergence import FATAL as FATAL
 from contarm_sim.engine.divergence import any_fatal, divergence
 from contarm_sim.engine.driven import DrivenMuscles
 from contarm_sim.engine.index import ArmIndex
-from contarm_sim.engine.models import built
+from contarm_sim.engine.models import built, built_in_world
 from contarm_sim.engine.room import engine_room as engine_room
 from contarm_sim.engine.room import quiet_engine as quiet_engine
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.routing import section_angles
 from contarm_sim.mjcf import TIMESTEP, Actuation
+from contarm_sim.mjcf.contact import set_step
 from contarm_sim.model.arm import Arm
 
 
@@ -31,6 +32,7 @@ class Plant(DrivenMuscles):
         integrator: engine integrator; default the model's.
         actuation: `lengths` (servos), `pressures` (pneumatic muscles behind valves), `tensions` (plain forces) or
             `none` (a bare backbone).
+        in_world: with all that the arm can touch; otherwise the arm is alone.
 
     Attributes:
         model, data: the engine's.
@@ -48,16 +50,17 @@ class Plant(DrivenMuscles):
         timestep: float | None = None,
         integrator: mujoco.mjtIntegrator | None = None,
         actuation: Actuation = "lengths",
+        in_world: bool = False,
     ) -> None:
-        self.own = own = built(arm, actuation)
+        self.own = own = built_in_world(arm, actuation) if in_world else built(arm, actuation)
         self.model, self.index = own.model, own.index
         self.pull_only, self.integrator = pull_only, integrator
-        self.model.opt.timestep = timestep or TIMESTEP
         if not pull_only:
             self.model.actuator_forcelimited[:] = 0
             self.model.actuator_ctrllimited[:] = 0
         if integrator is not None:
             self.model.opt.integrator = integrator
+        set_step(self.model, timestep or TIMESTEP)
         self.data = mujoco.MjData(self.model)
         # Views into the engine's memory: they stay current, and cost nothing to look up in a loop.
         self.centres, self.gravity = self.data.xpos[self.index.stations], self.model.opt.gravity
@@ -98,12 +101,12 @@ class Plant(DrivenMuscles):
             bend: of each section [rad], shape (S, 2) or (2 S,), or (2,) for all alike; default straight.
         """
         mujoco.mj_resetDataKeyframe(self.model, self.data, 0)
-        bent(self.data.qpos, self.arm, self.index, np.zeros(2) if bend is None else bend)
+        bent(self.qpos, self.arm, self.index, np.zeros(2) if bend is None else bend)
 
     def restart(self, qpos: Array, control: Array) -> None:
         """Put the arm at rest with joint angles [rad], shape (dofs,), controls, shape (M,), sent and reached."""
         mujoco.mj_resetData(self.model, self.data)
-        self.data.qpos[:] = qpos
+        self.qpos[:] = qpos
         self.control[:] = control
         if len(self.pressure):
             self.pressure[:] = control

@@ -9,6 +9,7 @@ import numpy as np
 from contarm_sim.engine.index import rows
 from contarm_sim.engine.plant import Plant
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics.contacts import Contacts, contact_names
 from contarm_sim.mechanics.pneumatics import passive_tension, pressure_for
 
 
@@ -39,7 +40,7 @@ class Recorder:
         self.stations[index] = self._centres
 
     def arrays(self, count: int) -> dict[str, Any]:
-        """Return the first `count` samples: lengths, tensions, pressures, stations, tip rotations and joint angles."""
+        """Return the first `count` samples, by the names that a trajectory has for them."""
         sensed, index = self.sensed[:count], self._index
         lengths = sensed[:, index.lengths] + index.zero
         pulled = passive_tension(lengths, self._arm) + sensed[:, index.velocities] * self._damping
@@ -51,7 +52,22 @@ class Recorder:
             "stations": self.stations[:count],
             "tip_rotation": _rotations(sensed[:, index.tip_orientation]),
             "qpos": sensed[:, index.angles],
-        }
+        } | self._touched(sensed)
+
+    def _touched(self, sensed: Array) -> dict[str, Any]:
+        """Return what the arm touched, and where the free objects were; nothing of an arm that is alone."""
+        index, found = self._index, dict[str, Any]()
+        if len(index.touch):
+            touch, depth = sensed[:, index.touch], sensed[:, index.depth]
+            sample, partner, station = np.nonzero(touch[..., 0] > 0)
+            felt, deepest = touch[sample, partner, station], depth[sample, partner, station]
+            found["contacts"] = Contacts(
+                sample, station, partner, point=felt[:, 4:7], force=-felt[:, 1:4], normal=-deepest[:, 1:4],
+                depth=-deepest[:, 0], names=contact_names(self._arm),
+            )  # fmt: skip
+        if len(index.poses):
+            found["objects"] = sensed[:, index.poses]
+        return found
 
 
 def _rotations(quaternions: Array) -> Array:

@@ -102,12 +102,12 @@ class SeenArms:
     @property
     def qpos(self) -> Array:
         """Joint angles [rad], a view, shape (B, D)."""
-        return self.batch.bind("qpos")
+        return self.batch.bind("qpos")[:, self.index.qpos]
 
     @property
     def qvel(self) -> Array:
         """Rates of the joint angles [rad/s], a view, shape (B, D)."""
-        return self.batch.bind("qvel")
+        return self.batch.bind("qvel")[:, self.index.dofs]
 
     @property
     def pressure(self) -> Array:
@@ -121,7 +121,7 @@ class SeenArms:
         batch, fields = self.batch, self._fields
         names = ("ten_length", "ten_velocity", "actuator_force")
         data: Any = SimpleNamespace(
-            ctrl=batch.bind("ctrl")[place], act=batch.bind("act")[place], qpos=self.qpos[place],
+            ctrl=batch.bind("ctrl")[place], act=batch.bind("act")[place], qpos=batch.bind("qpos")[place],
             **{name: fields[name][place] for name in names},
         )  # fmt: skip
         return DrivenMuscles(self.arms[place], self.models[place], data, self._own[place].index, self.actuation)

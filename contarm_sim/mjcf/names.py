@@ -17,6 +17,7 @@ BASE, TIP, PAYLOAD = "base", "tip", "payload"
 TIP_POSITION, TIP_ORIENTATION = "tip_position", "tip_orientation"
 LENGTH, VELOCITY, FORCE = "length", "velocity", "force"
 TOUCH, DEPTH = "touch", "depth"
+POSITION, ORIENTATION = "position", "orientation"
 
 
 @dataclass(frozen=True)
@@ -84,9 +85,9 @@ def guide(station: str, muscle: str) -> str:
     return f"{station}_{muscle}"
 
 
-def sensor(muscle: str, quantity: str) -> str:
-    """Return the name of the sensor of a muscle's `LENGTH`, `VELOCITY` or `FORCE`."""
-    return f"{muscle}_{quantity}"
+def sensor(part: str, quantity: str) -> str:
+    """Return the name of a sensor: a muscle's `LENGTH`, `VELOCITY` or `FORCE`, an object's `POSITION`, ..."""
+    return f"{part}_{quantity}"
 
 
 def angle_sensor(joint: str) -> str:
@@ -102,3 +103,8 @@ def partners(arm: Arm) -> list[str]:
 def touch_sensor(station: str, partner: str, felt: str) -> str:
     """Return the name of the sensor of `TOUCH` or `DEPTH` of a station's body and what it touches."""
     return f"{station}_{felt}_{partner}"
+
+
+def free_objects(arm: Arm) -> list[str]:
+    """Return the names of the objects that move."""
+    return [each.name for each in arm.world.objects if each.free]

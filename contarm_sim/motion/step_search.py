@@ -16,6 +16,7 @@ from contarm_sim.control.base import Controller
 from contarm_sim.control.feedback import Feedback, Memory
 from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import DivergenceError
+from contarm_sim.mjcf.contact import set_step
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.legs import Flight, Leg
 from contarm_sim.motion.stepping_loop import EVERY, Pass, Snapshot
@@ -30,6 +31,10 @@ STEP_LIMIT = 1e-3
 
 _WANTED, _QUIET = 0.4 * STEP_LIMIT, 0.2 * STEP_LIMIT
 """Error of the step [lengths] that is aimed at; seen in one window, that is taken to be small everywhere."""
+
+_REFINED = 4
+"""How much shorter than the first step others are tried where the arm touches something: whether it sticks or slips
+there, and when, may depend on any step."""
 
 _MOST_STEPS = 400_000
 """Engine steps that one motion is given at most to reach the limit."""
@@ -47,11 +52,13 @@ class Motion:
     ) -> None:
         self._reference, self._controller = reference, controller
         self.arm, self._bend, self._rate = arm, reference.bend, reference.rate
-        self._plant = Plant(arm, controller.pulls_only, None, stepping.integrator, controller.actuation)
-        self._plan = controller.checked_plan(arm, reference, self._plant.control.shape[1])
-        self._plant.reset(reference.bend[0])
-        Solver(self._plant)(self._plan.start)
-        self._start = self._plant.data.qpos.copy()
+        pulls, integrator, actuation = controller.pulls_only, stepping.integrator, controller.actuation
+        self._alone = alone = Plant(arm.alone, pulls, None, integrator, actuation)
+        self._plan = controller.checked_plan(arm, reference, alone.control.shape[1])
+        alone.reset(reference.bend[0])
+        Solver(alone)(self._plan.start)
+        self._start = alone.qpos.copy()
+        self._plant = Plant(arm, pulls, None, integrator, actuation, in_world=True) if arm.world.touchable else alone
         self._snapshots: list[Snapshot] = []
         self._at_first: tuple[Feedback, Memory] | None = None
 
@@ -59,7 +66,7 @@ class Motion:
         """Return the motion at its beginning."""
         plant, plan = self._plant, self._plan
         plant.restart(self._start, plan.start)
-        plant.model.opt.timestep = 1 / (self._rate * substeps)
+        set_step(plant.model, 1 / (self._rate * substeps))
         feedback = self._controller.checked_feedback(self.arm, self._reference, plan)
         if feedback is not None:  # one that a controller returns again would go on from what it summed up
             self._at_first = self._at_first or (feedback, tuple(part.copy() for part in feedback.memory))
@@ -99,7 +106,7 @@ class Motion:
             DivergenceError: the arm blows up however short the step is.
         """
         farthest = self._bend[np.linalg.norm(self._bend, axis=1).argmax()]
-        substeps = stable_substeps(self._plant, self._rate, farthest[None])
+        substeps = stable_substeps(self._alone, self._rate, farthest[None])
         while True:
             try:
                 return (yield from self.checked(substeps, refine=True))
@@ -126,9 +133,11 @@ class Motion:
         if quiet and not self._rubs:
             return replace(run, step_error=error)
         before = np.full(len(run), np.inf)
+        touches = self.arm.world.touchable
+        shortest = _REFINED * substeps if touches else _MOST_STEPS
         while True:
-            ratio = int(np.clip(math.ceil(np.nanmax(error) / limit), 2, 8)) if refine else 2
-            if substeps * ratio * len(self._bend) > _MOST_STEPS:
+            ratio = int(np.clip(math.ceil(np.nanmax(error) / limit), 2, 8)) if refine and not touches else 2
+            if substeps * ratio * len(self._bend) > _MOST_STEPS or substeps * ratio > shortest:
                 return replace(run, step_error=error)
             finer = yield from self.run(substeps * ratio)
             if finer.status == "interrupted":
@@ -145,9 +154,10 @@ class Motion:
 
     @property
     def _rubs(self) -> bool:
-        """Whether dry friction, which sticks and slips, makes a window tell little of the whole."""
-        rubbing = any(section.joint_friction is not None for section in self.arm.sections)
-        return rubbing or any(group.law.dry_friction is not None for group in self.arm.groups)
+        """Whether dry friction and contact, which stick and slip, make a window tell little of the whole."""
+        joints = any(section.joint_friction is not None for section in self.arm.sections)
+        muscles = any(group.law.dry_friction is not None for group in self.arm.groups)
+        return joints or muscles or self.arm.world.touchable
 
     def _in_a_window(self, run: Trajectory, substeps: int) -> Flight:
         """Estimate the step's error [m] where the tip accelerates most, by simulating that again in half the step.

@@ -40,12 +40,13 @@ Shape = tuple[int | str, ...]
 SHAPES: dict[str, Shape] = {
     "time": ("T",), "target": ("T", 3), "bend": ("T", "B"), "setpoint": ("T", "M"), "muscle_lengths": ("T", "M"),
     "muscle_tensions": ("T", "M"), "pressure": ("T", "M"), "stations": ("T", "S", 3), "tip_rotation": ("T", 3, 3),
-    "qpos": ("T", "D"), "direction": ("T", 3), "step_error": ("T",),
+    "qpos": ("T", "D"), "direction": ("T", 3), "step_error": ("T",), "objects": ("T", "F", 7),
 }  # fmt: skip
 """Shapes of the arrays: T samples, B bend coordinates, M muscles, S stations, D joint angles."""
 
-_MOST = {"T": MOST_SAMPLES, "B": 12, "S": MAX_LINKS + 1, "D": 3 * MAX_LINKS, "M": 100}
-"""Largest sizes: samples T, bend coordinates B, stations S, degrees of freedom D, muscles M."""
+_MOST = {"T": MOST_SAMPLES, "B": 12, "S": MAX_LINKS + 1, "D": 3 * MAX_LINKS, "M": 100, "F": 32, "C": 10**8}
+"""Largest sizes: samples T, bend coordinates B, stations S, degrees of freedom D, muscles M, free objects F,
+contacts C."""
 
 _KNOWN = {"pressure": "or inf", "step_error": "inf or nan"}
 """What arrays may hold besides finite numbers."""
@@ -133,7 +134,7 @@ def check_shapes(found: Mapping[str, tuple[int, ...]], shapes: Mapping[str, Shap
                 raise InputError(
                     name, f"of shape {shape}", f"shape {said} with {word} = {known}, as {first} has", where
                 )
-            if not 1 <= size <= _MOST.get(word, MOST_SAMPLES):
+            if not (word != "C") <= size <= _MOST.get(word, MOST_SAMPLES):
                 raise InputError(name, f"of shape {shape}", f"1 to {_MOST.get(word, MOST_SAMPLES)} {word}", where)
 
 

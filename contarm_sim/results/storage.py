@@ -12,10 +12,15 @@ import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.inputs import as_path, quoted
+from contarm_sim.mechanics.contacts import SHAPES as CONTACTS
+from contarm_sim.mechanics.contacts import Contacts, contact_names
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import arm_from_dict, arm_to_dict
 from contarm_sim.results.arrays import RECORDING, SHAPES, read_arrays, require_arms_own
 from contarm_sim.results.trajectory import ARRAYS, OPTIONAL, STATUSES, Trajectory
+
+CONTACT = "contact_"
+"""What the names of the columns of contacts begin with."""
 
 _KINDS: dict[str, Any] = {
     "controller": str, "actuation": str, "pulls_only": bool, "holds_lengths": bool, "status": str,
@@ -37,6 +42,8 @@ def write(trajectory: Trajectory, given: str | Path) -> None:
     about = {name: getattr(trajectory, name) for name in _KINDS} | {"arm": arm_to_dict(trajectory.arm)}
     arrays = {name: getattr(trajectory, name) for name in (*ARRAYS, *OPTIONAL)}
     arrays = {name: array for name, array in arrays.items() if array is not None}
+    if trajectory.contacts is not None:
+        arrays |= {CONTACT + name: getattr(trajectory.contacts, name) for name in CONTACTS}
     try:
         with path.open("wb") as file:
             np.savez_compressed(file, about=np.array(json.dumps(about)), **arrays)
@@ -53,10 +60,16 @@ def read(given: str | Path) -> Trajectory:
         InputError: not such a file, or arrays that do not fit together or hold what is not a number.
     """
     path = as_path("path", given, RECORDING)
-    arrays, text = read_arrays(path, SHAPES, optional=OPTIONAL)
+    touched = {CONTACT + name: shape for name, shape in CONTACTS.items()}
+    arrays, text = read_arrays(path, SHAPES | touched, optional=(*OPTIONAL, *touched))
     arm, told = _about(text, str(path))
+    columns: dict[str, Any] = {name: arrays.pop(CONTACT + name) for name in CONTACTS if CONTACT + name in arrays}
     require_arms_own(arm, arrays, str(path))
-    return Trajectory(arm=arm, **(told | arrays))
+    try:
+        contacts = Contacts(**columns, names=contact_names(arm)) if len(columns) == len(CONTACTS) else None
+        return Trajectory(arm=arm, contacts=contacts, **(told | arrays))
+    except InputError as error:
+        raise error.located(error.where or str(path)) from None
 
 
 def _about(text: str | None, where: str) -> tuple[Arm, dict[str, Any]]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from contarm_sim.errors import InputError, expect
 from contarm_sim.kinematics.arrays import Array, ReadOnly
+from contarm_sim.mechanics.contacts import Contacts, contact_names
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.parameters import check_count
 from contarm_sim.paths.reference import Reference, section_lengths
@@ -25,7 +26,7 @@ ARRAYS = (
 )  # fmt: skip
 """The arrays of a trajectory with one row a sample."""
 
-OPTIONAL = ("direction", "step_error")
+OPTIONAL = ("direction", "step_error", "objects")
 """Those that a trajectory may be without."""
 
 
@@ -56,6 +57,9 @@ class Trajectory(ReadOnly, Showing):
         timestep: engine step [s]; None at rest. Where Ctrl-C came while a shorter step was tried, that of the longer.
         step_error: how far the step puts the tip off [m], estimated from another step; shape (T,), NaN where it was not
             compared. None: nowhere.
+        contacts: what the arm touched; None where it can touch nothing, and for poses at rest.
+        objects: where the F free objects of the world are, in its order: position [m] and quaternion w x y z, shape
+            (T, F, 7); None where there are none.
         extrapolated: whether the samples are those of infinitely many links, as two chains tell.
         real_time_factor: simulated over wall-clock time of the stepping loop; None at rest.
         versions: of what the numbers depend on, by name.
@@ -80,6 +84,8 @@ class Trajectory(ReadOnly, Showing):
     timestep: float | None = None
     direction: Array | None = None
     step_error: Array | None = None
+    contacts: Contacts | None = None
+    objects: Array | None = None
     extrapolated: bool = False
     real_time_factor: float | None = None
     versions: dict[str, str] = field(default_factory=dict)
@@ -90,10 +96,23 @@ class Trajectory(ReadOnly, Showing):
             if given is not None:
                 self._keep(name, given)
         expect("arm", self.arm, Arm)
+        self._check_touch()
         if self.status not in STATUSES:
             raise InputError("status", self.status, ", ".join(STATUSES))
         if len(self):
             require_links_of(self.arm, self._arrays(), "trajectory")
+
+    def _check_touch(self) -> None:
+        free = sum(each.free for each in self.arm.world.objects)
+        if self.objects is not None and self.objects.shape != (len(self), free, 7):
+            raise InputError("objects", f"of shape {self.objects.shape}", f"shape {(len(self), free, 7)}")
+        if self.contacts is None:
+            return
+        expect("contacts", self.contacts, Contacts)
+        if len(self.contacts) and self.contacts.sample[-1] >= len(self):
+            raise InputError("contacts.sample", int(self.contacts.sample[-1]), f"below {len(self)} samples")
+        if self.contacts.names != contact_names(self.arm):
+            raise InputError("contacts.names", self.contacts.names, f"{contact_names(self.arm)}, as the arm has them")
 
     def _arrays(self) -> dict[str, Array]:
         names = [*ARRAYS, *(name for name in OPTIONAL if getattr(self, name) is not None)]
@@ -156,6 +175,8 @@ class Trajectory(ReadOnly, Showing):
         """
         check_count("count", count, 0, "samples")
         shortened: dict[str, Any] = {name: array[:count] for name, array in self._arrays().items()}
+        if self.contacts is not None:
+            shortened["contacts"] = self.contacts.first(count)
         return replace(self, **shortened)
 
     def save(self, path: str | Path) -> None:

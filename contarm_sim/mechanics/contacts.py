@@ -1,0 +1,121 @@
+"""What an arm touched: where, with what force, and which link, sample by sample."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contarm_sim.errors import InputError
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
+
+ITSELF = "itself"
+"""What an arm is called that touches itself."""
+
+SHAPES = {
+    "sample": ("C",), "station": ("C",), "partner": ("C",), "point": ("C", 3), "force": ("C", 3), "normal": ("C", 3),
+    "depth": ("C",),
+}  # fmt: skip
+"""Shapes of the columns of C contacts."""
+
+COUNTED = ("sample", "station", "partner")
+"""Those that are whole numbers."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Contacts:
+    """C contacts of links with objects, sample by sample, in the base frame; all of a link with an object are one.
+
+    Attributes:
+        sample: of the trajectory, rising, shape (C,).
+        station: whose link touches, counted from the base, 0 to N, shape (C,).
+        partner: what it touches, a place in `names`, shape (C,).
+        point: where, the mean of several weighted by their forces [m], shape (C, 3).
+        force: on the arm, summed [N], shape (C, 3).
+        normal: of the deepest, out of the object towards the arm, shape (C, 3).
+        depth: how far link and object overlap there [m], shape (C,).
+        names: of what can be touched: the world's objects, and `itself`.
+    """
+
+    sample: NDArray[np.intp]
+    station: NDArray[np.intp]
+    partner: NDArray[np.intp]
+    point: Array
+    force: Array
+    normal: Array
+    depth: Array
+    names: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        count = len(np.asarray(self.sample))
+        for name, shape in SHAPES.items():
+            wanted: tuple[int, ...] = (count, *(3 for _ in shape[1:]))
+            own = np.array(getattr(self, name), dtype=np.intp if name in COUNTED else float)
+            if own.shape != wanted or not np.isfinite(own).all():
+                raise InputError(f"contacts.{name}", f"of shape {own.shape}", f"finite numbers of shape {wanted}")
+            own.setflags(write=False)
+            object.__setattr__(self, name, own)
+        if count and not (self.sample.min() >= 0 and (np.diff(self.sample) >= 0).all()):
+            raise InputError("contacts.sample", "not rising", "numbers of samples that rise")
+        if count and not (self.partner.min() >= 0 and self.partner.max() < len(self.names)):
+            raise InputError("contacts.partner", int(self.partner.max()), f"a place among {len(self.names)} names")
+
+    def __len__(self) -> int:
+        return len(self.sample)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Contacts):
+            return NotImplemented
+        return all(np.array_equal(getattr(self, item.name), getattr(other, item.name)) for item in fields(self))
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        if not len(self):
+            return "Contacts(none)"
+        touched = ", ".join(self.names[place] for place in np.unique(self.partner))
+        most = f"largest force {self.normal_force.max():.3g} N, depth {1e3 * self.depth.max():.2g} mm"
+        return f"Contacts({len(self)} of {len(np.unique(self.sample))} samples, with {touched}; {most})"
+
+    @property
+    def normal_force(self) -> Array:
+        """Force along the normal [N], shape (C,)."""
+        return np.einsum("ci,ci->c", self.force, self.normal)
+
+    @property
+    def friction_force(self) -> Array:
+        """Force across the normal [N], shape (C,)."""
+        return np.linalg.norm(self.force - self.normal_force[:, None] * self.normal, axis=1)
+
+    def where(self, rows: Any) -> Contacts:
+        """Return these of the contacts: a mask or numbers of rows."""
+        columns: dict[str, Any] = {name: getattr(self, name)[rows] for name in SHAPES}
+        return Contacts(**columns, names=self.names)
+
+    def at(self, sample: int) -> Contacts:
+        """Return the contacts of one sample."""
+        low, high = np.searchsorted(self.sample, [sample, sample + 1])
+        return self.where(slice(low, high))
+
+    def first(self, count: int) -> Contacts:
+        """Return the contacts of the first `count` samples."""
+        return self.where(slice(0, np.searchsorted(self.sample, count)))
+
+    def total(self, samples: int) -> Array:
+        """Return the sum of the sizes of all contact forces of each sample [N], shape (samples,)."""
+        return np.asarray(np.bincount(self.sample, np.linalg.norm(self.force, axis=1), minlength=samples), dtype=float)
+
+    def deepest(self, samples: int) -> Array:
+        """Return the largest depth of each sample [m], 0 where there is no contact, shape (samples,)."""
+        out = np.zeros(samples)
+        np.maximum.at(out, self.sample, self.depth)
+        return out
+
+
+def contact_names(arm: Arm) -> tuple[str, ...]:
+    """Return the names of what an arm can touch, as `Contacts.names`."""
+    own = (ITSELF,) if arm.world.self_contact else ()
+    return (*(each.name for each in arm.world.objects), *own)
