@@ -21,6 +21,9 @@ from contarm_sim.statics.solver import Solver
 GAP = 1e-8
 """Largest overlap at rest, and gap that a force acts across [lengths]."""
 
+LEFT = 1e-6
+"""Largest overlap between stations of an arm that lies flat on an object [lengths]."""
+
 STRIDE, SEEN = 0.04, 0.1
 """Longest way of any part of the arm in one step, and how far it looks for objects [lengths]."""
 
@@ -79,6 +82,12 @@ class Leaning:
     def overlaps(self) -> bool:
         """Whether the arm overlaps an object by more than rounding."""
         return self.deepest > GAP * self.tube.length
+
+    def forget(self) -> bool:
+        """Forget what lay flat on objects; return whether the arm then overlaps one by more than `LEFT`."""
+        self._flat.clear()
+        self.look()
+        return self.deepest > LEFT * self.tube.length
 
     # What `descend` asks for.
 
