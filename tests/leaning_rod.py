@@ -20,7 +20,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, root
 
-PUSHES = 12
+PUSHES = 4
 FINE = 400
 
 

@@ -18,12 +18,12 @@ def leaning(case: studies.CaseAtRest, arm: Arm) -> Iterator[str]:
     if not case.contacts:
         yield "touches no object"
     for touch in case.contacts:
-        place = "  ".join(f"{1e3 * x + 0.0:.1f}" for x in touch.point)
+        place = "  ".join(f"{round(1e3 * x, 1) + 0.0:.1f}" for x in touch.point)
         yield f"leans on {touch.object} with {touch.force:.4g} N at {100 * touch.xi:.1f} % of its length, at {place} mm"
     if case.friction_range is not None:
         yield _friction(case, arm, case.friction_range)
     for held in case.held_objects:
-        force = "  ".join(f"{x + 0.0:.3g}" for x in held.force)
+        force = "  ".join(f"{round(x, 6) + 0.0:.3g}" for x in held.force)
         yield f"{held.name} is held where it stands, which takes a force of {force} N"
 
 

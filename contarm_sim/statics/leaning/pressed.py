@@ -11,6 +11,9 @@ CHANGES = 30
 """Most changes of the set of contacts that press, for one step."""
 
 
+LEAST = 1e-8
+"""Least square of a lever that an overlap is closed by [m^2]."""
+
 SLACK, FEASIBLE = 1e-7, 1e-5
 """How much bounds give way, so that those that are nearly alike share forces; what they all may leave of a step."""
 
@@ -81,7 +84,8 @@ def pressed_step(K: Array, pull: Array, J: Array, gaps: Array, guess: NDArray[np
 def _compromise(K: Array, pull: Array, J: Array, gaps: Array) -> tuple[Array, float]:
     """Return the step that closes overlaps as well as it can where it cannot close all."""
     deep = gaps < 0
-    price = DEAR * float(np.abs(K.diagonal()).max()) / max(float(np.square(J[deep]).sum(axis=1).max(initial=0)), 1e-300)
+    lever = float(np.square(J[deep]).sum(axis=1).max(initial=0.0))
+    price = DEAR * float(np.abs(K.diagonal()).max()) / max(lever, LEAST)
     step = np.linalg.solve(K + price * J[deep].T @ J[deep], pull - price * gaps[deep] @ J[deep])
     return np.asarray(step), price * float(-gaps.min())
 
