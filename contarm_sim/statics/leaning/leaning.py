@@ -104,7 +104,10 @@ class Leaning:
             left = float(np.abs(forces + self.press @ self.slopes).max())
             if left <= self.tolerance:
                 break
-        self._overlap = float(np.maximum(-self._gaps, 0).sum())
+        deepest = {near.number: 0.0 for near in self.nears}
+        for near in self.nears:
+            deepest[near.number] = max(deepest[near.number], -near.gap)
+        self._overlap = sum(deepest.values())  # of each object
         across = float(np.abs(self._gaps[self.press > 0]).max(initial=0.0))
         off = max(self.deepest, across) / (GAP * length) * self.tolerance
         return max(left, off)
@@ -128,7 +131,8 @@ class Leaning:
             return None
         step, largest = found
         share = min(solver.share(step), self._share(step))
-        self._price = max(self._price, DEAR * largest)
+        if damping <= 1 or not self._price:  # beyond, the damping is what presses
+            self._price = max(self._price, DEAR * largest)
         fall = share * float(solver.forces @ step) - 0.5 * share**2 * float(step @ self._matrix @ step)
         self._expected = max(fall + share * self._price * self._overlap, 1e-300)
         return share * step
