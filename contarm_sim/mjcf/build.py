@@ -7,6 +7,7 @@ import mujoco
 from contarm_sim.mjcf.backbone import add_backbone, add_defaults
 from contarm_sim.mjcf.contact import make_touchable
 from contarm_sim.mjcf.muscles import ACTUATORS, Actuation, add_muscles, add_sensors, straight_controls
+from contarm_sim.mjcf.object_looks import dress_objects
 from contarm_sim.mjcf.objects import add_objects, place_objects
 from contarm_sim.mjcf.scene import add_scene, base_quaternion, world_gravity
 from contarm_sim.mjcf.stability import longest_step
@@ -56,9 +57,11 @@ def spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
             each muscle; controls are tensions [N].
 
     Raises:
-        InputError: an unknown actuation, or friction in the backbone, which MJCF does not have.
+        InputError: an unknown actuation, friction in the backbone, which MJCF does not have, or objects: they stay in
+            the host.
     """
     arm.refuse_memory("MJCF models, environments and the live view are")
+    arm.refuse_objects("parts of other models, which bring objects of their own, are made")
     part = mujoco.MjSpec()
     part.modelname = "contarm"
     part.compiler.degree = False
@@ -85,7 +88,7 @@ def arm_spec(arm: Arm, actuation: Actuation = "lengths", timestep: float | None 
     Raises:
         InputError: an unknown actuation, or an arm that no time step suits.
     """
-    alone = spec(arm, actuation)
+    alone = spec(arm.alone, actuation)
     alone.option.timestep = timestep or longest_step(alone.compile(), arm, actuation, TIMESTEP)
     alone.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     alone.option.gravity = arm.gravity
@@ -122,6 +125,7 @@ def scene_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
     base.pos = add_scene(scene, arm)
     base.quat = base_quaternion(arm)
     place_objects(scene, arm, base.pos, base.quat)
+    dress_objects(scene, arm)
     return scene
 
 
