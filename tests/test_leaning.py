@@ -177,7 +177,7 @@ def test_an_arm_that_starts_inside_an_object_is_brought_clear_of_it_or_says_whic
 def test_what_it_does_not_know_is_refused():
     with pytest.raises(InputError, match="self_contact"):
         equilibrium(Arm(world=World(self_contact=True)))
-    with pytest.raises(InputError, match="objects is 1 of them"):
+    with pytest.raises(InputError, match="objects is post"):
         equilibria(Arm(objects=(POST,)), [TO_X, TO_X])
 
 

@@ -153,8 +153,6 @@ def equilibria(
     if method not in METHODS:
         raise InputError("method", repr(method), ", ".join(METHODS))
     check_count("threads", threads, 0)
-    for arm in dict.fromkeys(each_arm):
-        arm.refuse_objects("equilibria finds poses of arms")
     bunches = bunched(each_arm, each_load, guesses(guess, len(each_arm)), allowed(threads))
     began = time.perf_counter()
     with engine_room():
