@@ -88,7 +88,7 @@ def ik(
     """
     from contarm_sim.cli.avoiding import check_flags, draw
     from contarm_sim.cli.solutions import show, show_all, write
-    from contarm_sim.cli.terminal import say
+    from contarm_sim.cli.terminal import say, say_objects
     from contarm_sim.view.report.output import check_output, to_json
 
     if (tip is None) == (file is None):
