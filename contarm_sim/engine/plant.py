@@ -17,6 +17,7 @@ from contarm_sim.engine.room import quiet_engine as quiet_engine
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.routing import section_angles
 from contarm_sim.mjcf import TIMESTEP, Actuation
+from contarm_sim.mjcf.contact import set_step
 from contarm_sim.model.arm import Arm
 
 
@@ -54,12 +55,12 @@ class Plant(DrivenMuscles):
         self.own = own = built_in_world(arm, actuation) if in_world else built(arm, actuation)
         self.model, self.index = own.model, own.index
         self.pull_only, self.integrator = pull_only, integrator
-        self.model.opt.timestep = timestep or TIMESTEP
         if not pull_only:
             self.model.actuator_forcelimited[:] = 0
             self.model.actuator_ctrllimited[:] = 0
         if integrator is not None:
             self.model.opt.integrator = integrator
+        set_step(self.model, timestep or TIMESTEP)
         self.data = mujoco.MjData(self.model)
         # Views into the engine's memory: they stay current, and cost nothing to look up in a loop.
         self.centres, self.gravity = self.data.xpos[self.index.stations], self.model.opt.gravity

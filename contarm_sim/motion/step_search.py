@@ -16,6 +16,7 @@ from contarm_sim.control.base import Controller
 from contarm_sim.control.feedback import Feedback, Memory
 from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import DivergenceError
+from contarm_sim.mjcf.contact import set_step
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.legs import Flight, Leg
 from contarm_sim.motion.stepping_loop import EVERY, Pass, Snapshot
@@ -65,7 +66,7 @@ class Motion:
         """Return the motion at its beginning."""
         plant, plan = self._plant, self._plan
         plant.restart(self._start, plan.start)
-        plant.model.opt.timestep = 1 / (self._rate * substeps)
+        set_step(plant.model, 1 / (self._rate * substeps))
         feedback = self._controller.checked_feedback(self.arm, self._reference, plan)
         if feedback is not None:  # one that a controller returns again would go on from what it summed up
             self._at_first = self._at_first or (feedback, tuple(part.copy() for part in feedback.memory))
