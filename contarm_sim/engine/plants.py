@@ -18,6 +18,7 @@ from contarm_sim.engine.threads import thread_count
 from contarm_sim.errors import DivergenceError, InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf import TIMESTEP, Actuation
+from contarm_sim.mjcf.contact import set_step
 from contarm_sim.model.arm import Arm
 
 
@@ -124,7 +125,7 @@ class Plants(MovedArms):
             model.actuator_ctrllimited[:] = 0
         if self._integrator is not None:
             model.opt.integrator = self._integrator
-        model.opt.timestep = self._steps[place]
+        set_step(model, self._steps[place])
 
     def __len__(self) -> int:
         return len(self.arms)
@@ -138,7 +139,7 @@ class Plants(MovedArms):
     def timestep(self, given: float | ArrayLike) -> None:
         self._steps = self._each(given)
         for model, step in zip(self.models, self._steps, strict=True):
-            model.opt.timestep = step
+            set_step(model, step)
         self.batch.set_models(self.models)
 
     def _each(self, timestep: float | ArrayLike) -> Array:
