@@ -20,6 +20,7 @@ import numpy as np
 from contarm_sim.engine.index import ArmIndex
 from contarm_sim.mjcf import TIMESTEP, Actuation, arm_spec
 from contarm_sim.mjcf.backbone import inertia, links, payload_radius, twist_stiffness
+from contarm_sim.mjcf.contact import leave_out_what_is_drawn
 from contarm_sim.mjcf.muscles import ACTUATORS
 from contarm_sim.model.arm import Arm
 
@@ -119,7 +120,9 @@ def built_in_world(arm: Arm, actuation: Actuation) -> Built:
     """
     if not arm.world.touchable:
         return built(arm, actuation)
-    model = arm_spec(arm.without_memory, actuation, TIMESTEP).compile()
+    spec = arm_spec(arm.without_memory, actuation, TIMESTEP)
+    leave_out_what_is_drawn(spec)
+    model = spec.compile()
     return Built(model, ArmIndex.of(model, arm, in_world=True))
 
 
