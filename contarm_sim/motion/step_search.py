@@ -58,7 +58,8 @@ class Motion:
         alone.reset(reference.bend[0])
         Solver(alone)(self._plan.start)
         self._start = alone.qpos.copy()
-        self._plant = Plant(arm, pulls, None, integrator, actuation, in_world=True) if arm.world.touchable else alone
+        touches = arm.world.touchable  # contact has an integrator of its own, see `mjcf.contact`
+        self._plant = Plant(arm, pulls, None, None, actuation, in_world=True) if touches else alone
         self._snapshots: list[Snapshot] = []
         self._at_first: tuple[Feedback, Memory] | None = None
 
