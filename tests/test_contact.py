@@ -62,11 +62,15 @@ def test_links_touch_as_a_tube_as_thick_as_their_disks_or_their_fattest_muscles(
     ends = 0.0
     for body in range(1, model.nbody - 1):  # from base to tip: each begins where the one before it ends
         geom = next(g for g in range(model.ngeom) if model.geom_bodyid[g] == body and model.geom_contype[g])
-        last = body in (1, model.nbody - 2)
-        assert model.geom_type[geom] == (mujoco.mjtGeom.mjGEOM_CYLINDER if last else mujoco.mjtGeom.mjGEOM_CAPSULE)
         height = sum(model.body_pos[b, 2] for b in range(1, body + 1)) + model.geom_pos[geom, 2]
         assert height - model.geom_size[geom, 1] == pytest.approx(ends, abs=1e-12)
         ends = height + model.geom_size[geom, 1]
+        if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CAPSULE:  # whose round ends stay inside of the arm
+            round_end = model.geom_size[geom, 0] + model.geom_size[geom, 1]
+            assert 0 <= height - round_end <= height + round_end <= arm.length
+        else:
+            assert model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CYLINDER
+            assert min(ends, arm.length - ends) < 0.05
         assert model.geom_size[geom, 0] == pytest.approx(0.03 if body <= 13 else arm.contact_radii[1])
     assert ends == pytest.approx(arm.length)
 
@@ -198,7 +202,7 @@ def test_contact_forces_are_converged_where_links_wrap_around_something():
             assert beyond_cone(plant) < 1e-9
             most = max(most, plant.data.ncon)
     assert most >= 3
-    assert forces(plant)[:, 0].sum() > 20
+    assert forces(plant)[:, 0].sum() > 10
     assert plant.data.contact.dist.min() > -5e-5
 
 
