@@ -13,7 +13,7 @@ from contarm_sim.demos.files import HERE, arm_of, smooth
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.simulate import CONTROL_RATE, Stepping, simulate
-from contarm_sim.paths.reference import Reference
+from contarm_sim.paths.reference import Reference, section_lengths
 from contarm_sim.paths.waypoints import read_csv
 from contarm_sim.planning.along import avoid_along
 from contarm_sim.results.trajectory import Trajectory
@@ -32,20 +32,18 @@ def demonstrate(on_tick: OnTick | None = None) -> Demonstration:
     """Simulate both ways to the point, and compare what they touch and where they end."""
     arm = arm_of("reach_around")
     time, target = targets()
-    whole = 2 * len(time)
-
-    def tick(before: int) -> object:
-        return None if on_tick is None else lambda count: on_tick(before + count, whole)
-
     motions = []
     for number, reference in enumerate((planned(arm, time, target), plain(arm, time, target))):
-        told: object = tick(number * len(time))
-        motions.append(simulate(arm, reference, "tip", stepping=Stepping(STEP), on_tick=told))  # type: ignore[arg-type]
+
+        def tick(count: int, before: int = number * len(time)) -> object:
+            return None if on_tick is None else on_tick(before + count, 2 * len(time))
+
+        motions.append(simulate(arm, reference, "servo", stepping=Stepping(STEP), on_tick=tick))
     round_it, straight = motions
     found = checks(round_it, straight)
     said = (
         f"plain inverse kinematics leads the arm into the post, which it presses with {pressed(straight):.1f} N and"
-        f" ends {1e3 * missed(straight):.0f} mm off; the planned way ends {1e3 * missed(round_it):.1f} mm off"
+        f" ends {1e3 * missed(straight):.0f} mm off; the planned way touches nothing and sags by {1e3 * missed(round_it):.0f} mm"
     )
     return Demonstration(round_it, found, said, straight, ("planned round the post", "plain inverse kinematics"))
 
@@ -62,8 +60,7 @@ def planned(arm: Arm, time: Array, target: Array) -> Reference:
     """Return the motion whose poses keep clear of the post."""
     rows = np.unique(np.r_[0 : len(time) : EVERY, len(time) - 1])
     bends = avoid_along(arm, target[rows], MARGIN).bends.reshape(len(rows), -1)
-    between = Reference.from_bends(smooth(time[rows], bends, time), arm, time)
-    return Reference(time, target, between.bend, between.length)
+    return Reference(time, target, smooth(time[rows], bends, time), section_lengths(arm))
 
 
 def plain(arm: Arm, time: Array, target: Array) -> Reference:
@@ -74,16 +71,15 @@ def plain(arm: Arm, time: Array, target: Array) -> Reference:
     form = shape.backbone(arm)
     end = inverse.solve(target[-1], form)
     back = inverse.track(target[::-1], form, start=end.bends)
-    return Reference(time, target, back.bends[::-1].reshape(len(time), -1), Reference.from_bends(
-        back.bends[::-1].reshape(len(time), -1), arm, time).length)
+    return Reference(time, target, back.bends[::-1].reshape(len(time), -1), section_lengths(arm))
 
 
 def checks(round_it: Trajectory, straight: Trajectory) -> list[Check]:
     """Return what both motions must show."""
     return [
-        Check("planned: tip off the point, at the end", 1e3 * missed(round_it), 3.0, "mm"),
+        Check("planned: tip off the point, at the end", 1e3 * missed(round_it), 15.0, "mm"),
         Check("planned: largest contact force", pressed(round_it), 0.0, "N"),
-        Check("plain: tip off the point, at the end", 1e3 * missed(straight), 10.0, "mm", least=True),
+        Check("plain: tip off the point, at the end", 1e3 * missed(straight), 30.0, "mm", least=True),
         Check("plain: largest contact force", pressed(straight), 0.2, "N", least=True),
         Check("plain: deepest contact of a link", 1e3 * _deepest(straight), 0.5, "mm"),
     ]
