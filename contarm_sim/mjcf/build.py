@@ -57,9 +57,11 @@ def spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
             each muscle; controls are tensions [N].
 
     Raises:
-        InputError: an unknown actuation, or friction in the backbone, which MJCF does not have.
+        InputError: an unknown actuation, friction in the backbone, which MJCF does not have, or objects: they stay in
+            the host.
     """
     arm.refuse_memory("MJCF models, environments and the live view are")
+    arm.refuse_objects("parts of other models, which bring objects of their own, are made")
     part = mujoco.MjSpec()
     part.modelname = "contarm"
     part.compiler.degree = False
@@ -86,7 +88,7 @@ def arm_spec(arm: Arm, actuation: Actuation = "lengths", timestep: float | None 
     Raises:
         InputError: an unknown actuation, or an arm that no time step suits.
     """
-    alone = spec(arm, actuation)
+    alone = spec(arm.alone, actuation)
     alone.option.timestep = timestep or longest_step(alone.compile(), arm, actuation, TIMESTEP)
     alone.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     alone.option.gravity = arm.gravity

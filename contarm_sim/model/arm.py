@@ -260,8 +260,10 @@ class Arm(FlatArm, Shown):
             InputError: says so.
         """
         if self.world.touchable:
-            given = f"{len(self.world.objects)} of them" if self.world.objects else "self_contact"
-            raise InputError("objects", given, f"none: {what} without anything that the arm can touch")
+            names = ", ".join(each.name for each in self.world.objects)
+            name, given = ("objects", names) if names else ("self_contact", "on")
+            allowed = f"none: {what} without anything that the arm can touch; leave it out (in Python, arm.alone)"
+            raise InputError(name, given, allowed)
 
     @cached_property
     def groups(self) -> tuple[MuscleGroup, ...]:

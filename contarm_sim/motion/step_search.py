@@ -17,6 +17,7 @@ from contarm_sim.control.feedback import Feedback, Memory
 from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import DivergenceError
 from contarm_sim.mjcf.contact import set_step
+from contarm_sim.mjcf.overlaps import refuse_overlaps
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.legs import Flight, Leg
 from contarm_sim.motion.stepping_loop import EVERY, Pass, Snapshot
@@ -60,6 +61,9 @@ class Motion:
         self._start = alone.qpos.copy()
         touches = arm.world.touchable  # contact has an integrator of its own, see `mjcf.contact`
         self._plant = Plant(arm, pulls, None, None, actuation, in_world=True) if touches else alone
+        if touches:
+            self._plant.restart(self._start, self._plan.start)
+            refuse_overlaps(arm, self._plant.model, self._plant.data, "where the motion starts")
         self._snapshots: list[Snapshot] = []
         self._at_first: tuple[Feedback, Memory] | None = None
 
