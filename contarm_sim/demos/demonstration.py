@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from contarm_sim.demos.checks import Check
 from contarm_sim.results.trajectory import Trajectory
@@ -22,13 +22,15 @@ class Demonstration:
         said: what was found, in a sentence.
         beside: the motion that it is compared with, or None.
         names: of both, for films.
+        aims: whether the tip has a target that films show.
     """
 
     run: Trajectory
     checks: list[Check]
     said: str
     beside: Trajectory | None = None
-    names: tuple[str, str] = field(default=("", ""))
+    names: tuple[str, str] = ("", "")
+    aims: bool = False
 
     @property
     def passed(self) -> bool:

@@ -52,7 +52,8 @@ def count() -> int:
 
 def checks(run: Trajectory) -> list[Check]:
     """Return what the motion must show: lifted and carried, not slipped, no link in the log, put down as it was."""
-    assert run.objects is not None and run.contacts is not None
+    assert run.objects is not None
+    assert run.contacts is not None
     log, time = run.objects[:, 0], run.time
     height = log[0, 2] - log[:, 2]  # +Z points down
     top = (time >= LIFTED) & (time <= LOWERING)
@@ -73,7 +74,8 @@ def checks(run: Trajectory) -> list[Check]:
 
 def slip(run: Trajectory) -> tuple[float, float]:
     """Return how far the log moves [m] and how much it turns [deg] while it is held, as seen from the link under it."""
-    assert run.objects is not None and run.contacts is not None
+    assert run.objects is not None
+    assert run.contacts is not None
     log = run.objects[:, 0]
     held = np.flatnonzero(log[0, 2] - log[:, 2] > OFF)
     if not len(held):
@@ -98,7 +100,8 @@ def varied(arm: Arm, seed: int, share: float = 0.2) -> Arm:
     draw = np.random.default_rng(seed)
     mass, friction = 1 + share * draw.uniform(-1, 1, 2)
     log = arm.world.objects[0]
-    assert log.mass is not None and log.radius is not None
+    assert log.mass is not None
+    assert log.radius is not None
     off = share * log.radius * draw.uniform(-1, 1, 3)
     other = replace(log, mass=log.mass * mass, friction=log.friction * friction, position=_moved(log.position, off))
     forks = [replace(fork, position=_moved(fork.position, off * [1, 0, 1])) for fork in arm.world.objects[1:]]
