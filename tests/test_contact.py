@@ -152,23 +152,24 @@ def energy(plant):
     return data.energy[1] - 0.5 * armature + data.energy[0]
 
 
+ONTO_A_FLOOR = replace(two(), objects=(Object(name="floor", shape="plane", position=(0, 0, 0.33), axis=(0, 0, -1)),))
+
+
 @pytest.mark.parametrize(
-    ("arm", "bend", "most"),
+    ("arm", "bend", "step", "most"),
     [
-        (replace(STANDING, objects=(wall(0.10),)), (-2.0, 0.0), 0.0),
-        (
-            replace(two(), objects=(Object(name="floor", shape="plane", position=(0, 0, 0.33), axis=(0, 0, -1)),)),
-            (0.75, 1.0),
-            1e-2,
-        ),
+        (replace(STANDING, objects=(wall(0.10),)), (-2.0, 0.0), 0.005, 0.0),
+        (ONTO_A_FLOOR, (0.6, 0.25), 0.001, 0.0),
+        # In 5 ms springs do not feel the blow that stops the arm: the error of the step comes back.
+        (ONTO_A_FLOOR, (0.6, 0.25), 0.005, 1e-2),
     ],
-    ids=["a standing arm against a wall", "a hanging arm onto a floor"],
+    ids=["standing, against a wall", "hanging, onto a floor, 1 ms", "hanging, onto a floor, 5 ms"],
 )
-def test_a_falling_arm_loses_energy_until_it_rests(arm, bend, most):
-    plant = Plant(arm, in_world=True, actuation="none")
+def test_a_falling_arm_loses_energy_until_it_rests(arm, bend, step, most):
+    plant = Plant(arm, in_world=True, actuation="none", timestep=step)
     plant.reset(np.array(bend))
     seen, touched = [], []
-    for _ in range(800):
+    for _ in range(round(3 / step)):
         mujoco.mj_step1(plant.model, plant.data)  # positions and velocities of one moment
         seen.append(energy(plant))
         touched.append(plant.data.ncon)
@@ -176,11 +177,10 @@ def test_a_falling_arm_loses_energy_until_it_rests(arm, bend, most):
     total = np.array(seen)
     lost, lowest = total[0] - total[-1], np.minimum.accumulate(total)
     assert any(touched)
-    assert lost > 0.1
-    # What a link enters in one step at speed, it is pushed out of: that is all that comes back.
+    assert lost > 0.03
     assert np.max(total[1:] - lowest[:-1]) <= most * lost
-    assert np.max(np.diff(total[-400:])) < 1e-9 * lost
-    assert np.abs(plant.data.qvel).max() < 1e-3
+    assert np.max(np.diff(total[-len(total) // 4 :])) < 1e-9 * lost
+    assert np.abs(plant.data.qvel).max() < 1e-2
 
 
 def test_contact_forces_are_converged_where_links_wrap_around_something():
