@@ -26,8 +26,8 @@ def demo(name: str, no_video: bool, out: str | None, as_json: bool) -> int:
     lean          the arm leans on a wall, and its tip is stiffer for it
 
     Leaves summary.json, trajectory.npz, arm.toml, arm.xml and video.mp4, so that contarm render draws it in other ways;
-    the motion that it is compared with is in beside/. Exit code 1 if a check fails. Numbers are on disk before anything is
-    drawn; Ctrl-C before that leaves nothing.
+    the motion that it is compared with is in beside/. Exit code 1 if a check fails. Numbers are on disk before
+    anything is drawn; Ctrl-C before that leaves nothing.
 
     \b
     contarm demo grasp
@@ -100,7 +100,7 @@ def shot(found: Any, width: int = 1280, height: int = 720, fps: float = 30.0, sp
     from contarm_sim.view.rendering.video import Shot
 
     overlays = Overlays(path=False, trace=False, target=found.aims, ghost=False, frames=False)
-    look = Look(width, height, plots=False, captions=False, overlays=overlays)
+    look = Look(width, height, plots=False, captions=found.beside is not None, overlays=overlays)
     return Shot(found.run, look, fps, speed, found.beside, found.names)
 
 
@@ -108,7 +108,7 @@ def _show(name: str, found: Any) -> None:
     from contarm_sim.cli.terminal import table
 
     rows = [
-        [check.what, f"{check.value:.4g} {check.unit}", f"at {'least' if check.least else 'most'} {check.limit:g}",
+        [check.what, f"{check.value:.3g} {check.unit}", f"at {'least' if check.least else 'most'} {check.limit:g}",
          "yes" if check.passed else "NO"]
         for check in found.checks
     ]  # fmt: skip

@@ -67,7 +67,7 @@ def add_collision_default(spec: mujoco.MjSpec) -> None:
 
 
 def add_collision(spec: mujoco.MjSpec, body: mujoco.MjsBody, link: Link) -> None:
-    """Give a link the geom that touches: a capsule about the backbone, or a cylinder where it would reach behind the base.
+    """Give a link the geom that touches: a capsule about the backbone, near the base a cylinder, the tip a ball.
 
     The tip is round, a ball within the arm that ends with its plate: a rim that scrapes over something chatters. It
     stands for the links that are nearer to the tip than the radius; a core that touches nothing remains of these.
