@@ -1,10 +1,10 @@
-"""A rod pressed against a post or a plane, without friction: a boundary-value problem with a point contact, by shooting.
+"""A rod pressed on a post or a plane, without friction: a boundary-value problem with a point contact, by shooting.
 
 Planar, clamped at the origin along +Z, inextensible; x' = sin a, z' = cos a, EI a'' = f_z sin a - f_x cos a with f the
 force beyond. The rod is a round tube of radius r, cut off flat at its tip. A contact force N along the normal n acts
 
-- on a post (a cylinder across the plane) at an unknown arc length s where the tube touches: 4 unknowns, the curvature at
-  the clamp, N, s and the angle there, for the post's surface (2), the angle at s, and the couple at the tip;
+- on a post (a cylinder across the plane) at an unknown arc length s where the tube touches: 4 unknowns, the curvature
+  at the clamp, N, s and the angle there, for the post's surface (2), the angle at s, and the couple at the tip;
 - on a plane likewise at s where the rod runs along the plane, or, where it meets the plane, at the rim of its tip, with
   the couple of that lever.
 
@@ -20,7 +20,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, root
 
-PUSHES = 12
+PUSHES = 4
 FINE = 400
 
 
@@ -39,7 +39,7 @@ class Rod:
 
 @dataclass(frozen=True)
 class Obstacle:
-    """A post of a radius [m] about `at`, or a plane through `at` whose normal is (-cos tilt, sin tilt) (radius None)."""
+    """A post of a radius [m] about `at`, or (None) a plane through `at` with the normal (-cos tilt, sin tilt)."""
 
     at: np.ndarray
     tilt: float = 0.0

@@ -97,7 +97,8 @@ def test_the_arm_is_stiffer_leaning(leant):
 def test_the_command_leaves_a_folder_that_can_be_opened_and_tells_failures(leant, tmp_path, monkeypatch):
     target, found = tmp_path / "lean", leant
     monkeypatch.setattr(lean, "demonstrate", lambda show: found)
-    done = CliRunner().invoke(cli, ["demo", "lean", "--no-video", "--json", "--out", str(target)], standalone_mode=False)
+    words = ["demo", "lean", "--no-video", "--json", "--out", str(target)]
+    done = CliRunner().invoke(cli, words, standalone_mode=False)
     assert done.return_value == 0
     summary = json.loads((target / "summary.json").read_text())
     assert summary["verdict"] == "pass"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import OrderedDict
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -50,7 +50,7 @@ class Equilibrium(Solution):
         contacts: where it leans on objects, without friction; smallest_eigenvalue and tip_compliance are then those
             of changes that keep these contacts closed.
         friction_range: how far from here friction at the contacts could hold the tip at most, to the first order [m]:
-            with friction the arm may rest in any pose of a whole range, and this is its centre. None without contact, infinite
+            with friction the arm may rest in a whole range of poses, about this one. None without contact, infinite
             where it comes to more than a quarter of the length.
         held_objects: free objects, which are held where they stand, and the force that it takes.
     """
@@ -62,9 +62,9 @@ class Equilibrium(Solution):
     held: bool | None
     seconds: float
     qpos: Array
-    contacts: tuple[Touch, ...] = ()
-    friction_range: float | None = None
-    held_objects: tuple[HeldObject, ...] = ()
+    contacts: tuple[Touch, ...] = field(default=(), kw_only=True)
+    friction_range: float | None = field(default=None, kw_only=True)
+    held_objects: tuple[HeldObject, ...] = field(default=(), kw_only=True)
 
     def __repr__(self) -> str:
         tip = ", ".join(f"{x:.4g}" for x in self.tip)

@@ -31,6 +31,9 @@ SIDES = (1.0, -1.0)
 TRUSTED = 0.25
 """Largest range of friction that the first order tells [lengths]."""
 
+AGAIN = 3
+"""Most searches again, where what lay flat on an object does so no more."""
+
 RING = 24
 """Places looked at about the base plate's edge."""
 
@@ -144,21 +147,21 @@ def _clear(leaning: Leaning, start: Array, end: Array) -> bool:
 def _among(leaning: Leaning, arm: Arm) -> Leant:
     """Go down from the present pose, contacts and all."""
     solver = leaning.solver
-    data, steps = solver.plant.data, solver.steps
+    data = solver.plant.data
     solver.iterations = 0
     start = data.qpos.copy()
-    residual, stable = descend(leaning, steps)
+    residual, stable = _down(leaning)
     for side in SIDES:  # a straight arm has no way to give way
         if residual <= leaning.tolerance:
             break
         data.qpos[:] = start + side * SIDE / arm.links * (solver.plant.model.jnt_axis[:, 1] > 0.5)
-        residual, stable = descend(leaning, steps)
+        residual, stable = _down(leaning)
     for _ in range(OFF_SADDLES):
         if stable or residual > leaning.tolerance:
             break
         mode = leaning.softest_mode()
         data.qpos += SIDE * mode / np.abs(mode).sum()
-        residual, stable = descend(leaning, steps)
+        residual, stable = _down(leaning)
     residual = leaning.evaluate()
     if residual > leaning.tolerance:
         raise _unsettled(leaning, residual)
@@ -177,6 +180,16 @@ def _among(leaning: Leaning, arm: Arm) -> Leant:
         friction_range=_friction_range(leaning, arm, J[:3]) if contacts else None,
         held_objects=_held(arm, contacts),
     )
+
+
+def _down(leaning: Leaning) -> tuple[float, bool]:
+    """Go down to rest; return what is left [N m] and whether that is a minimum."""
+    residual, stable = descend(leaning, leaning.solver.steps)
+    for _ in range(AGAIN):
+        if residual > leaning.tolerance or not leaning.forget():
+            break
+        residual, stable = descend(leaning, leaning.solver.steps)
+    return residual, stable
 
 
 def _unsettled(leaning: Leaning, residual: float) -> EquilibriumError:

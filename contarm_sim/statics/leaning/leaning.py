@@ -21,6 +21,9 @@ from contarm_sim.statics.solver import Solver
 GAP = 1e-8
 """Largest overlap at rest, and gap that a force acts across [lengths]."""
 
+LEFT = 1e-6
+"""Largest overlap between stations of an arm that lies flat on an object [lengths]."""
+
 STRIDE, SEEN = 0.04, 0.1
 """Longest way of any part of the arm in one step, and how far it looks for objects [lengths]."""
 
@@ -80,6 +83,12 @@ class Leaning:
         """Whether the arm overlaps an object by more than rounding."""
         return self.deepest > GAP * self.tube.length
 
+    def forget(self) -> bool:
+        """Forget what lay flat on objects; return whether the arm then overlaps one by more than `LEFT`."""
+        self._flat.clear()
+        self.look()
+        return self.deepest > LEFT * self.tube.length
+
     # What `descend` asks for.
 
     def evaluate(self) -> float:
@@ -95,7 +104,10 @@ class Leaning:
             left = float(np.abs(forces + self.press @ self.slopes).max())
             if left <= self.tolerance:
                 break
-        self._overlap = float(np.maximum(-self._gaps, 0).sum())
+        deepest = {near.number: 0.0 for near in self.nears}
+        for near in self.nears:
+            deepest[near.number] = max(deepest[near.number], -near.gap)
+        self._overlap = sum(deepest.values())  # of each object
         across = float(np.abs(self._gaps[self.press > 0]).max(initial=0.0))
         off = max(self.deepest, across) / (GAP * length) * self.tolerance
         return max(left, off)
@@ -119,7 +131,8 @@ class Leaning:
             return None
         step, largest = found
         share = min(solver.share(step), self._share(step))
-        self._price = max(self._price, DEAR * largest)
+        if damping <= 1 or not self._price:  # beyond, the damping is what presses
+            self._price = max(self._price, DEAR * largest)
         fall = share * float(solver.forces @ step) - 0.5 * share**2 * float(step @ self._matrix @ step)
         self._expected = max(fall + share * self._price * self._overlap, 1e-300)
         return share * step

@@ -8,13 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.statics.leaning.surroundings import Surroundings
 from contarm_sim.statics.leaning.tube import Attached, Place, Tube
+
+Indices = NDArray[np.integer]
 
 SAMPLES = 4
 """Places looked at in each span between stations."""
@@ -29,7 +33,7 @@ APART = 0.2
 """How near a minimum stands for a station [spans]."""
 
 RIM, FLAT = 16, 0.02
-"""Places looked at on the tip's rim; the tilt [rad] up to which these, all together, stand for a disc flat on a face."""
+"""Places looked at on the tip's rim; the tilt [rad] up to which they all stand for a disc flat on a face."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +64,7 @@ class Chain:
         station_of_dof: what each turns, shape (dofs,).
     """
 
-    def __init__(self, x: Array, R: Array, axes: Array, anchors: Array, station_of_dof: Array) -> None:
+    def __init__(self, x: Array, R: Array, axes: Array, anchors: Array, station_of_dof: Indices) -> None:
         self.x, self.R, self.axes, self.anchors, self.station_of_dof = x, R, axes, anchors, station_of_dof
 
     def levers(self, near: Near) -> Array:
@@ -153,7 +157,7 @@ class _Look:
             for k in np.flatnonzero((slopes[:-1] < 0) & (slopes[1:] >= 0)):
                 span, low = int(of[k]), float(u[k])
                 high = low + 1 / SAMPLES
-                where = _root(lambda v, span=span: float(self._slopes(np.array([span]), np.array([v]))[0]), low, high)
+                where = _root(partial(self._slope, span), low, high)
                 place = tube.place(span, where)
                 if (self._number, span) in self._flat or self._lies(place, gaps[span : span + 2]):
                     self._flat.add((self._number, span))
@@ -163,11 +167,14 @@ class _Look:
         for station in np.flatnonzero(watched):
             yield tube.fixed(tube.place(int(station), 0.0))
 
+    def _slope(self, span: int, u: float) -> float:
+        return float(self._slopes(np.array([span]), np.array([u]))[0])
+
     def _lies(self, place: Place, gaps: Array) -> bool:
         """Whether a span about a minimum lies flat: the gaps [m] at its stations are hardly larger."""
         return bool(gaps.max() - self.near(place).gap < LYING * self._tube.length)
 
-    def _slopes(self, spans: Array, u: Array) -> Array:
+    def _slopes(self, spans: Indices, u: Array) -> Array:
         """Return how the gap changes along the backbone, shape (S,)."""
         points, along, radii = self._tube.points(self._x, self._R, spans, u)
         return np.asarray((self._distances(points)[1] * along).sum(axis=1) - radii[:, 1])
@@ -215,7 +222,7 @@ class _Look:
         return self._tube.face(*at)
 
 
-def _runs(mask: Array) -> Iterator[tuple[int, int]]:
+def _runs(mask: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
     """Return the starts and ends of runs of True."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
     return zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)

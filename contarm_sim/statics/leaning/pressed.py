@@ -11,6 +11,9 @@ CHANGES = 30
 """Most changes of the set of contacts that press, for one step."""
 
 
+LEAST = 1e-8
+"""Least square of a lever that an overlap is closed by [m^2]."""
+
 SLACK, FEASIBLE = 1e-7, 1e-5
 """How much bounds give way, so that those that are nearly alike share forces; what they all may leave of a step."""
 
@@ -18,7 +21,7 @@ DEAR = 1e3
 """Stiffness of overlaps that cannot all be closed, over the arm's."""
 
 ACROSS, NOTHING = 100.0, 1e-9
-"""How much more a force across a gap counts than a force that is not balanced; the share of the largest that is none."""
+"""How much more a force across a gap counts than one that is not balanced; what share of the largest is none."""
 
 
 def pressing(J: Array, pull: Array, gaps: Array, scale: Array) -> Array:
@@ -42,8 +45,8 @@ def pressing(J: Array, pull: Array, gaps: Array, scale: Array) -> Array:
     return np.where(forces > NOTHING * forces.max(), forces, 0.0)
 
 
-def pressed_step(K: Array, pull: Array, J: Array, gaps: Array, guess: Array) -> tuple[Array, float] | None:
-    """Return the least of energy - pull . s + s K s / 2 where gaps + J s >= 0, shape (dofs,), and the largest force [N].
+def pressed_step(K: Array, pull: Array, J: Array, gaps: Array, guess: NDArray[np.bool_]) -> tuple[Array, float] | None:
+    """Return the least of energy - pull . s + s K s / 2 where gaps + J s >= 0, and the largest force [N].
 
     Args:
         K: stiffness [N m/rad], shape (dofs, dofs).
@@ -81,9 +84,10 @@ def pressed_step(K: Array, pull: Array, J: Array, gaps: Array, guess: Array) -> 
 def _compromise(K: Array, pull: Array, J: Array, gaps: Array) -> tuple[Array, float]:
     """Return the step that closes overlaps as well as it can where it cannot close all."""
     deep = gaps < 0
-    price = DEAR * float(np.abs(K.diagonal()).max()) / max(float(np.square(J[deep]).sum(axis=1).max(initial=0)), 1e-300)
+    lever = float(np.square(J[deep]).sum(axis=1).max(initial=0.0))
+    price = DEAR * float(np.abs(K.diagonal()).max()) / max(lever, LEAST)
     step = np.linalg.solve(K + price * J[deep].T @ J[deep], pull - price * gaps[deep] @ J[deep])
-    return step, price * float(-gaps.min())
+    return np.asarray(step), price * float(-gaps.min())
 
 
 def within(K: Array, J: Array) -> Array:
@@ -102,7 +106,7 @@ def free(J: Array) -> Array:
 
 def _factor(K: Array) -> Array | None:
     try:
-        return np.linalg.cholesky(0.5 * (K + K.T))
+        return np.asarray(np.linalg.cholesky(0.5 * (K + K.T)))
     except np.linalg.LinAlgError:
         return None
 

@@ -10,9 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
 
+Indices = NDArray[np.integer]
 
 EDGE = 3e-5
 """Radius that the edge of the tip's disc is rounded with, over the disc's: the normal of a sharp edge is unknown."""
@@ -28,7 +30,7 @@ class Attached:
         offsets: in the stations' frames [m], shape (P, 3).
     """
 
-    stations: Array
+    stations: Indices
     weights: Array
     offsets: Array
 
@@ -36,7 +38,7 @@ class Attached:
         """Return it in the base frame [m], shape (3,), of stations at x, shape (K, 3), turned by R, (K, 3, 3)."""
         return np.asarray(self.weights @ x[self.stations] + self._turned(R).sum(axis=0))
 
-    def arms(self, x: Array, R: Array, anchors: Array, station_of_dof: Array) -> Array:
+    def arms(self, x: Array, R: Array, anchors: Array, station_of_dof: Indices) -> Array:
         """Return the lever about each hinge [m], shape (dofs, 3): it moves by axis x lever times the hinge's rate."""
         carried = (self.stations[None, :] >= station_of_dof[:, None])[..., None]
         places = self.weights[:, None] * x[self.stations] + self._turned(R)
@@ -86,7 +88,7 @@ class Tube:
         self.edge = EDGE * float(radii[-1])
         self.disc = float(radii[-1]) - self.edge
 
-    def points(self, x: Array, R: Array, spans: Array, u: Array) -> tuple[Array, Array, Array]:
+    def points(self, x: Array, R: Array, spans: Indices, u: Array) -> tuple[Array, Array, Array]:
         """Return points of the backbone [m], their directions by arc length, and radii [m] less their slopes.
 
         Args:
