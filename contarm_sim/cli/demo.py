@@ -8,13 +8,14 @@ from typing import Any
 import click
 
 from contarm_sim.cli.options import Command, json_option, out_option
+from contarm_sim.view.prints import PLAIN
 
 NAMES = ("grasp", "reach-around", "lean")
 
 
 @click.command(cls=Command)
 @click.argument("name", metavar="|".join(NAMES), type=click.Choice(NAMES))
-@click.option("--no-video", is_flag=True, help="Numbers only.")
+@click.option("--no-video", is_flag=True, help="Numbers and a figure only.")
 @out_option("runs/demo-NAME-<time>")
 @json_option
 def demo(name: str, no_video: bool, out: str | None, as_json: bool) -> int:
@@ -25,9 +26,9 @@ def demo(name: str, no_video: bool, out: str | None, as_json: bool) -> int:
     reach-around  the tip comes to a point behind a post; plain inverse kinematics hits the post
     lean          the arm leans on a wall, and its tip is stiffer for it
 
-    Leaves summary.json, trajectory.npz, arm.toml, arm.xml and video.mp4, so that contarm render draws it in other ways;
-    the motion that it is compared with is in beside/. Exit code 1 if a check fails. Numbers are on disk before
-    anything is drawn; Ctrl-C before that leaves nothing.
+    Leaves summary.json, trajectory.npz, contacts.csv, arm.toml, arm.xml, contact.png and video.mp4; contarm render
+    draws other films of it. The motion that it is compared with is in beside/. Exit code 1 if a check fails. Numbers
+    are on disk before anything is drawn; Ctrl-C before that leaves nothing.
 
     \b
     contarm demo grasp
@@ -56,6 +57,7 @@ def demo(name: str, no_video: bool, out: str | None, as_json: bool) -> int:
     with OutputFolder(target) as opened:
         _write(opened.folder, found)
         (opened.folder / "summary.json").write_text(to_json(summary) + "\n")
+    _draw(opened.target, found)
     if not no_video:
         _film(opened.target, found)
     if as_json:
@@ -67,9 +69,10 @@ def demo(name: str, no_video: bool, out: str | None, as_json: bool) -> int:
 
 
 def _write(folder: Path, found: Any) -> None:
-    """Write the numbers of both motions."""
+    """Write the numbers of both motions, and the figure of what the first touches."""
     from contarm_sim.mjcf import arm_spec, exact_xml
     from contarm_sim.model.arm_file import arm_to_toml
+    from contarm_sim.view.report.contacts_csv import write_contacts
 
     for run, place in ((found.run, folder), (found.beside, folder / "beside")):
         if run is not None:
@@ -77,6 +80,18 @@ def _write(folder: Path, found: Any) -> None:
             run.save(place / "trajectory.npz")
             (place / "arm.toml").write_text(arm_to_toml(run.arm))
             (place / "arm.xml").write_text(exact_xml(arm_spec(run.arm)))
+            if run.contacts is not None:
+                write_contacts(place / "contacts.csv", run)
+
+
+def _draw(folder: Path, found: Any) -> None:
+    """Draw what the arm touches: forces, depths and links over time, of the motion that touches more."""
+    from contarm_sim.view.report.contact_figure import draw_contact
+    from contarm_sim.view.style import save
+
+    touching = [run for run in (found.run, found.beside) if run is not None and run.contacts is not None]
+    most = max(touching, key=lambda run: len(run.contacts))
+    save(folder, "contact", lambda sheet: draw_contact(sheet, most), PLAIN)
 
 
 def _film(folder: Path, found: Any) -> None:
