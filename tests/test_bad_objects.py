@@ -1,6 +1,5 @@
 """Objects that cannot be: one short line each, exit code 2; nothing starts inside of anything, nothing is left out."""
 
-import importlib.util
 import struct
 from dataclasses import fields, replace
 from itertools import count
@@ -228,9 +227,6 @@ def test_whatever_knows_no_objects_says_so():
         with pytest.raises(InputError, match=r"touch") as at:
             call()
         assert at.value.name == "objects", name
-    if importlib.util.find_spec("mujoco_warp"):
-        (refusal,) = simulate_many([arm], [circle], backend="warp")
-        assert refusal.name == "objects"
     with pytest.raises(InputError, match=r"shelf, ball.*arm\.alone"):
         poses_at_rest(arm, circle)
     with pytest.raises(InputError, match="self_contact is on"):
