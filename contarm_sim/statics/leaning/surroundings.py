@@ -29,7 +29,7 @@ class Surroundings:
     """
 
     def __init__(self, arm: Arm) -> None:
-        spec = arm_spec(arm, "none", TIMESTEP)
+        spec = arm_spec(arm.without_memory, "none", TIMESTEP)
         spec.worldbody.add_geom(
             name=_PROBE, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[_PROBE_RADIUS, 0, 0], contype=0, conaffinity=0
         )
