@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.engine.index import rows
+from contarm_sim.engine.index import ArmIndex, rows
 from contarm_sim.engine.plant import Plant
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.contacts import Contacts, contact_names
 from contarm_sim.mechanics.pneumatics import passive_tension, pressure_for
+from contarm_sim.model.arm import Arm
 
 
 class Recorder:
@@ -52,22 +53,27 @@ class Recorder:
             "stations": self.stations[:count],
             "tip_rotation": _rotations(sensed[:, index.tip_orientation]),
             "qpos": sensed[:, index.angles],
-        } | self._touched(sensed)
+        } | touched(sensed, index, self._arm)
 
-    def _touched(self, sensed: Array) -> dict[str, Any]:
-        """Return what the arm touched, and where the free objects were; nothing of an arm that is alone."""
-        index, found = self._index, dict[str, Any]()
-        if len(index.touch):
-            touch, depth = sensed[:, index.touch], sensed[:, index.depth]
-            sample, partner, station = np.nonzero(touch[..., 0] > 0)
-            felt, deepest = touch[sample, partner, station], depth[sample, partner, station]
-            found["contacts"] = Contacts(
-                sample, station, partner, point=felt[:, 4:7], force=-felt[:, 1:4], normal=-deepest[:, 1:4],
-                depth=-deepest[:, 0], names=contact_names(self._arm),
-            )  # fmt: skip
-        if len(index.poses):
-            found["objects"] = sensed[:, index.poses]
-        return found
+
+def touched(sensed: Array, index: ArmIndex, arm: Arm) -> dict[str, Any]:
+    """Return what the arm touched, and where the free objects were, by a trajectory's names; nothing of an arm alone.
+
+    Args:
+        sensed: all sensors of T samples, shape (T, sensors).
+    """
+    found: dict[str, Any] = {}
+    if len(index.touch):
+        touch, depth = sensed[:, index.touch], sensed[:, index.depth]
+        sample, partner, station = np.nonzero(touch[..., 0] > 0)
+        felt, deepest = touch[sample, partner, station], depth[sample, partner, station]
+        found["contacts"] = Contacts(
+            sample, station, partner, point=felt[:, 4:7], force=-felt[:, 1:4], normal=-deepest[:, 1:4],
+            depth=-deepest[:, 0], names=contact_names(arm),
+        )  # fmt: skip
+    if len(index.poses):
+        found["objects"] = sensed[:, index.poses]
+    return found
 
 
 def _rotations(quaternions: Array) -> Array:

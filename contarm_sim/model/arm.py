@@ -89,6 +89,7 @@ class Arm(FlatArm, Shown):
         base_orientation: InitVar[Quaternion | None] = OMITTED
         payload: InitVar[float] = OMITTED
         objects: InitVar[tuple[Object, ...]] = OMITTED
+        self_contact: InitVar[bool] = OMITTED
 
     def __init__(
         self,
@@ -115,6 +116,7 @@ class Arm(FlatArm, Shown):
         base_orientation: Quaternion | None = OMITTED,
         payload: float = OMITTED,
         objects: tuple[Object, ...] = OMITTED,
+        self_contact: bool = OMITTED,
     ) -> None:
         of_section = _given(
             length=length, links=links, mass=mass, bending_stiffness=bending_stiffness,
@@ -123,7 +125,10 @@ class Arm(FlatArm, Shown):
             contact_radius=contact_radius,
         )  # fmt: skip
         of_routing = _given(radius=muscle_radius, path=path)
-        of_world = _given(gravity=gravity, base_orientation=base_orientation, payload=payload, objects=objects)
+        of_world = _given(
+            gravity=gravity, base_orientation=base_orientation, payload=payload, objects=objects,
+            self_contact=self_contact,
+        )  # fmt: skip
         parts = _tuple("sections", sections, Section, 1 if sections is OMITTED else None)
         lines = _tuple("routings", routings, Routing, len(parts))
         pulls = _tuple("laws", laws, MuscleLaw, len(parts))
