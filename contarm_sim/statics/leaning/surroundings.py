@@ -6,7 +6,8 @@ import mujoco
 import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mjcf import TIMESTEP, arm_spec, names
+from contarm_sim.mjcf import TIMESTEP, arm_spec
+from contarm_sim.mjcf.backbone import links
 from contarm_sim.model.arm import Arm
 
 _PROBE = "probe"
@@ -25,11 +26,11 @@ class Surroundings:
 
     Attributes:
         objects: the arm's.
-        radii: of what touches at the arm's stations [m], shape (K,), as the model has them.
+        radii: of what touches at the arm's stations [m], shape (K,).
     """
 
     def __init__(self, arm: Arm) -> None:
-        spec = arm_spec(arm, "none", TIMESTEP)
+        spec = arm_spec(arm.without_memory, "none", TIMESTEP)
         spec.worldbody.add_geom(
             name=_PROBE, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[_PROBE_RADIUS, 0, 0], contype=0, conaffinity=0
         )
@@ -39,7 +40,7 @@ class Surroundings:
         mujoco.mj_resetDataKeyframe(model, self._data, 0)
         mujoco.mj_kinematics(model, self._data)
         self.objects = arm.world.objects
-        self.radii = np.array([model.geom(f"{name}_collision").size[0] for name in names.stations(arm)])
+        self.radii = np.array([link.contact_radius for link in links(arm)])
         self._geoms = [model.geom(each.name).id for each in self.objects]
         self._probe = self._data.geom_xpos[model.geom(_PROBE).id]
         self._id = model.geom(_PROBE).id
