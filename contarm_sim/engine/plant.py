@@ -10,18 +10,20 @@ import numpy as np
 from contarm_sim.engine.divergence import FATAL as FATAL
 from contarm_sim.engine.divergence import any_fatal, divergence
 from contarm_sim.engine.driven import DrivenMuscles
-from contarm_sim.engine.index import ArmIndex
+from contarm_sim.engine.index import ArmIndex, rows
 from contarm_sim.engine.models import built, built_in_world
 from contarm_sim.engine.room import engine_room as engine_room
 from contarm_sim.engine.room import quiet_engine as quiet_engine
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.routing import section_angles
 from contarm_sim.mjcf import TIMESTEP, Actuation
+from contarm_sim.mjcf.host import set_step
 from contarm_sim.model.arm import Arm
 
 
 class Plant(DrivenMuscles):
-    """A simulated arm and its `DrivenMuscles`. The base frame is the engine's world frame; gravity is the arm's.
+    """A simulated arm and its `DrivenMuscles`. The base frame is the engine's world frame, but in a host; gravity is
+    the arm's.
 
     Args:
         arm: its parameters.
@@ -31,13 +33,17 @@ class Plant(DrivenMuscles):
         integrator: engine integrator; default the model's.
         actuation: `lengths` (servos), `pressures` (pneumatic muscles behind valves), `tensions` (plain forces) or
             `none` (a bare backbone).
-        in_world: with all that the arm can touch; otherwise the arm is alone.
+        in_world: with all that the arm can touch, in its host if it has one, whose integrator stays; otherwise the arm is
+            alone.
 
     Attributes:
         model, data: the engine's.
         index: where the arm's parts are in them.
         own: the model and the index, in one.
         pull_only, integrator: as given.
+        hosted: whether the arm is in a host: `centres` and the properties that are read of the engine are then in the
+            host's frame; `tip_seen` and what `Recorder` returns are in the base frame everywhere.
+        tip_seen: the tip in the base frame [m], a view that stays current, shape (3,).
         centres: what `stations` copies, as a view into the engine's memory that stays current.
         gravity: the engine's [m/s^2], likewise.
     """
@@ -54,15 +60,16 @@ class Plant(DrivenMuscles):
         self.own = own = built_in_world(arm, actuation) if in_world else built(arm, actuation)
         self.model, self.index = own.model, own.index
         self.pull_only, self.integrator = pull_only, integrator
-        self.model.opt.timestep = timestep or TIMESTEP
+        self.hosted = in_world and arm.world.host is not None
         if not pull_only:
-            self.model.actuator_forcelimited[:] = 0
-            self.model.actuator_ctrllimited[:] = 0
-        if integrator is not None:
+            own.unlimit()
+        if integrator is not None and not self.hosted:
             self.model.opt.integrator = integrator
+        self.step_by(timestep or TIMESTEP)
         self.data = mujoco.MjData(self.model)
         # Views into the engine's memory: they stay current, and cost nothing to look up in a loop.
         self.centres, self.gravity = self.data.xpos[self.index.stations], self.model.opt.gravity
+        self.tip_seen = self.data.sensordata[rows(self.index.tip_position)] if self.hosted else self.centres[-1]
         self.mass = self.model.body_mass[self.index.bodies]
         self._warnings = self.data.warning.number
         self.warned = memoryview(self._warnings)
@@ -93,6 +100,13 @@ class Plant(DrivenMuscles):
         self.own.write(arm, self.actuation)
         self._follow(arm)
 
+    def step_by(self, timestep: float) -> None:
+        """Set the engine's step [s]."""
+        if self.hosted:
+            set_step(self.model, timestep, self.index.dofs, self.index.tendons)
+        else:
+            self.model.opt.timestep = timestep
+
     def reset(self, bend: Array | None = None) -> None:
         """Put the arm at rest with all joints of a section bent alike, the first guess of a pose.
 
@@ -104,7 +118,10 @@ class Plant(DrivenMuscles):
 
     def restart(self, qpos: Array, control: Array) -> None:
         """Put the arm at rest with joint angles [rad], shape (dofs,), controls, shape (M,), sent and reached."""
-        mujoco.mj_resetData(self.model, self.data)
+        if self.hosted:
+            mujoco.mj_resetDataKeyframe(self.model, self.data, 0)
+        else:
+            mujoco.mj_resetData(self.model, self.data)
         self.qpos[:] = qpos
         self.control[:] = control
         if len(self.pressure):

@@ -120,8 +120,7 @@ class Plants(MovedArms):
     def _adopt(self, place: int) -> None:
         model = self.models[place]
         if not self._pull_only:
-            model.actuator_forcelimited[:] = 0
-            model.actuator_ctrllimited[:] = 0
+            self._own[place].unlimit()
         if self._integrator is not None:
             model.opt.integrator = self._integrator
         model.opt.timestep = self._steps[place]

@@ -21,7 +21,7 @@ class Recorder:
 
     Attributes:
         sensed: sensors of the samples, shape (count, sensors).
-        stations: of the samples [m], shape (count, links + 1, 3).
+        stations: of the samples in the engine's world [m], shape (count, links + 1, 3).
         muscles: where lengths [m], velocities [m/s] and forces [N] of the muscles are among the sensors.
     """
 
@@ -45,14 +45,36 @@ class Recorder:
         lengths = sensed[:, index.lengths] + index.zero
         pulled = passive_tension(lengths, self._arm) + sensed[:, index.velocities] * self._damping
         pulled = pulled - sensed[:, index.forces]
-        return {
+        return self._moved(sensed) | {
             "muscle_lengths": lengths,
             "muscle_tensions": pulled,
             "pressure": pressure_for(pulled, lengths, self._arm),
-            "stations": self.stations[:count],
+            "stations": self.backbones(count),
             "tip_rotation": _rotations(sensed[:, index.tip_orientation]),
             "qpos": sensed[:, index.angles],
         } | self._touched(sensed)
+
+    def backbones(self, count: int) -> Array:
+        """Return the stations of the first `count` samples in the base frame [m], shape (count, links + 1, 3)."""
+        stations, pose = self.stations[:count], self._index.base_pose
+        if not pose.size:
+            return stations
+        position, rotation = self._base(self.sensed[:count])
+        return np.asarray((stations - position[:, None]) @ rotation)
+
+    def _base(self, sensed: Array) -> tuple[Array, Array]:
+        """Return the base's positions [m], (T, 3), and rotations, (T, 3, 3), in a host."""
+        pose = sensed[:, self._index.base_pose]
+        return pose[:, :3], _rotations(pose[:, 3:])
+
+    def _moved(self, sensed: Array) -> dict[str, Any]:
+        """Return where the base was in a host, where it can move, and the positions of the host's joints."""
+        host, found = self._arm.world.host, dict[str, Any]()
+        if self._index.base_pose.size and host is not None and host.moves:
+            found["base"] = sensed[:, self._index.base_pose]
+        if self._index.host.size:
+            found["host"] = sensed[:, self._index.host]
+        return found
 
     def _touched(self, sensed: Array) -> dict[str, Any]:
         """Return what the arm touched, and where the free objects were; nothing of an arm that is alone."""
@@ -61,8 +83,14 @@ class Recorder:
             touch, depth = sensed[:, index.touch], sensed[:, index.depth]
             sample, partner, station = np.nonzero(touch[..., 0] > 0)
             felt, deepest = touch[sample, partner, station], depth[sample, partner, station]
+            point, force, normal = felt[:, 4:7], -felt[:, 1:4], -deepest[:, 1:4]
+            if index.base_pose.size:
+                position, rotation = (part[sample] for part in self._base(sensed))
+                point, force, normal = (
+                    np.einsum("ci,cij->cj", each, rotation) for each in (point - position, force, normal)
+                )
             found["contacts"] = Contacts(
-                sample, station, partner, point=felt[:, 4:7], force=-felt[:, 1:4], normal=-deepest[:, 1:4],
+                sample, station, partner, point=point, force=force, normal=normal,
                 depth=-deepest[:, 0], names=contact_names(self._arm),
             )  # fmt: skip
         if len(index.poses):

@@ -63,6 +63,11 @@ def make_touchable(spec: mujoco.MjSpec, arm: Arm) -> None:
     option = spec.option
     option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    add_feelers(spec, arm)
+
+
+def add_feelers(spec: mujoco.MjSpec, arm: Arm) -> None:
+    """Give the arm in a spec its contact, and sensors of it; options stay as they are."""
     for body in names.stations(arm):
         geom = spec.geom(f"{body}_collision")
         soften(geom)
@@ -92,7 +97,8 @@ def _exclude_neighbours(spec: mujoco.MjSpec, arm: Arm) -> None:
 def _add_sensors(spec: mujoco.MjSpec, arm: Arm) -> None:
     """Add sensors of what each link feels of each object, and of the arm itself."""
     body, tree = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_XBODY
-    partners = names.partners(arm)
+    partners, host = names.partners(arm), arm.world.host
+    lumped = host is not None and host.lumped
     for felt, (reduce, fields) in _FELT.items():
         bits = sum(1 << int(field) for field in fields)
         for partner in partners:
@@ -100,7 +106,7 @@ def _add_sensors(spec: mujoco.MjSpec, arm: Arm) -> None:
                 spec.add_sensor(
                     name=names.touch_sensor(station, partner, felt), type=mujoco.mjtSensor.mjSENS_CONTACT,
                     objtype=body, objname=station, intprm=[bits, reduce, 1],
-                    reftype=tree if partner == names.BASE else body, refname=partner,
+                    **({} if lumped else {"reftype": tree if partner == names.BASE else body, "refname": partner}),
                 )  # fmt: skip
 
 

@@ -77,13 +77,17 @@ def line_spacing(arm: Arm) -> float:
 
 
 def base_position(arm: Arm) -> np.ndarray:
-    """Return where the base is in the world [m]: above the floor by what the arm can reach down to."""
+    """Return where the base is in the world [m]: above the floor by what the arm can reach down to, or in its host."""
+    if arm.world.host is not None:
+        return np.array(arm.world.host.base.position)
     return np.array([0.0, 0.0, arm.length * (CLEARANCE - _outlined(arm)[:, 2].min())])
 
 
 def workspace(arm: Arm) -> np.ndarray:
     """Return points of the world about all that an arm can touch, and its foot [m], shape (T, 3)."""
     base = base_position(arm)
+    if arm.world.host is not None:
+        return base + arm.length * _outlined(arm)
     return np.vstack([base + arm.length * _outlined(arm), [0.0, 0.0, max(0.0, base[2] - 0.4 * arm.length)]])
 
 
@@ -103,6 +107,19 @@ def add_scene(spec: mujoco.MjSpec, arm: Arm) -> np.ndarray:
     depth = max(_add_camera(spec, name, seen, *angles) for name, angles in CAMERAS.items())
     spec.visual.map.zfar = max(8.0, math.ceil(depth / (CLEAR * spec.stat.extent)))
     return base
+
+
+def add_to_host(spec: mujoco.MjSpec, arm: Arm) -> mujoco.MjSpec:
+    """Add what a host lacks to be filmed: a large buffer, cameras, and a light; return it."""
+    buffer, seen = spec.visual.global_, workspace(arm)
+    buffer.offwidth, buffer.offheight = max(buffer.offwidth, OFFSCREEN[0]), max(buffer.offheight, OFFSCREEN[1])
+    taken = {camera.name for camera in spec.cameras}
+    for name, angles in CAMERAS.items():
+        if name not in taken:
+            _add_camera(spec, name, seen, *angles)
+    if not len(spec.lights):
+        _add_lights(spec, seen.mean(axis=0), arm.length)
+    return spec
 
 
 def lighten(spec: mujoco.MjSpec) -> None:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from contarm_sim.display import Shown
 from contarm_sim.errors import InputError
 from contarm_sim.model.flat import FlatArm
+from contarm_sim.model.host import Host
 from contarm_sim.model.law import MuscleLaw
 from contarm_sim.model.mckibben import McKibben
 from contarm_sim.model.muscle_group import MuscleGroup
@@ -55,7 +56,7 @@ class Arm(FlatArm, Shown):
         sections: from the base to the tip.
         routings: where the muscles run, one routing for each section; default the paper's for every section.
         laws: how the muscles pull, one law for each section; default the paper's for every section.
-        world: gravity, base and payload.
+        world: gravity, base, payload, what the arm can touch, and a host.
 
     The other arguments change the only section, its muscles, or the world: they are the fields of `Section`, `World`,
     and of `Routing` (`muscle_radius`, `path`); `muscle` is the law. Properties of the same names read them, see
@@ -88,6 +89,7 @@ class Arm(FlatArm, Shown):
         base_orientation: InitVar[Quaternion | None] = OMITTED
         payload: InitVar[float] = OMITTED
         objects: InitVar[tuple[Object, ...]] = OMITTED
+        host: InitVar[Host | None] = OMITTED
 
     def __init__(
         self,
@@ -113,6 +115,7 @@ class Arm(FlatArm, Shown):
         base_orientation: Quaternion | None = OMITTED,
         payload: float = OMITTED,
         objects: tuple[Object, ...] = OMITTED,
+        host: Host | None = OMITTED,
     ) -> None:
         of_section = _given(
             length=length, links=links, mass=mass, bending_stiffness=bending_stiffness,
@@ -120,7 +123,7 @@ class Arm(FlatArm, Shown):
             friction_moment=friction_moment, friction_stiffness=friction_stiffness, section_radius=section_radius,
         )  # fmt: skip
         of_routing = _given(radius=muscle_radius, path=path)
-        of_world = _given(gravity=gravity, base_orientation=base_orientation, payload=payload, objects=objects)
+        of_world = _given(gravity=gravity, base_orientation=base_orientation, payload=payload, objects=objects, host=host)
         parts = _tuple("sections", sections, Section, 1 if sections is OMITTED else None)
         lines = _tuple("routings", routings, Routing, len(parts))
         pulls = _tuple("laws", laws, MuscleLaw, len(parts))
@@ -205,8 +208,8 @@ class Arm(FlatArm, Shown):
 
     @property
     def unloaded(self) -> Arm:
-        """The same arm without gravity and payload."""
-        return self.in_world(replace(self.world, gravity=(0.0, 0.0, 0.0), payload=0.0))
+        """The same arm without gravity and payload, and without a host, which says gravity."""
+        return self.in_world(replace(self.world, host=None, gravity=(0.0, 0.0, 0.0), payload=0.0))
 
     @property
     def alone(self) -> Arm:
@@ -248,7 +251,7 @@ class Arm(FlatArm, Shown):
                 raise InputError("muscle.friction_coefficient", given, allowed, self._said_of(number))
 
     def refuse_objects(self, what: str) -> None:
-        """Refuse objects and self-contact, where they would be left out without a word.
+        """Refuse objects, self-contact and a host, where they would be left out without a word.
 
         Args:
             what: would leave them out.
@@ -257,8 +260,10 @@ class Arm(FlatArm, Shown):
             InputError: says so.
         """
         if self.world.touchable:
-            given = f"{len(self.world.objects)} of them" if self.world.objects else "self_contact"
-            raise InputError("objects", given, f"none: {what} without anything that the arm can touch")
+            name, given = "objects", f"{len(self.world.objects)} of them" if self.world.objects else "self_contact"
+            if self.world.host is not None:
+                name, given = "world", repr(self.world.host.file)
+            raise InputError(name, given, f"none: {what} without anything that the arm can touch")
 
     @cached_property
     def groups(self) -> tuple[MuscleGroup, ...]:
