@@ -25,6 +25,7 @@ from contarm_sim.mjcf.backbone import inertia, links, payload_radius, twist_stif
 from contarm_sim.mjcf.muscles import ACTUATORS
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.host import Host
+from contarm_sim.model.host_file import quiet
 
 KEPT = 16
 """Most models kept."""
@@ -127,7 +128,9 @@ def built_in_world(arm: Arm, actuation: Actuation) -> Built:
     """
     if not arm.world.touchable:
         return built(arm, actuation)
-    model = arm_spec(arm.without_memory, actuation, TIMESTEP).compile()
+    spec = arm_spec(arm.without_memory, actuation, TIMESTEP)
+    with quiet():
+        model = spec.compile()
     found = Built(model, ArmIndex.of(model, arm, in_world=True))
     if arm.world.host is not None:
         _check_unchanged(found, built(arm, actuation), arm.world.host)

@@ -33,8 +33,8 @@ class Plant(DrivenMuscles):
         integrator: engine integrator; default the model's.
         actuation: `lengths` (servos), `pressures` (pneumatic muscles behind valves), `tensions` (plain forces) or
             `none` (a bare backbone).
-        in_world: with all that the arm can touch, in its host if it has one, whose integrator stays; otherwise the arm is
-            alone.
+        in_world: with all that the arm can touch, in its host if it has one, whose integrator stays; otherwise the arm
+            is alone.
 
     Attributes:
         model, data: the engine's.

@@ -45,14 +45,18 @@ class Recorder:
         lengths = sensed[:, index.lengths] + index.zero
         pulled = passive_tension(lengths, self._arm) + sensed[:, index.velocities] * self._damping
         pulled = pulled - sensed[:, index.forces]
-        return self._moved(sensed) | {
-            "muscle_lengths": lengths,
-            "muscle_tensions": pulled,
-            "pressure": pressure_for(pulled, lengths, self._arm),
-            "stations": self.backbones(count),
-            "tip_rotation": _rotations(sensed[:, index.tip_orientation]),
-            "qpos": sensed[:, index.angles],
-        } | self._touched(sensed)
+        return (
+            self._moved(sensed)
+            | {
+                "muscle_lengths": lengths,
+                "muscle_tensions": pulled,
+                "pressure": pressure_for(pulled, lengths, self._arm),
+                "stations": self.backbones(count),
+                "tip_rotation": _rotations(sensed[:, index.tip_orientation]),
+                "qpos": sensed[:, index.angles],
+            }
+            | self._touched(sensed)
+        )
 
     def backbones(self, count: int) -> Array:
         """Return the stations of the first `count` samples in the base frame [m], shape (count, links + 1, 3)."""

@@ -107,9 +107,7 @@ def arm_spec(arm: Arm, actuation: Actuation = "lengths", timestep: float | None 
     return alone
 
 
-def _in_host(
-    part: mujoco.MjSpec, arm: Arm, host: Host, actuation: Actuation, timestep: float | None
-) -> mujoco.MjSpec:
+def _in_host(part: mujoco.MjSpec, arm: Arm, host: Host, actuation: Actuation, timestep: float | None) -> mujoco.MjSpec:
     """Return a host with the arm in it, ready to compile."""
     compiled = part.compile()
     step = timestep or longest_step(compiled, arm, actuation, host.read.timestep)

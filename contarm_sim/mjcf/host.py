@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from threading import Lock
 
 import mujoco
 import numpy as np
@@ -12,7 +11,7 @@ from contarm_sim.errors import InputError
 from contarm_sim.mjcf import names
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.host import Host
-from contarm_sim.model.host_file import Key, opened
+from contarm_sim.model.host_file import Key, opened, quiet
 
 _NAMED = (
     "bodies", "joints", "geoms", "sites", "cameras", "lights", "meshes", "materials", "textures", "tendons",
@@ -20,15 +19,13 @@ _NAMED = (
 )  # fmt: skip
 """Lists of a spec whose parts have names of their own."""
 
-_CLASS = "contarm"
-"""What the names of the arm's defaults classes begin with in a host."""
+CLASS = "contarm"
+"""The defaults class that those of the arm are in, in a host."""
 
 _SHOWN = 6
 """Most names that a message lists."""
 
 _POSITIONS = {mujoco.mjtJoint.mjJNT_FREE: 7, mujoco.mjtJoint.mjJNT_BALL: 4}
-
-_lock = Lock()
 
 
 def attach(part: mujoco.MjSpec, arm: Arm, host: Host) -> mujoco.MjSpec:
@@ -42,20 +39,15 @@ def attach(part: mujoco.MjSpec, arm: Arm, host: Host) -> mujoco.MjSpec:
     """
     spec = opened(host.file)
     _refuse_collisions(spec, part, arm, host)
-    _rename_classes(part)
+    part.default.name = CLASS
     for key in list(spec.keys):
         spec.delete(key)
     parent = spec.body(host.mount)
-    with _lock:  # the engine warns of an empty prefix, and writes that into a file
-        before = mujoco.get_mju_user_warning()
-        mujoco.set_mju_user_warning(_ignore)
-        try:
-            if host.site is not None:
-                spec.attach(part, site=spec.site(host.site), prefix="")
-            else:
-                spec.attach(part, frame=parent.add_frame(pos=host.position, quat=host.orientation), prefix="")
-        finally:
-            mujoco.set_mju_user_warning(before)
+    with quiet():  # of an empty prefix the engine warns
+        if host.site is not None:
+            spec.attach(part, site=spec.site(host.site), prefix="")
+        else:
+            spec.attach(part, frame=parent.add_frame(pos=host.position, quat=host.orientation), prefix="")
     spec = spec.copy()  # which forgets the warning: it would be given again whenever the spec is compiled
     folder = Path(host.file).parent
     spec.meshdir, spec.texturedir = str(folder / spec.meshdir), str(folder / spec.texturedir)
@@ -148,20 +140,3 @@ def _refuse_collisions(spec: mujoco.MjSpec, part: mujoco.MjSpec, arm: Arm, host:
 
 def _single(kind: str) -> str:
     return {"bodies": "body", "meshes": "mesh", "equalities": "equality"}.get(kind, kind.removesuffix("s"))
-
-
-def _rename_classes(part: mujoco.MjSpec) -> None:
-    """Give the arm's defaults classes names that a host hardly has: it may well have a class `collision` or `visual`."""
-    part.default.name = _CLASS
-    for name in _classes(part):
-        part.find_default(name).name = f"{_CLASS}_{name}"
-
-
-def _classes(part: mujoco.MjSpec) -> list[str]:
-    """Return the names of the classes that the parts of an arm may be of."""
-    words = part.to_xml().split('<default class="')[1:]
-    return [word.partition('"')[0] for word in words if part.find_default(word.partition('"')[0]) is not part.default]
-
-
-def _ignore(message: str) -> None:
-    pass

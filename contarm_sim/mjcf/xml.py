@@ -6,6 +6,7 @@ by the spec's exact one; a value that does not agree with the rounded one is lef
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -14,8 +15,13 @@ import mujoco
 import numpy as np
 
 from contarm_sim.mjcf.build import arm_spec, scene_spec
+from contarm_sim.mjcf.host import CLASS
 from contarm_sim.mjcf.muscles import Actuation
+from contarm_sim.mjcf.names import BASE
 from contarm_sim.model.arm import Arm
+
+_MUSCLE = re.compile(r"(section_\d+_)?muscle_\d+")
+"""Names of what belongs to the arm's muscles."""
 
 _RENAMED = {"diaginertia": "inertia"}
 _ATTRIBUTES_OF = {"general": "actuator", "spatial": "tendon", "fixed": "tendon", "inertial": "body"}
@@ -29,6 +35,7 @@ def exact_xml(spec: mujoco.MjSpec) -> str:
     if option is not None:
         _restore(option, spec.option)
     _restore_section(root, spec)
+    _tell_classes_apart(root)
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="unicode") + "\n"
 
@@ -37,6 +44,24 @@ def write_models(arm: Arm, folder: Path, actuation: Actuation = "lengths") -> No
     """Write arm.xml and scene.xml into an existing folder."""
     (folder / "arm.xml").write_text(exact_xml(arm_spec(arm, actuation)))
     (folder / "scene.xml").write_text(exact_xml(scene_spec(arm, actuation)))
+
+
+def _tell_classes_apart(root: ElementTree.Element) -> None:
+    """Rename the arm's defaults classes where its host has classes of these names, such as `collision`."""
+    every = {element.get("class"): element for element in root.iter("default")}
+    if CLASS not in every:
+        return
+    own = [element.get("class") for element in every[CLASS] if element.tag == "default"]
+    taken = [element.get("class") for element in root.iter("default") if element not in list(every[CLASS])]
+    renamed = {name: f"{CLASS}_{name}" for name in own if name in taken}
+    muscles = [*root.findall("actuator"), *root.findall("tendon")]
+    parts = [each for kind in muscles for each in kind if _MUSCLE.match(each.get("name", ""))]
+    for body in root.iter("body"):
+        if body.get("name") == BASE:
+            parts += body.iter()
+    for part in [*every[CLASS], *parts]:
+        if part.get("class") in renamed:
+            part.set("class", renamed[part.get("class")])
 
 
 def _restore_section(element: ElementTree.Element, spec: mujoco.MjSpec) -> None:

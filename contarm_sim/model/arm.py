@@ -123,7 +123,9 @@ class Arm(FlatArm, Shown):
             friction_moment=friction_moment, friction_stiffness=friction_stiffness, section_radius=section_radius,
         )  # fmt: skip
         of_routing = _given(radius=muscle_radius, path=path)
-        of_world = _given(gravity=gravity, base_orientation=base_orientation, payload=payload, objects=objects, host=host)
+        of_world = _given(
+            gravity=gravity, base_orientation=base_orientation, payload=payload, objects=objects, host=host
+        )
         parts = _tuple("sections", sections, Section, 1 if sections is OMITTED else None)
         lines = _tuple("routings", routings, Routing, len(parts))
         pulls = _tuple("laws", laws, MuscleLaw, len(parts))
@@ -260,7 +262,8 @@ class Arm(FlatArm, Shown):
             InputError: says so.
         """
         if self.world.touchable:
-            name, given = "objects", f"{len(self.world.objects)} of them" if self.world.objects else "self_contact"
+            name, count = "objects", len(self.world.objects)
+            given = f"{count} of them" if count else "self_contact"
             if self.world.host is not None:
                 name, given = "world", repr(self.world.host.file)
             raise InputError(name, given, f"none: {what} without anything that the arm can touch")

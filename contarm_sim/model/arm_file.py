@@ -135,7 +135,7 @@ def arm_to_dict(arm: Arm) -> dict[str, Any]:
     """Return the parameters of an arm as plain values, see `arm_from_dict`; omitted options are left out."""
     touched: dict[str, Any] = {"self_contact": True} if arm.world.self_contact else {}
     host = {"world": host_to_table(arm.world.host)} if arm.world.host is not None else {}
-    objects = host | {"object": objects_to_tables(arm.world.objects)} if arm.world.objects else {}
+    objects = host | ({"object": objects_to_tables(arm.world.objects)} if arm.world.objects else {})
     if len(arm.sections) > 1:
         world = plain({name: getattr(arm.world, name) for name in WORLD})
         return world | touched | sections_to_tables(arm) | objects

@@ -39,7 +39,7 @@ class Host(Told):
 
     file: str
     site: str | None = field(default=None, metadata={"unit": "-", "help": "where the base goes"})
-    body: str | None = field(default=None, metadata={"unit": "-", "help": "that a pose is given in; omitted: the world"})
+    body: str | None = field(default=None, metadata={"unit": "-", "help": "that a pose is in; omitted: the world"})
     position: Vector = field(default=(0.0, 0.0, 0.0), metadata={"unit": "m", "help": "of the base in that body"})
     orientation: Quaternion = field(default=STRAIGHT_ON, metadata={"unit": "-", "help": "of the base, w x y z"})
 

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import os
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 from contarm_sim import libmujoco
@@ -20,6 +24,8 @@ TOUCHES = 1
 
 _NEEDED = ("ACTUATION", "SENSOR", "SPRING", "DAMPER", "CLAMPCTRL")
 """What the arm does not work without."""
+
+_lock = Lock()
 
 
 @dataclass(frozen=True)
@@ -98,13 +104,33 @@ def opened(file: str) -> mujoco.MjSpec:
     import mujoco
 
     try:
-        spec = mujoco.MjSpec.from_file(file)
+        with quiet():
+            spec = mujoco.MjSpec.from_file(file)
     except (ValueError, UnicodeDecodeError) as error:
         raise _refused(file, error) from None
     for kind, every in (("body", spec.bodies), ("joint", spec.joints)):
         for number, part in enumerate(every):
             part.name = part.name or f"{kind}_{number}"
     return spec
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Keep the engine from warning of a file in Python's warnings and in MUJOCO_LOG.TXT: it is as its user wrote it."""
+    import mujoco
+
+    with _lock, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        before = mujoco.get_mju_user_warning()
+        mujoco.set_mju_user_warning(_ignore)
+        try:
+            yield
+        finally:
+            mujoco.set_mju_user_warning(before)
+
+
+def _ignore(message: str) -> None:
+    pass
 
 
 def rotated(vector: Vector, by: Quaternion) -> Vector:
@@ -132,7 +158,8 @@ def _read(file: str, changed: int, size: int) -> HostFile:
     import mujoco
 
     try:
-        model = spec.compile()
+        with quiet():
+            model = spec.compile()
     except ValueError as error:
         raise _refused(file, error) from None
     _check_options(spec, model)
@@ -155,7 +182,7 @@ def _read(file: str, changed: int, size: int) -> HostFile:
     gravity = (0.0, 0.0, 0.0) if model.opt.disableflags & off.mjDSBL_GRAVITY else tuple(model.opt.gravity.tolist())
     touching = {int(model.geom_bodyid[geom]) for geom in range(model.ngeom) if model.geom_conaffinity[geom] & TOUCHES}
     return HostFile(
-        gravity=gravity,  # type: ignore[arg-type]
+        gravity=gravity,
         timestep=float(model.opt.timestep),
         integrator=mujoco.mjtIntegrator(model.opt.integrator).name.removeprefix("mjINT_"),
         sites={

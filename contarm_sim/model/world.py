@@ -11,7 +11,6 @@ from contarm_sim.model.host import Host
 from contarm_sim.model.objects import Object, check_objects
 from contarm_sim.model.parameters import Quaternion, Vector, check_numbers, check_vector, number
 
-
 _AGREE = 1e-6
 """How far gravity and the base's turn may be from those of a host, as shares."""
 
@@ -27,8 +26,8 @@ class World(Told):
             start: given beside it, they must agree.
 
     Raises:
-        InputError: not finite numbers, a quaternion of zeros, objects that do not go together, or gravity or a base that are
-            not those of the host.
+        InputError: not finite numbers, a quaternion of zeros, objects that do not go together, or gravity or a base
+            that are not those of the host.
     """
 
     gravity: Vector = field(
