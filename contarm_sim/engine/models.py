@@ -20,7 +20,7 @@ import numpy as np
 
 from contarm_sim.engine.index import ArmIndex
 from contarm_sim.errors import InputError
-from contarm_sim.mjcf import TIMESTEP, Actuation, arm_spec
+from contarm_sim.mjcf import TIMESTEP, Actuation, arm_spec, contact, host
 from contarm_sim.mjcf.backbone import inertia, links, payload_radius, twist_stiffness
 from contarm_sim.mjcf.muscles import ACTUATORS
 from contarm_sim.model.arm import Arm
@@ -45,6 +45,18 @@ class Built:
 
     model: mujoco.MjModel
     index: ArmIndex
+
+    @property
+    def hosted(self) -> bool:
+        """Whether the arm is in a host, whose options stay as they are."""
+        return bool(self.index.base_pose.size)
+
+    def step_by(self, timestep: float) -> None:
+        """Set the engine's step [s], and what goes with it."""
+        if self.hosted:
+            host.set_step(self.model, timestep, self.index.dofs, self.index.tendons)
+        else:
+            contact.set_step(self.model, timestep)
 
     def unlimit(self) -> None:
         """Let the arm's servos push, and be set to any length."""

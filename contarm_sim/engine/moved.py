@@ -51,7 +51,7 @@ class MovedArms(SeenArms):
         """Put arms at rest with joint angles [rad], shape (P, D), controls, shape (P, M), sent and reached."""
         at = self._every(places)
         self._clear(at)
-        start = {"keyframe": 0} if self.index.base_pose.size else {}  # a host starts from its own
+        start = {"keyframe": 0} if self._own[0].hosted else {}  # a host starts from its own
         self.batch.reset(at, stage=int(mujoco.mjtStage.mjSTAGE_NONE), **start)
         self.qpos[at] = qpos
         self.send(control, at)

@@ -17,7 +17,6 @@ from contarm_sim.engine.room import quiet_engine as quiet_engine
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.routing import section_angles
 from contarm_sim.mjcf import TIMESTEP, Actuation
-from contarm_sim.mjcf.host import set_step
 from contarm_sim.model.arm import Arm
 
 
@@ -60,12 +59,12 @@ class Plant(DrivenMuscles):
         self.own = own = built_in_world(arm, actuation) if in_world else built(arm, actuation)
         self.model, self.index = own.model, own.index
         self.pull_only, self.integrator = pull_only, integrator
-        self.hosted = in_world and arm.world.host is not None
+        self.hosted = own.hosted
         if not pull_only:
             own.unlimit()
         if integrator is not None and not self.hosted:
             self.model.opt.integrator = integrator
-        self.step_by(timestep or TIMESTEP)
+        own.step_by(timestep or TIMESTEP)
         self.data = mujoco.MjData(self.model)
         # Views into the engine's memory: they stay current, and cost nothing to look up in a loop.
         self.centres, self.gravity = self.data.xpos[self.index.stations], self.model.opt.gravity
@@ -99,13 +98,6 @@ class Plant(DrivenMuscles):
         """Take an arm's parameters, which must be of the same structure, see `models`; reset afterwards."""
         self.own.write(arm, self.actuation)
         self._follow(arm)
-
-    def step_by(self, timestep: float) -> None:
-        """Set the engine's step [s]."""
-        if self.hosted:
-            set_step(self.model, timestep, self.index.dofs, self.index.tendons)
-        else:
-            self.model.opt.timestep = timestep
 
     def reset(self, bend: Array | None = None) -> None:
         """Put the arm at rest with all joints of a section bent alike, the first guess of a pose.

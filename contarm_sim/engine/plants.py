@@ -121,9 +121,9 @@ class Plants(MovedArms):
         model = self.models[place]
         if not self._pull_only:
             self._own[place].unlimit()
-        if self._integrator is not None:
+        if self._integrator is not None and not self._own[place].hosted:
             model.opt.integrator = self._integrator
-        model.opt.timestep = self._steps[place]
+        self._own[place].step_by(self._steps[place])
 
     def __len__(self) -> int:
         return len(self.arms)
@@ -136,8 +136,8 @@ class Plants(MovedArms):
     @timestep.setter
     def timestep(self, given: float | ArrayLike) -> None:
         self._steps = self._each(given)
-        for model, step in zip(self.models, self._steps, strict=True):
-            model.opt.timestep = step
+        for own, step in zip(self._own, self._steps, strict=True):
+            own.step_by(step)
         self.batch.set_models(self.models)
 
     def _each(self, timestep: float | ArrayLike) -> Array:

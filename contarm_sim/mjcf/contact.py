@@ -22,8 +22,16 @@ LINKS, ITSELF = 1, 2
 """Bits of contype and conaffinity: what touches links, and links that touch one another."""
 
 SOLREF = (0.01, 1.0)
-SOLIMP = (0.95, 0.99, 0.0005, 0.5, 2.0)
-"""Contact of the arm: time constant [s] and damping ratio; impedance."""
+"""Time constant [s] and damping ratio of contact: two default steps, the fastest that is damped critically there."""
+
+IMPEDANCE = 0.999
+"""Share of what a rigid contact would do, the same at any depth. A link under 5 N gives way by some hundredths of a
+millimetre; friction creeps in proportion to what is missing to 1."""
+
+SOLIMP = (IMPEDANCE, IMPEDANCE, 0.001, 0.5, 2.0)
+
+IMPRATIO = 100.0
+"""How much harder friction is than the normal direction: what sticks creeps by 1 / IMPRATIO of what it would."""
 
 CONDIM = 3
 """Contacts press and rub; they resist no twist about their normal."""
@@ -63,6 +71,9 @@ def make_touchable(spec: mujoco.MjSpec, arm: Arm) -> None:
     option = spec.option
     option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.impratio = IMPRATIO
+    option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    _damp_by_armature(spec)
     add_feelers(spec, arm)
 
 
@@ -77,6 +88,28 @@ def add_feelers(spec: mujoco.MjSpec, arm: Arm) -> None:
         _exclude_neighbours(spec, arm)
     _add_sensors(spec, arm)
     _add_pose_sensors(spec, arm)
+
+
+def set_step(model: mujoco.MjModel, step: float) -> None:
+    """Set the time step [s] of a compiled model, and the armature that damping is where contact is on.
+
+    `implicitfast` steps by (M + step D) dv = step (f + contact), with damping D, but its contact solver sees M alone:
+    links are so light and so damped (step D is up to 500 M) that their contact buzzes. With step D as armature, plain
+    Euler steps by the very same equation, and contact sees all of it.
+    """
+    model.opt.timestep = step
+    if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_EULERDAMP:
+        step = step if model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER else 0.0
+        model.dof_armature[:] = step * model.dof_damping
+        model.tendon_armature[:] = step * model.tendon_damping
+
+
+def _damp_by_armature(spec: mujoco.MjSpec) -> None:
+    """Do in a spec what `set_step` does in a model."""
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_EULERDAMP
+    for each in (*spec.joints, *spec.tendons):
+        each.armature = spec.option.timestep * each.damping[0]
 
 
 def soften(geom: mujoco.MjsGeom) -> None:

@@ -65,7 +65,7 @@ class Motion:
         """Return the motion at its beginning."""
         plant, plan = self._plant, self._plan
         plant.restart(self._start, plan.start)
-        plant.step_by(1 / (self._rate * substeps))
+        plant.own.step_by(1 / (self._rate * substeps))
         feedback = self._controller.checked_feedback(self.arm, self._reference, plan)
         if feedback is not None:  # one that a controller returns again would go on from what it summed up
             self._at_first = self._at_first or (feedback, tuple(part.copy() for part in feedback.memory))
