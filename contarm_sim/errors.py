@@ -159,6 +159,20 @@ class UnreachableError(InputError):
         )  # fmt: skip
 
 
+class BlockedError(ContarmError):
+    """No pose that was looked at reaches a target and keeps clear of the objects of the world.
+
+    Attributes:
+        clearance: the largest that was found [m], below zero where the arm overlaps an object.
+        margin: what was asked for [m].
+        object: the name of the object that is nearest then.
+    """
+
+    def __init__(self, reason: str, clearance: float, margin: float, object: str) -> None:
+        self.clearance, self.margin, self.object = clearance, margin, object
+        super().__init__(reason)
+
+
 class PressureError(InputError):
     """A pose that needs more pressure than its muscles have.
 

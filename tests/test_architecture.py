@@ -26,6 +26,7 @@ MAY = {
     "results": {"display", "errors", "inputs", "model", "kinematics", "mechanics", "paths"},
     "engine": {"errors", "libmujoco", "processors", "model", "kinematics", "mechanics", "mjcf"},
     "statics": {"brevity", "display", "errors", "libmujoco", "model", "kinematics", "mechanics", "mjcf", "engine"},
+    "planning": {"display", "errors", "libmujoco", "model", "kinematics", "mechanics", "mjcf", "paths"},
     "control": {"errors", "model", "kinematics", "mechanics", "paths", "engine", "statics"},
     "motion": {"errors", "libmujoco", "versions", "model", "kinematics", "mechanics", "mjcf", "paths", "results",
                "engine", "statics", "control"},
@@ -36,13 +37,13 @@ MAY = {
     "sweeps": {"display", "errors", "stopping", "files", "inputs", "versions", "model", "kinematics", "mechanics",
                "paths", "results", "engine", "statics", "control", "motion", "studies"},
     "view": {"brevity", "display", "errors", "stopping", "libmujoco", "files", "inputs", "versions", "model",
-             "kinematics", "mechanics", "mjcf", "paths", "results", "engine", "statics", "control", "motion",
-             "studies", "identify", "sweeps"},
+             "kinematics", "mechanics", "mjcf", "paths", "results", "engine", "statics", "planning", "control",
+             "motion", "studies", "identify", "sweeps"},
     "envs": {"errors", "libmujoco", "model", "kinematics", "mechanics", "mjcf", "paths", "engine", "statics", "control",
              "view"},
     "cli": {"errors", "stopping", "files", "inputs", "versions", "processors", "model", "kinematics", "mechanics",
-            "mjcf", "paths", "results", "statics", "control", "motion", "studies", "identify", "sweeps", "view",
-            "envs"},
+            "mjcf", "paths", "results", "statics", "planning", "control", "motion", "studies", "identify", "sweeps",
+            "view", "envs"},
 }  # fmt: skip
 
 # The one door upwards: results show themselves in notebooks, see display.py; only where they are asked to.

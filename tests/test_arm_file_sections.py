@@ -75,7 +75,7 @@ def random_arm(rng):
     count = int(rng.integers(1, 7))
     limits = {"length": (0.12, 1.0), "mass": (0.05, 1.0), "bending_stiffness": (0.01, 1.0), "damping_time": (0.01, 0.1),
               "torsional_stiffness": (0.01, 1), "joint_friction": (1e-4, 1e-3),
-              "section_radius": (0.01, 0.03)}  # fmt: skip
+              "section_radius": (0.01, 0.03), "contact_radius": (0.01, 0.05)}  # fmt: skip
     law = _law(rng)
     return Arm(
         sections=tuple(replace(_some(rng, Section, **limits), links=int(rng.integers(2, 66))) for _ in range(count)),

@@ -15,6 +15,7 @@ from contarm_sim.model.arm import Arm
 if TYPE_CHECKING:
     from contarm_sim.kinematics.backbone import Backbone
     from contarm_sim.paths.targets import Targets
+    from contarm_sim.planning import Avoiding
 
 CHOICES = ("least-bend", "least-largest", "farthest", "nearest", "all")
 
@@ -53,11 +54,24 @@ CHOICES = ("least-bend", "least-largest", "farthest", "nearest", "all")
     "--tolerance", type=LENGTH, metavar="X",
     help="Largest miss that counts as reached [m]; default 3e-4 length. Angles count as their arc at 0.3 length.",
 )  # fmt: skip
+@click.option(
+    "--avoid", is_flag=True, help="Keep the whole arm clear of the objects of its world ([[object]] in TOML)."
+)
+@click.option(
+    "--margin", type=LENGTH, metavar="X",
+    help="Clearance to keep from the objects [m], with --avoid; default 2.5 % of the arm's length.",
+)  # fmt: skip
+@click.option(
+    "--figure",
+    metavar="FILE",
+    help="Draw the poses that reach --tip, blocked and clear: .png, .pdf, .svg; with --avoid.",
+)
 @json_option
 @arm_options
 def ik(
     arm: Arm, tip: Any, direction: Any, quaternion: Any, file: str | None, choose: str | None, near: Any,
-    limit: tuple[float, ...], out: str | None, project: Any, tolerance: float | None, as_json: bool,
+    limit: tuple[float, ...], out: str | None, project: Any, tolerance: float | None, avoid: bool,
+    margin: float | None, figure: str | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Inverse kinematics: tip positions to bends and muscle lengths.
 
@@ -70,7 +84,9 @@ def ik(
     contarm ik --file targets.csv --out solutions.csv
     contarm ik --preset two --tip 0.1 0.05 0.3 --choose all
     contarm ik --preset three --tip 0.2 0.1 0.4 --direction 1 0 0
+    contarm ik --arm post.toml --tip 0.2 0.05 0.2 --avoid --figure around.png
     """
+    from contarm_sim.cli.avoiding import check_flags, draw
     from contarm_sim.cli.solutions import show, show_all, write
     from contarm_sim.cli.terminal import say
     from contarm_sim.view.report.output import check_output, to_json
@@ -79,12 +95,18 @@ def ik(
         raise InputError("input", "both --tip and --file" if tip else "neither --tip nor --file", "one of them")
     if tolerance is not None and not tolerance >= 0:
         raise InputError("tolerance", tolerance, "a number of at least 0 [m]")
-    if out is not None:
-        check_output(Path(out))
+    check_flags(avoid, margin, figure, choose, project)
+    for path in (out, figure):
+        if path is not None:
+            check_output(Path(path))
     targets = _targets(tip, direction, quaternion, file)
-    asked = _Asked(choose, near, limit, project, tolerance)
+    if figure is not None and file is not None:
+        raise InputError("--figure", "given with --file", "one target: --tip")
+    asked = _Asked(choose, near, limit, project, tolerance, avoid, margin)
+    if arm.world.objects and not avoid:
+        say("the objects of this arm's world are not looked at; --avoid keeps clear of them")
     try:
-        solutions = _solved(arm, targets, asked)
+        solutions, found = _solved(arm, targets, asked)
     except UnreachableError as error:
         raise asking(error, arm).located(targets.place(error.index)) from None
     for note in targets.notes:
@@ -92,6 +114,9 @@ def ik(
     if out is not None:
         write(Path(out), arm, solutions)
         say(f"written: {out}")
+    if figure is not None:
+        draw(Path(figure), arm, targets, found[0])
+        say(f"written: {figure}")
     if as_json:
         click.echo(to_json([{key: value for key, value in row.items() if key != "asks_turn"} for row in solutions]))
     elif tip is not None and len(solutions) == 1:
@@ -116,6 +141,8 @@ class _Asked:
     limit: tuple[float, ...]
     project: Any
     tolerance: float | None
+    avoid: bool
+    margin: float | None
 
 
 def _targets(tip: Any, direction: Any, quaternion: Any, file: str | None) -> Targets:
@@ -130,18 +157,20 @@ def _targets(tip: Any, direction: Any, quaternion: Any, file: str | None) -> Tar
     return read_targets(file)
 
 
-def _solved(arm: Arm, targets: Targets, asked: _Asked) -> list[dict[str, Any]]:
-    """Return what is said of each solution.
+def _solved(arm: Arm, targets: Targets, asked: _Asked) -> tuple[list[dict[str, Any]], list[Avoiding]]:
+    """Return what is said of each solution, and those that avoid as they are.
 
     Raises:
         UnreachableError: a target out of reach, unless projected.
+        BlockedError: a target without a clear pose, where that is asked for.
         InputError: flags that do not suit this arm.
     """
     from contarm_sim.kinematics import inverse
     from contarm_sim.mechanics import shape
 
-    if len(arm.sections) == 1 and not (targets.turned or asked.choose or asked.near or asked.limit):
-        return _on_dome(arm, targets, asked)
+    plain = not (targets.turned or asked.choose or asked.near or asked.limit or asked.avoid)
+    if len(arm.sections) == 1 and plain:
+        return _on_dome(arm, targets, asked), []
     if asked.project not in ("refuse", "nearest"):
         allowed = "refuse or nearest; ray and paper are for positions of one section alone"
         raise InputError("--project", asked.project, allowed)
@@ -150,13 +179,31 @@ def _solved(arm: Arm, targets: Targets, asked: _Asked) -> list[dict[str, Any]]:
     if asked.near and asked.choose not in (None, "nearest"):
         raise InputError("--from", f"given with --choose {asked.choose}", "--choose nearest, or no --choose")
     if asked.choose == "all":
-        return _all(arm, targets, form, asked)
+        return _all(arm, targets, form, asked), []
     near = bends_from_words(asked.near, arm, "from").reshape(-1, 2) if asked.near else None
     choose: Any = asked.choose or ("nearest" if asked.near else "least-bend")
     if choose == "nearest" and near is None:
         raise InputError("--choose nearest", "given without --from", "--from BEND_ANGLE PLANE_ANGLE for each section")
+    if asked.avoid:
+        return _avoided(arm, targets, asked, choose, near)
     found = inverse.solve(targets.position, form, targets.direction, targets.rotation, choose, near)
-    return _said(arm, targets, found.bends, found.solutions, asked, form.limits)
+    return _said(arm, targets, found.bends, found.solutions, asked, form.limits), []
+
+
+def _avoided(
+    arm: Arm, targets: Targets, asked: _Asked, choose: Any, near: Any
+) -> tuple[list[dict[str, Any]], list[Avoiding]]:
+    """Return the same of poses that keep clear of objects."""
+    import numpy as np
+
+    from contarm_sim.cli.avoiding import avoided, said_of
+
+    limits = asked.limit or None
+    found = avoided(arm, targets, asked.margin, choose, near, limits)
+    bends = np.stack([each.bends for each in found])
+    count = np.array([each.solutions for each in found])
+    rows = _said(arm, targets, bends, count, asked, limits or ())
+    return [row | said_of(each) for row, each in zip(rows, found, strict=True)], found
 
 
 def _check_limits(limits: tuple[float, ...], arm: Arm) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from contarm_sim.cli.avoiding import clearance_words
 from contarm_sim.model.arm import Arm
 
 ROUNDING = 1e-9
@@ -86,6 +87,8 @@ def show(arm: Arm, solution: dict[str, Any], frames: list[tuple[str, Any]]) -> N
             rows.append(("angle off", f"{_left(math.degrees(solution['angle_miss']))} deg{off}"))
         if len(arm.sections) > 1:
             rows.append(("solutions", _counted(solution)))
+        if "clearance" in solution:
+            rows.append(("clearance", clearance_words(arm, solution)))
     for name, frame in frames:
         for i, line in enumerate(frame):
             rows.append(
@@ -192,6 +195,8 @@ def show_all(arm: Arm, solutions: list[dict[str, Any]]) -> None:
     columns["miss [mm]"] = [f"{round(1e3 * row['miss'], 4):.4f}" for row in shown]
     if any(row.get("asks_turn") for row in shown):
         columns["angle off [deg]"] = [f"{round(np.degrees(row['angle_miss']), 4):.4f}" for row in shown]
+    if "clearance" in shown[0]:
+        columns["clear of"] = [f"{row['nearest_object']} by {1e3 * row['clearance']:.2f} mm" for row in shown]
     more = f"the first 200 of {len(solutions)}; --out writes all" if len(solutions) > 200 else None
     table(_title(solutions), list(columns), [list(row) for row in zip(*columns.values(), strict=True)], caption=more)
 
@@ -221,6 +226,7 @@ def write(out: Path, arm: Arm, solutions: list[dict[str, Any]]) -> None:
     header += [f"l{i}_m" for i in muscles] + [f"tip_{a}_m" for a in "xyz"] + ["miss_m", "reachable"]
     header += ["angle_miss_rad", "solutions"] if count > 1 else []
     header += ["piece"] if "piece" in solutions[0] else []
+    header += ["clearance_m", "nearest_object", "nearest_xi"] if "clearance" in solutions[0] else []
     with output_file(out) as scratch, scratch.open("w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(header)
@@ -231,4 +237,7 @@ def write(out: Path, arm: Arm, solutions: list[dict[str, Any]]) -> None:
             values += [*row["muscle_deltas"], *row["tip"], row["miss"]]
             more = [repr(row["angle_miss"]), row["solutions"]] if count > 1 else []
             more += [row["piece"]] if "piece" in row else []
+            more += (
+                [repr(row["clearance"]), row["nearest_object"], repr(row["nearest_xi"])] if "clearance" in row else []
+            )
             writer.writerow([*map(repr, values), row["reachable"], *more])

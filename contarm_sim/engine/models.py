@@ -22,6 +22,7 @@ from contarm_sim.engine.index import ArmIndex
 from contarm_sim.errors import InputError
 from contarm_sim.mjcf import TIMESTEP, Actuation, arm_spec, contact, host
 from contarm_sim.mjcf.backbone import inertia, links, payload_radius, twist_stiffness
+from contarm_sim.mjcf.contact import leave_out_what_is_drawn
 from contarm_sim.mjcf.muscles import ACTUATORS
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.host import Host
@@ -141,6 +142,7 @@ def built_in_world(arm: Arm, actuation: Actuation) -> Built:
     if not arm.world.touchable:
         return built(arm, actuation)
     spec = arm_spec(arm.without_memory, actuation, TIMESTEP)
+    leave_out_what_is_drawn(spec, arm)
     with quiet():
         model = spec.compile()
     found = Built(model, ArmIndex.of(model, arm, in_world=True))

@@ -136,7 +136,7 @@ class Link:
     @property
     def contact_radius(self) -> float:
         """Radius of what touches [m]."""
-        return self.disk_radius
+        return max(self.arm.contact_radii[number] for number in self.sections)
 
 
 def links(arm: Arm) -> list[Link]:

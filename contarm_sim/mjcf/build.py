@@ -9,6 +9,7 @@ from contarm_sim.mjcf.backbone import add_backbone, add_defaults
 from contarm_sim.mjcf.contact import add_feelers, make_touchable
 from contarm_sim.mjcf.host import add_host_sensors, add_keys, attach, damp
 from contarm_sim.mjcf.muscles import ACTUATORS, Actuation, add_muscles, add_sensors, straight_controls
+from contarm_sim.mjcf.object_looks import dress_objects
 from contarm_sim.mjcf.objects import add_objects, place_objects
 from contarm_sim.mjcf.scene import add_scene, add_to_host, base_quaternion, world_gravity
 from contarm_sim.mjcf.stability import longest_step
@@ -145,6 +146,7 @@ def scene_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
     base.pos = add_scene(scene, arm)
     base.quat = base_quaternion(arm)
     place_objects(scene, arm, base.pos, base.quat)
+    dress_objects(scene, arm)
     return scene
 
 

@@ -6,9 +6,11 @@ is nothing to touch, contact is switched off and costs nothing.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import mujoco
+import numpy as np
 
 from contarm_sim.mjcf import names
 from contarm_sim.model.arm import Arm
@@ -22,16 +24,22 @@ LINKS, ITSELF = 1, 2
 """Bits of contype and conaffinity: what touches links, and links that touch one another."""
 
 SOLREF = (0.01, 1.0)
-"""Time constant [s] and damping ratio of contact: two default steps, the fastest that is damped critically there."""
+"""Time constant [s] and damping ratio: no bounce, as of silicone, and as fast as the default step can be, which is two
+steps. Slower contact lets what hits at speed sink deeper."""
 
 IMPEDANCE = 0.999
-"""Share of what a rigid contact would do, the same at any depth. A link under 5 N gives way by some hundredths of a
-millimetre; friction creeps in proportion to what is missing to 1."""
+"""Share of a rigid contact's force that a contact has, the same at all depths: a link gives way by 0.001 mm/N. The
+remainder makes both contact soft and friction creep; nearer to 1, the engine's line search fails now and then."""
 
 SOLIMP = (IMPEDANCE, IMPEDANCE, 0.001, 0.5, 2.0)
 
-IMPRATIO = 100.0
-"""How much harder friction is than the normal direction: what sticks creeps by 1 / IMPRATIO of what it would."""
+IMPRATIO = 300.0
+"""How much harder friction is than the normal direction: what sticks creeps in proportion to 1/IMPRATIO. At 1000 the
+engine's line search fails now and then; its step against slip (`noslip`) ends creep too, but costs up to two steps
+where an arm is wrapped around something."""
+
+TOLERANCE = 1e-6
+"""Of Newton's iterations: contact forces are within 1e-3 of converged ones, and an arm that rests takes none."""
 
 CONDIM = 3
 """Contacts press and rub; they resist no twist about their normal."""
@@ -72,7 +80,8 @@ def make_touchable(spec: mujoco.MjSpec, arm: Arm) -> None:
     option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = IMPRATIO
-    option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND  # they take 1 to 3 us a step, and save nothing here
+    option.solver, option.tolerance = mujoco.mjtSolver.mjSOL_NEWTON, TOLERANCE
     _damp_by_armature(spec)
     add_feelers(spec, arm)
 
@@ -112,6 +121,14 @@ def _damp_by_armature(spec: mujoco.MjSpec) -> None:
         each.armature = spec.option.timestep * each.damping[0]
 
 
+def leave_out_what_is_drawn(spec: mujoco.MjSpec, arm: Arm) -> None:
+    """Delete the arm's geoms that touch nothing: the engine looks for their places before it looks for contact."""
+    own = {*names.stations(arm), names.PAYLOAD}
+    for geom in spec.geoms:
+        if not geom.contype and not geom.conaffinity and geom.parent.name in own:
+            spec.delete(geom)
+
+
 def soften(geom: mujoco.MjsGeom) -> None:
     """Give a geom the contact of the arm."""
     geom.condim = CONDIM
@@ -120,11 +137,19 @@ def soften(geom: mujoco.MjsGeom) -> None:
 
 
 def _exclude_neighbours(spec: mujoco.MjSpec, arm: Arm) -> None:
-    """Leave out pairs of links whose tubes overlap however little the arm is bent."""
+    """Leave out pairs of links that are too near along the arm to touch.
+
+    A tube of radius R that is bent as tight as it can be, by 1/R, has points that are s apart along it at a distance of
+    2 R sin(s/(2 R)), and no bend of at most 1/R brings them nearer (theorem of Schur): below s = pi R they are nearer
+    than 2 R though they do not touch, their capsules overlap in the tube's own inside.
+    """
     stations = names.stations(arm)
+    sizes = [spec.geom(f"{name}_collision").size for name in stations]
+    ends = np.cumsum([0.0, *(2 * size[1] for size in sizes)])
     for place, name in enumerate(stations):
-        for other in stations[place + 1 : place + 5]:
-            spec.add_exclude(name=f"{name}_{other}", bodyname1=name, bodyname2=other)
+        for other in range(place + 1, len(stations)):
+            if ends[other] - ends[place + 1] < 0.5 * math.pi * (sizes[place][0] + sizes[other][0]):
+                spec.add_exclude(name=f"{name}_{stations[other]}", bodyname1=name, bodyname2=stations[other])
 
 
 def _add_sensors(spec: mujoco.MjSpec, arm: Arm) -> None:

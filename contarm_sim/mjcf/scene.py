@@ -9,8 +9,11 @@ import mujoco
 import numpy as np
 
 from contarm_sim.mjcf.framing import FOVY, Frame, axes, place
+from contarm_sim.mjcf.ground import floor_plane
 from contarm_sim.mjcf.outline import outline
+from contarm_sim.mjcf.surfaces import placed_surface
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.objects import Object
 
 OFFSCREEN = (1920, 1080)
 """Largest picture [pixels] that the model's offscreen buffer holds."""
@@ -77,10 +80,32 @@ def line_spacing(arm: Arm) -> float:
 
 
 def base_position(arm: Arm) -> np.ndarray:
-    """Return where the base is in the world [m]: above the floor by what the arm can reach down to, or in its host."""
+    """Return where the base is in the world [m]: above the floor by what the arm can reach down to.
+
+    A level plane that it can touch is the floor. Objects below what is reached stand on the floor, unless they lie
+    deeper by more than the arm's length. In a host it is where that says.
+    """
     if arm.world.host is not None:
         return np.array(arm.world.host.base.position)
-    return np.array([0.0, 0.0, arm.length * (CLEARANCE - _outlined(arm)[:, 2].min())])
+    turn = base_rotation(arm)
+    floor = floor_plane(arm, turn)
+    if floor is not None:
+        return np.array([0.0, 0.0, -float(turn[2] @ floor.position)])
+    high = arm.length * (CLEARANCE - _outlined(arm)[:, 2].min())
+    ends = (placed_surface(each) for each in arm.world.objects if each.shape != "plane")
+    deepest = max((-float((points @ turn[2]).min()) for points in ends), default=high)
+    return np.array([0.0, 0.0, deepest if high < deepest < high + arm.length else high])
+
+
+def floor_colour(arm: Arm) -> tuple[float, ...]:
+    """Return the colour of the floor: that of the level plane that it is, if this has one of its own."""
+    floor = floor_plane(arm, base_rotation(arm))
+    return FLOOR if floor is None or floor.colour == Object.colour else floor.colour
+
+
+def part_name(spec: mujoco.MjSpec, name: str) -> str:
+    """Return the name that a part of the scene goes by: another than its own where an object has that."""
+    return f"scene/{name}" if spec.body(name) is not None else name
 
 
 def workspace(arm: Arm) -> np.ndarray:
@@ -158,12 +183,16 @@ def _add_surroundings(spec: mujoco.MjSpec, arm: Arm) -> None:
     )  # fmt: skip
     spec.add_texture(
         name="floor", type=texture.mjTEXTURE_2D, builtin=kind.mjBUILTIN_FLAT, width=512, height=512,
-        rgb1=FLOOR, rgb2=FLOOR, mark=mujoco.mjtMark.mjMARK_EDGE, markrgb=LINES,
+        rgb1=floor_colour(arm), rgb2=floor_colour(arm), mark=mujoco.mjtMark.mjMARK_EDGE, markrgb=LINES,
     )  # fmt: skip
     each = 1 / line_spacing(arm)
     floor = spec.add_material(name="floor", texuniform=True, texrepeat=[each, each], specular=0.0)
     floor.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "floor"
-    spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], material="floor")
+    touched = 0 if arm.world.touchable else 1  # what is simulated has objects only
+    spec.worldbody.add_geom(
+        name=part_name(spec, "floor"), type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], material="floor",
+        contype=touched, conaffinity=touched,
+    )  # fmt: skip
 
 
 def _add_lights(spec: mujoco.MjSpec, centre: np.ndarray, length: float) -> None:
@@ -189,17 +218,18 @@ def _add_mount(spec: mujoco.MjSpec, arm: Arm, base: np.ndarray, along: np.ndarra
     spec.add_material(name="mount", rgba=[0.47, 0.50, 0.54, 1], specular=0.3, shininess=0.4)
     radius, length, up = arm.disk_radius, arm.length, np.array([0.0, 0.0, 1.0])
     elbow = base - 0.1 * length * along
-    if along[2] > -0.1:
+    stands = along[2] > -0.1
+    if stands and elbow[2] > 0.05 * length:
         _add_rod(spec, "foot", 1.7 * radius, np.zeros(3), up, 0.02 * length)
     _add_rod(spec, "flange", 1.2 * radius, base - 0.005 * length * along, -along, 0.022 * length)
     _add_rod(spec, "mount", 0.55 * radius, base - 0.027 * length * along, -along, 0.073 * length)
-    if along[2] > -0.1:
+    if stands and elbow[2] > 0.05 * length:
         _add_rod(spec, "column", 0.55 * radius, elbow, -up, elbow[2])
-    else:
+    elif not stands:
         _add_rod(spec, "column", 0.55 * radius, elbow, up, 1.5 * length)
     spec.worldbody.add_geom(
-        name="elbow", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.55 * radius, 0, 0], pos=elbow, material="mount",
-        contype=0, conaffinity=0,
+        name=part_name(spec, "elbow"), type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.55 * radius, 0, 0], pos=elbow,
+        material="mount", contype=0, conaffinity=0,
     )  # fmt: skip
 
 
@@ -210,7 +240,7 @@ def _add_rod(
     quat = np.zeros(4)
     mujoco.mju_quatZ2Vec(quat, direction)
     spec.worldbody.add_geom(
-        name=name, type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[radius, 0.5 * length, 0], quat=quat,
+        name=part_name(spec, name), type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[radius, 0.5 * length, 0], quat=quat,
         pos=start + 0.5 * length * direction, material="mount", contype=0, conaffinity=0,
     )  # fmt: skip
 

@@ -82,6 +82,7 @@ class Arm(FlatArm, Shown):
         friction_moment: InitVar[float | None] = OMITTED
         friction_stiffness: InitVar[float | None] = OMITTED
         section_radius: InitVar[float | None] = OMITTED
+        contact_radius: InitVar[float | None] = OMITTED
         muscle_radius: InitVar[float] = OMITTED
         path: InitVar[Path] = OMITTED
         muscle: InitVar[MuscleLaw] = OMITTED
@@ -108,6 +109,7 @@ class Arm(FlatArm, Shown):
         friction_moment: float | None = OMITTED,
         friction_stiffness: float | None = OMITTED,
         section_radius: float | None = OMITTED,
+        contact_radius: float | None = OMITTED,
         muscle_radius: float = OMITTED,
         path: Path = OMITTED,
         muscle: MuscleLaw = OMITTED,
@@ -121,6 +123,7 @@ class Arm(FlatArm, Shown):
             length=length, links=links, mass=mass, bending_stiffness=bending_stiffness,
             torsional_stiffness=torsional_stiffness, damping_time=damping_time, joint_friction=joint_friction,
             friction_moment=friction_moment, friction_stiffness=friction_stiffness, section_radius=section_radius,
+            contact_radius=contact_radius,
         )  # fmt: skip
         of_routing = _given(radius=muscle_radius, path=path)
         of_world = _given(
@@ -296,6 +299,14 @@ class Arm(FlatArm, Shown):
         return tuple(
             max([radius, *(_enclosing(group.routing, group.law) for group in self.groups if group.crosses(number))])
             for number, radius in enumerate(own)
+        )
+
+    @cached_property
+    def contact_radii(self) -> tuple[float, ...]:
+        """Radius of what touches of each section [m]: as given, or of its disks, or of fatter muscles."""
+        return tuple(
+            section.contact_radius or max([radius, *(group.reach for group in self.groups if group.crosses(number))])
+            for number, (section, radius) in enumerate(zip(self.sections, self.disk_radii, strict=True))
         )
 
 

@@ -29,8 +29,8 @@ def _named(kind: type) -> dict[str, Field[Any]]:
 
 def _parameters() -> dict[str, Field[Any]]:
     section, routing = _named(Section), _named(Routing)
-    radius = section.pop("section_radius")
-    return {**section, "muscle_radius": routing["radius"], "section_radius": radius, **WORLD_PARAMETERS}
+    radii = {name: section.pop(name) for name in ("section_radius", "contact_radius")}
+    return {**section, "muscle_radius": routing["radius"], **radii, **WORLD_PARAMETERS}
 
 
 PARAMETERS: dict[str, Field[Any]] = _parameters()
@@ -140,6 +140,11 @@ class FlatArm:
     def section_radius(self) -> float | None:
         """Radius of the round section that the mass fills [m], or None for that of the disks."""
         return _agreed("section_radius", [section.section_radius for section in self.sections])
+
+    @property
+    def contact_radius(self) -> float | None:
+        """Radius of what touches [m], or None for that of the disks, or of fatter muscles."""
+        return _agreed("contact_radius", [section.contact_radius for section in self.sections])
 
     @property
     def link_pitch(self) -> float:

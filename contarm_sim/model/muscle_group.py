@@ -66,6 +66,16 @@ class MuscleGroup:
         return rest * (1 - self.law.max_contraction), rest * (1 + self.law.max_stretch)
 
     @property
+    def reach(self) -> float:
+        """How far its muscles reach from the backbone at their fattest [m]: as short as they can be.
+
+        That is contracted as far as their law lets them, or as half a turn of each section that they cross takes.
+        """
+        turned = self.length - math.pi * self.routing.radius * (self.section - self.first + 1)
+        shortest = max(self.length_range[0], turned)
+        return self.routing.radius + 0.5 * float(self.law.diameter_at(shortest, self.rest_length))
+
+    @property
     def stiffness_share(self) -> float:
         """What muscles of stiffness 1 N/m resist a bend with in any plane [m^2/rad]."""
         return 0.5 * self.routing.count * self.routing.radius**2

@@ -65,6 +65,10 @@ class Section(Told):
     section_radius: float | None = number(
         None, "m", "radius of the round section that the mass fills (rotary inertia); omitted: the disks'", above=0
     )
+    contact_radius: float | None = number(
+        None, "m", "radius of what touches; omitted: of its disks, or of its muscles at their fattest where these reach"
+        " beyond", above=0
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         check_numbers(self)

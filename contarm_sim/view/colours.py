@@ -34,6 +34,9 @@ ERROR = BLACK
 DISCRETISATION, SERVO, SHAPE, MOTION = BLUE, GREEN, ORANGE, PURPLE
 """Parts of the tip error."""
 
+CONTACT = "#E6148C"
+"""What the arm touches: links that do, and the forces on them."""
+
 MISS = TARGET
 """How far the target is from where any tip can be."""
 

@@ -8,10 +8,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf import names
 from contarm_sim.model.arm import Arm
+from contarm_sim.view.rendering.overlays import Colour, add_disk
 from contarm_sim.view.rendering.tubes import Tube, hidden, smooth
 from contarm_sim.view.sections import section_colour
 
@@ -23,6 +25,9 @@ _ROUNDED = 0.5
 
 _PROFILE = ((0.0, 0.0, -1, -1.0), (1.0, -1.0, -1, -1.0), (1.0, 0.0, 0, 0.0), (1.0, -1.0, 1, 1.0), (0.0, 0.0, 1, 1.0))
 """Outline of a disk, each point: radius [radii], and in roundings; height [half thicknesses]; normal along the axis."""
+
+_LIT = 1.06
+"""Radius of a disk that glows, over its own."""
 
 _PALER = 0.6
 """Share of a section's colour in that of its disks; the rest is white."""
@@ -69,6 +74,17 @@ class Backbone:
             middle = centres[number, None] + high[:, :, None] * turns[number, None, :, 2]
             frames = np.repeat(turns[number], len(_PROFILE), axis=0)
             tube.show(scene, middle.reshape(-1, 3), frames, outline.ravel(), np.tile(axial, len(own)))
+
+    def light(self, scene: Any, data: Any, stations: NDArray[np.intp], colour: Colour) -> None:
+        """Let the disks of some stations glow, counted from the base."""
+        for own, _ in self._disks:
+            for number, high, radius, half in own:
+                if number in stations:
+                    body = self._stations.start + int(number)
+                    turn = data.xmat[body].reshape(3, 3)
+                    add_disk(
+                        scene, data.xpos[body] + high * turn[:, 2], turn, _LIT * radius, half + 0.02 * radius, colour
+                    )
 
 
 def disk_colour(number: int) -> Array:

@@ -10,6 +10,7 @@ from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
+from contarm_sim.view.rendering.near import with_objects
 from contarm_sim.view.sections import section_places
 
 if TYPE_CHECKING:
@@ -47,16 +48,17 @@ def extent(*runs: Trajectory, path: bool = True, ghost: bool = True) -> Array:
     Args:
         path, ghost: whether targets and analytic arcs are drawn; what is not takes no room.
     """
-    points = []
+    found = []
     for run in runs:
         some = np.unique(np.linspace(0, len(run) - 1, _MOMENTS).round().astype(int))
-        points.append(run.stations[some].reshape(-1, 3))
+        points = [run.stations[some].reshape(-1, 3)]
         if path:
             points.append(run.target)
         if ghost:
             places = section_places(run.arm, 4)
             points += [shape.position(bend, run.arm, xi) for bend in run.bend[some] for xi in places]
-    return np.vstack(points)
+        found.append(with_objects(np.vstack(points), run.arm, None if run.objects is None else run.objects[some]))
+    return np.vstack(found)
 
 
 class Camera:

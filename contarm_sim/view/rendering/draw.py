@@ -30,6 +30,7 @@ from contarm_sim.view.rendering.overlays import (
     placed,
     thin,
 )
+from contarm_sim.view.rendering.touch import LIT, add_contacts, metres_per_newton
 from contarm_sim.view.rendering.tubes import hidden
 
 if TYPE_CHECKING:
@@ -60,6 +61,7 @@ class Overlays:
         ghost: the analytic arcs at the commanded bend, a ring where one section ends and the next begins.
         frames: axes at base and simulated tip, x red, y green, z blue.
         cloud: other arms of the same moment, or None.
+        contacts: links that touch something, lit, and arrows of the forces on them.
     """
 
     path: bool = True
@@ -68,6 +70,7 @@ class Overlays:
     ghost: bool = True
     frames: bool = True
     cloud: Cloud | None = None
+    contacts: bool = True
 
 
 ALL = Overlays()
@@ -102,7 +105,7 @@ class ArmRenderer:
         from contarm_sim.engine.index import ArmIndex
         from contarm_sim.mjcf import scene_spec
         from contarm_sim.mjcf.framing import FOVY, Frame
-        from contarm_sim.mjcf.scene import CLEAR, base_position, base_rotation
+        from contarm_sim.mjcf.scene import CLEAR, base_position, base_rotation, part_name
         from contarm_sim.view.rendering.backbone import Backbone, tell_sections_apart
         from contarm_sim.view.rendering.floor import Floor
         from contarm_sim.view.rendering.ghost import Ghost
@@ -117,7 +120,9 @@ class ArmRenderer:
         self._camera = Camera(camera, arm, world, replace(frame or Frame(), aspect=width / height))
         if self._camera.cut_away:
             for part in ("flange", "mount", "elbow", "column"):
-                hidden(spec.geom(part))
+                geom = spec.geom(part_name(spec, part))
+                if geom is not None:
+                    hidden(geom)
         _set_quality(spec)
         spec.visual.global_.offwidth, spec.visual.global_.offheight, spec.visual.global_.fovy = width, height, FOVY
         spec.visual.map.znear = _NEAREST
@@ -125,6 +130,7 @@ class ArmRenderer:
         spec.visual.map.zfar = max(spec.visual.map.zfar, math.ceil(far))
         self._model = spec.compile()
         self._transparent = transparent
+        self._free = np.array([(*each.position, *each.quaternion) for each in arm.world.objects if each.free])
         if transparent:
             clear_away(self._model)
         self._index, self._data = ArmIndex.of(self._model, arm), mujoco.MjData(self._model)
@@ -140,14 +146,19 @@ class ArmRenderer:
     def __exit__(self, *_: object) -> None:
         self._renderer.close()
 
-    def frame(self, samples: Trajectory, index: int, overlays: Overlays = ALL, largest: float | None = None) -> Pixels:
+    def frame(
+        self, samples: Trajectory, index: int, overlays: Overlays = ALL, largest: float | None = None,
+        newton: float | None = None,
+    ) -> Pixels:  # fmt: skip
         """Draw sample `index`, muscles coloured by tension; return the picture, shape (height, width, 3).
 
         Args:
             largest: tip error [m] that the trace shows as the worst; default the largest of the samples.
+            newton: length of the arrow of a contact force [m/N]; default one that suits the samples.
         """
         tension = samples.muscle_tensions[index] / max(samples.muscle_tensions.max(), 1e-9)
-        self._show(samples.qpos[index], tension, index / max(len(samples) - 1, 1))
+        things = None if samples.objects is None else samples.objects[index]
+        self._show(samples.qpos[index], tension, index / max(len(samples) - 1, 1), things)
         scene = self._renderer.scene
         if overlays.path:
             add_line(scene, thin(self.to_world(samples.target)), self._pixels(1.6), ASKED)
@@ -166,6 +177,11 @@ class ArmRenderer:
             self._ghost.hide(scene)
         if overlays.cloud is not None:
             overlays.cloud.show(scene, self._data.body("base"), index, self.arm)
+        if overlays.contacts and samples.contacts is not None:
+            touched = samples.contacts.at(index)
+            self._backbone.light(scene, self._data, touched.station, LIT)
+            scale = metres_per_newton(samples) if newton is None else newton
+            add_contacts(scene, self._data.body("base"), touched, self.arm, scale)
         if overlays.frames:
             self._add_frames(self._pixels(1.6))
         return self._shot()
@@ -208,7 +224,7 @@ class ArmRenderer:
         Args:
             bend: of the sections [rad], shape (2 S,).
         """
-        qpos, bends = np.zeros(self._model.nq), shape.bends_of(bend, self.arm)
+        qpos, bends = np.zeros(self._model.nq)[self._index.qpos], shape.bends_of(bend, self.arm)
         for axis, sign, part in (("x", -1.0, 1), ("y", 1.0, 0)):
             hinges = self._index.bending[axis]
             number = self._index.section_of_joint[hinges]
@@ -228,30 +244,41 @@ class ArmRenderer:
         """Draw what is gathered."""
         return cut_out(self._renderer) if self._transparent else self._renderer.render()
 
-    def _pose(self, qpos: Array) -> None:
-        """Place every body, light and muscle; no step is simulated."""
+    def _pose(self, qpos: Array, things: Array | None = None) -> None:
+        """Place every body, light and muscle; no step is simulated.
+
+        Args:
+            things: where the free objects are in the base frame, see `Trajectory.objects`; default where they begin.
+        """
         import mujoco
 
-        self._data.qpos[:] = qpos
+        from contarm_sim.mjcf.object_looks import to_scene
+
+        self._data.qpos[self._index.qpos] = qpos
+        if len(self._free):
+            self._data.qpos[self._index.qpos.stop :] = to_scene(self.arm, self._free if things is None else things)
         for update in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_camlight, mujoco.mj_tendon):
             update(self._model, self._data)
 
-    def _show(self, qpos: Array, tension: Array, share: float) -> None:
+    def _show(self, qpos: Array, tension: Array, share: float, things: Array | None = None) -> None:
         """Pose the arm, and gather what the camera sees of it and of the floor.
 
         Args:
             tension: of each muscle, over the largest.
             share: of the film that has passed.
+            things: where the free objects are, see `_pose`.
         """
         from contarm_sim.mjcf.backbone import payload_radius
 
-        self._pose(qpos)
+        self._pose(qpos, things)
         self._muscles.look(tension, self._data)
         self._renderer.update_scene(self._data, self._camera.at(self._data.body("tip").xpos, share))
         self._backbone.place(self._renderer.scene, self._data)
         self._muscles.place(self._renderer.scene, self._data)
         if not self._transparent:
-            self._floor.shade(self._renderer, self._data.xpos[self._index.stations], payload_radius(self.arm))
+            self._floor.shade(
+                self._renderer, self._data.xpos[self._index.stations], payload_radius(self.arm), self._data
+            )
             self._floor.add_lines(self._renderer.scene, self._pixels(1.0))
 
     def _add_frames(self, width: float) -> None:

@@ -155,7 +155,7 @@ def _pictures(
         samples.arm, look.width, look.height, look.camera, seen, frame, look.transparent
     ) as renderer:  # fmt: skip
         for i in indices:
-            yield renderer.frame(samples, i, look.overlays, scale.error)
+            yield renderer.frame(samples, i, look.overlays, scale.error, scale.newton)
 
 
 def _cards(samples: Trajectory, look: Look, scale: Scale) -> dict[str, Panel]:

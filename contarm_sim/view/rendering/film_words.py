@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contarm_sim.view.colours import ANALYTIC, TARGET, error_colours, rgb
+from contarm_sim.view.colours import ANALYTIC, CONTACT, TARGET, error_colours, rgb
 from contarm_sim.view.rendering.caption import Caption, Legend
 from contarm_sim.view.rendering.cloud import TIP
 from contarm_sim.view.rendering.draw import Overlays
 from contarm_sim.view.rendering.look import Look, Scale
+from contarm_sim.view.rendering.touch import contact_words, scale_words
 from contarm_sim.view.sections import bend_words
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ def texts(samples: Trajectory, indices: list[int], name: str, speed: float) -> l
             *([name] if name else []),
             f"t = {samples.time[i]:.2f} s{pace}" if moving else f"pose {i + 1} of {len(samples)}, at rest",
             f"tip error {1e3 * error[i]:.2f} mm = {100 * error[i] / arm.length:.2f} %",
+            *([contact_words(samples.contacts.at(i))] if samples.contacts is not None else []),
             f"{'bend' if len(arm.sections) == 1 else 'bends'} {bend_words(samples.bend[i], arm)}",
         ]
         for i in indices
@@ -55,11 +57,16 @@ def legend(overlays: Overlays, scale: Scale) -> Legend:
     if overlays.path:
         tints["path"] = [rgb(TARGET)]
     if overlays.trace:
-        tints[f"tip, error 0 to {1e3 * scale.error:.2g} mm"] = error_colours(np.linspace(0, 1, 24), 1.0)
+        most = 1e3 * scale.error
+        tints[f"tip, error 0 to {f'{most:.2g}' if most < 99.5 else f'{most:.0f}'} mm"] = error_colours(
+            np.linspace(0, 1, 24), 1.0
+        )
     if overlays.ghost:
         tints["analytic"] = [rgb(ANALYTIC)]
     if overlays.cloud is not None:
         tints[f"tips of {len(overlays.cloud.bones)} sampled arms"] = [TIP[:3]]
+    if overlays.contacts and scale.newton:
+        tints[f"contact force, {scale_words(scale.newton)}"] = [rgb(CONTACT)]
     if overlays.frames:
         tints["x, y, z"] = AXES
     return tints

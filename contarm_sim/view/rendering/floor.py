@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mjcf.scene import FLOOR, KEY, LINES, base_position, base_rotation, line_spacing
+from contarm_sim.mjcf.scene import KEY, LINES, base_position, base_rotation, floor_colour, line_spacing, part_name
 from contarm_sim.model.arm import Arm
+from contarm_sim.view.rendering.casting import Casting
 from contarm_sim.view.rendering.overlays import add_line
 from contarm_sim.view.rendering.tubes import Canvas, add_picture
 
@@ -39,7 +40,7 @@ class Floor:
     def __init__(self, spec: Any, arm: Arm) -> None:
         import mujoco
 
-        self._arm, self._base = arm, base_position(arm)
+        self._arm, self._base, self._casting = arm, base_position(arm), Casting(arm)
         slant = np.array(KEY[:2]) / -KEY[2]
         self._slant, self._size = slant, 1.6 * arm.length
         middle = base_position(arm)[2] + 0.5 * arm.length * base_rotation(arm)[2, 2]
@@ -48,13 +49,13 @@ class Floor:
             lamp.castshadow = False
         look = spec.material("floor")
         look.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = ""
-        look.rgba = [*FLOOR, 1.0]
+        look.rgba = [*floor_colour(arm), 1.0]
         clear = np.zeros((_PIXELS, _PIXELS, 4), np.uint8)
         clear[..., :3] = _DARK
         add_picture(spec, _NAME, clear, rgba=[1, 1, 1, 0.99], specular=0.0, emission=1.0)
         spec.worldbody.add_geom(
-            name=_NAME, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[self._size, self._size, 0.1], material=_NAME,
-            pos=[*self._centre, 2e-3 * arm.length], contype=0, conaffinity=0,
+            name=part_name(spec, _NAME), type=mujoco.mjtGeom.mjGEOM_PLANE, size=[self._size, self._size, 0.1],
+            material=_NAME, pos=[*self._centre, 2e-3 * arm.length], contype=0, conaffinity=0,
         )  # fmt: skip
 
     def compiled(self, model: Any) -> None:
@@ -64,8 +65,12 @@ class Floor:
         edge = np.clip((1 - np.abs(across)) / _EDGE, 0, 1)
         self._fade = np.outer(edge, edge)
 
-    def shade(self, renderer: Any, stations: Array, payload: float) -> None:
-        """Paint the shadow of an arm with stations of the world [m], shape (T, 3), and of its payload's ball [m]."""
+    def shade(self, renderer: Any, stations: Array, payload: float, data: Any) -> None:
+        """Paint the shadow of an arm with stations of the world [m], shape (T, 3), its payload's ball [m], and objects.
+
+        Args:
+            data: the engine's, where the objects are.
+        """
         arm = self._arm
         radii = np.full(len(stations), arm.disk_radius)
         column = np.linspace([*stations[0][:2], 0.0], stations[0], 9)
@@ -78,6 +83,10 @@ class Floor:
             points.append(stations[-1:])
             widths.append(np.array([payload]))
             spans.append(np.array([1.5 * payload]))
+        for centres, wide, long in self._casting.balls(data):
+            points.append(centres)
+            widths.append(wide)
+            spans.append(long)
         alpha = shadow(
             np.vstack(points), np.concatenate(widths), np.concatenate(spans), self._slant,
             self._centre, self._size, _PIXELS,

@@ -11,6 +11,7 @@ import numpy as np
 from contarm_sim.errors import InputError
 from contarm_sim.view.rendering.draw import ALL, Overlays
 from contarm_sim.view.rendering.formats import SIZES, USUAL
+from contarm_sim.view.rendering.touch import metres_per_newton
 
 if TYPE_CHECKING:
     from contarm_sim.results.trajectory import Trajectory
@@ -41,17 +42,21 @@ class Look:
 
     def plain(self) -> Look:
         """Return the look of the arm alone: without words, plots and anything drawn over it."""
-        nothing = Overlays(path=False, trace=False, target=False, ghost=False, frames=False)
+        nothing = Overlays(path=False, trace=False, target=False, ghost=False, frames=False, contacts=False)
         return replace(self, plots=False, captions=False, overlays=nothing)
 
 
 @dataclass(frozen=True)
 class Scale:
-    """What the colours of the trace and the plots reach to: tip error [m], pressure [Pa] and tension [N]."""
+    """What the colours of the trace and the plots reach to: tip error [m], pressure [Pa] and tension [N].
+
+    And how long the arrow of a contact force is [m/N], 0 where nothing is touched.
+    """
 
     error: float
     pressure: float
     tension: float = 0.0
+    newton: float = 0.0
 
     @classmethod
     def of(cls, *runs: Trajectory) -> Scale:
@@ -61,6 +66,7 @@ class Scale:
             max(float(run.tip_error.max()) for run in runs),
             max(float(each.max(initial=0.0)) for each in finite),
             max(float(run.muscle_tensions.max(initial=0.0)) for run in runs),
+            metres_per_newton(*runs),
         )
 
 

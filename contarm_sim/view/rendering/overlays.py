@@ -67,6 +67,24 @@ def add_ball(scene: Any, centre: Array, radius: float, colour: Colour) -> None:
     _add(scene, mujoco.mjtGeom.mjGEOM_SPHERE, np.full(3, radius), centre, _UPRIGHT, colour)
 
 
+def add_arrow(scene: Any, start: Array, end: Array, radius: float, colour: Colour) -> None:
+    """Draw an arrow of a radius [m] from a point of the world to another [m], shape (3,)."""
+    import mujoco
+
+    kind = mujoco.mjtGeom.mjGEOM_ARROW
+    geom = _add(scene, kind, _UNIT, _ORIGIN, _UPRIGHT, colour)
+    mujoco.mjv_connector(geom, kind, radius, start, end)
+
+
+def add_disk(scene: Any, centre: Array, frame: Array, radius: float, half: float, colour: Colour) -> None:
+    """Draw a disk of a radius and half a thickness [m] about the z axis of its frame, shape (3, 3)."""
+    import mujoco
+
+    size = np.array([radius, half, 0.0])
+    geom = _add(scene, mujoco.mjtGeom.mjGEOM_CYLINDER, size, centre, np.ascontiguousarray(frame).ravel(), colour)
+    geom.emission = 0.3
+
+
 def add_ring(scene: Any, centre: Array, frame: Array, radius: float, width: float, colour: Colour) -> None:
     """Draw a circle of a radius [m] about a point of the world [m], around the z axis of its frame, shape (3, 3)."""
     turn = np.linspace(0.0, 2 * np.pi, _RING_SIDES + 1)

@@ -1,0 +1,99 @@
+"""The poses that reach a target past objects: blocked ones, clear ones, and the one that was chosen."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from contarm_sim import planning
+from contarm_sim.kinematics import arc
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics import shape
+from contarm_sim.model.arm import Arm
+from contarm_sim.view.colours import ANALYTIC, FAINT, LIMIT, TARGET
+from contarm_sim.view.sections import section_body, section_hex, section_look, section_places
+from contarm_sim.view.space import Space, add_space
+from contarm_sim.view.style import Sheet
+from contarm_sim.view.wireframes import draw_object
+
+_POINTS, _DRAWN = 121, 30
+"""Samples of a branch, and how many poses of a curve are drawn."""
+
+_CLEAR = "#56B4E9"
+
+
+def avoiding(
+    sheet: Sheet, arm: Arm, target: Array, found: planning.Avoiding, direction: Any = None, rotation: Any = None
+) -> None:
+    """Draw the objects, the poses that reach a target, and the clear one that was chosen as the tube that it is."""
+    curves = planning.solutions(arm, target, found.margin, direction, rotation, _POINTS)
+    several = any(len(curve) > 1 for curve, _ in curves)
+    sheet.heading("Poses that reach a point, and the one that keeps clear")
+    sheet.tall(88 if sheet.wide else 150)
+    layout = {"width_ratios": [1.35, 1]} if sheet.wide else {"height_ratios": [1.5, 1]}
+    grid = sheet.add_gridspec(*((1, 2) if sheet.wide else (2, 1)), **layout)  # type: ignore[arg-type]
+    ax = add_space(sheet, arm, grid[0])
+    clearance = planning.Clearance(arm)
+    for each in arm.world.objects:
+        draw_object(ax, each, 0.8 * arm.length, clearance.vertices(each.name) if each.shape == "mesh" else None)
+    for curve, clear in curves:
+        for bends, free in zip(*(x[:: max(len(curve) // _DRAWN, 1)] for x in (curve, clear)), strict=True):
+            line = shape.position(bends.reshape(-1), arm, np.linspace(0, 1, 60))
+            look = {"color": _CLEAR, "zorder": 2.1} if free >= found.margin else {"color": FAINT, "zorder": 2}
+            ax.trace(line, linewidth=0.6, **look)
+    _chosen(ax, arm, found)
+    ax.trace(np.asarray(target)[None], color=TARGET, linestyle="", marker="o", markersize=5, label="target", zorder=5)
+    nearest = np.array([found.nearest.place, found.nearest.point])
+    ax.trace(nearest, color=ANALYTIC, linewidth=1.2, label="nearest", zorder=5)
+    ax.plot([], [], color=FAINT, label="blocked")
+    ax.plot([], [], color=_CLEAR, label="clear")
+    ax.settle(legend=False)
+    names = {name: handle for handle, name in zip(*ax.get_legend_handles_labels(), strict=True)}
+    sheet.legend(names.values(), names.keys(), loc="outside lower center", ncols=6 if sheet.wide else 3)
+    plain = sheet.add_subplot(grid[1])
+    _profile(plain, curves, found) if several else _bars(plain, found)
+
+
+def _chosen(ax: Space, arm: Arm, found: planning.Avoiding) -> None:
+    """Draw the chosen pose: its backbone, and rings as wide as what touches."""
+    bend = found.bends.reshape(-1)
+    for number, xi in enumerate(section_places(arm, 30)):
+        look = section_body(number) | {"linewidth": 2.0, "label": f"section {number + 1}", "zorder": 4}
+        ax.trace(shape.position(bend, arm, xi), **look)
+        turn = np.linspace(0, 2 * np.pi, 33)
+        ring = arm.disk_radii[number] * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=-1)
+        for frame in shape.transform(bend, arm, np.linspace(xi[0], xi[-1], arm.sections[number].links + 1)):
+            ax.trace(frame[:3, 3] + ring @ frame[:3, :3].T, color=section_hex(number), linewidth=0.5, zorder=3)
+
+
+def _profile(ax: Any, curves: list[tuple[Array, Array]], found: planning.Avoiding) -> None:
+    """Draw clearance and bend angles along the curves of poses."""
+    passed = 0.0
+    for curve, clear in curves:
+        share = passed + np.linspace(0, 100 / len(curves), len(curve))
+        passed = float(share[-1])
+        ax.plot(share, 1e3 * clear, color=LIMIT, linewidth=1.0)
+        free = np.where(clear >= found.margin, 1e3 * clear, np.nan)
+        ax.plot(share, free, color=_CLEAR, linewidth=2.2)
+        apart = np.sqrt(((curve - found.bends) ** 2).sum(axis=(-1, -2)))
+        if apart.min() < 0.1:
+            k = int(apart.argmin())
+            spot = (float(share[k]), 1e3 * found.clearance)
+            ax.plot(*spot, color=section_hex(0), marker="o")
+            ax.annotate("chosen", spot, (6, 2), textcoords="offset points", color=section_hex(0))
+    ax.axhline(1e3 * found.margin, color=LIMIT, linestyle=":", linewidth=1.0)
+    ax.annotate("margin", (100, 1e3 * found.margin), (-2, 3), textcoords="offset points", ha="right", color=LIMIT)
+    ax.set_xlabel("along the family of poses [%]")
+    ax.set_ylabel("clearance [mm]")
+    ax.set_xlim(0, 100)
+
+
+def _bars(ax: Any, found: planning.Avoiding) -> None:
+    """Draw the bend angles of the only pose."""
+    angle = np.degrees(arc.to_polar(found.bends)[0])
+    for number, value in enumerate(angle):
+        ax.bar(number + 1, value, color=section_look(number)["color"])
+    ax.set_xlabel("section")
+    ax.set_ylabel("bend angle [deg]")
+    ax.set_xticks(range(1, len(angle) + 1))

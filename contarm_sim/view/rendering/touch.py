@@ -1,0 +1,74 @@
+"""What the arm touches in pictures: arrows of contact forces, to a scale that the caption states."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from contarm_sim.mechanics.contacts import Contacts
+from contarm_sim.view.colours import CONTACT, rgb
+from contarm_sim.view.rendering.overlays import Colour, add_arrow, add_ball, placed
+
+if TYPE_CHECKING:
+    from contarm_sim.model.arm import Arm
+    from contarm_sim.results.trajectory import Trajectory
+
+LIT: Colour = (*rgb(CONTACT), 1.0)
+
+_LONGEST = 0.32
+"""Length of the arrow of a large force [of the arm's length]: of all but the largest 2 %, which blows have."""
+
+_CLOSER = 0.5
+"""How far towards the eye arrows are drawn, and so much smaller: over arm and objects, at the same pixels."""
+
+_THICK, _BALL, _LEAST = 0.006, 0.010, 0.02
+"""Radius of an arrow and of the ball at its foot, and the shortest arrow that is drawn [of the arm's length]."""
+
+
+def metres_per_newton(*runs: Trajectory) -> float:
+    """Return how long arrows are drawn [m/N]: 1, 2 or 5 of a power of ten; 0 where nothing is touched."""
+    forces = [np.linalg.norm(run.contacts.force, axis=1) for run in runs if run.contacts is not None]
+    every = np.concatenate([*forces, np.zeros(0)])
+    large = float(np.percentile(every, 98)) if len(every) else 0.0
+    if large <= 0:
+        return 0.0
+    most = _LONGEST * max(run.arm.length for run in runs) / large
+    power = 10.0 ** math.floor(math.log10(most))
+    return power * max(step for step in (1, 2, 5) if step * power <= most * (1 + 1e-9))
+
+
+def scale_words(scale: float) -> str:
+    """Return a scale [m/N] in words, in whole millimetres: `1 N = 5 mm`."""
+    newton = 1
+    while 1e3 * scale * newton < 1 - 1e-9:
+        newton *= 10
+    return f"{newton} N = {1e3 * scale * newton:.3g} mm"
+
+
+def contact_words(contacts: Contacts) -> str:
+    """Return what the arm touches in one sample, in a few words: links, net force, depth."""
+    if not len(contacts):
+        return "no contact"
+    links = len(np.unique(contacts.station))
+    net = float(np.linalg.norm(contacts.force.sum(axis=0)))
+    depth = max(1e3 * float(contacts.depth.max()), 0.0)
+    return f"contact: {links} link{'s' * (links > 1)}, net {net:.1f} N, {depth:.2f} mm deep"
+
+
+def add_contacts(scene: Any, base: Any, contacts: Contacts, arm: Arm, scale: float) -> None:
+    """Draw a ball at each contact, and the force on the arm from there, `scale` long [m/N]; over the arm.
+
+    Args:
+        base: the engine's view of the base body.
+        contacts: of one sample.
+    """
+    eye = np.mean([camera.pos for camera in scene.camera], axis=0)
+    length = (1 - _CLOSER) * arm.length
+    ends = contacts.point + scale * contacts.force
+    for start, end in zip(placed(base, contacts.point), placed(base, ends), strict=True):
+        foot, head = start + _CLOSER * (eye - start), end + _CLOSER * (eye - end)
+        add_ball(scene, foot, _BALL * length, LIT)
+        if np.linalg.norm(head - foot) > _LEAST * length:
+            add_arrow(scene, foot, head, _THICK * length, LIT)
