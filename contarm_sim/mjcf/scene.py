@@ -136,6 +136,7 @@ def add_scene(spec: mujoco.MjSpec, arm: Arm) -> np.ndarray:
 
 def add_to_host(spec: mujoco.MjSpec, arm: Arm) -> mujoco.MjSpec:
     """Add what a host lacks to be filmed: a large buffer, cameras, and a light; return it."""
+    lighten(spec)
     buffer, seen = spec.visual.global_, workspace(arm)
     buffer.offwidth, buffer.offheight = max(buffer.offwidth, OFFSCREEN[0]), max(buffer.offheight, OFFSCREEN[1])
     taken = {camera.name for camera in spec.cameras}
