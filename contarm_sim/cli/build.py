@@ -38,6 +38,6 @@ def build(arm: Arm, actuation: Any, out: str | None, as_json: bool) -> None:
     with OutputFolder(target) as out_folder:
         folder = out_folder.folder
         write_models(arm, folder, actuation)
-        (folder / "arm.toml").write_text(arm_to_toml(arm))
+        (folder / "arm.toml").write_text(arm_to_toml(arm, beside=True))
     files = [str(out_folder.target / name) for name in ("arm.xml", "scene.xml", "arm.toml")]
     click.echo(to_json({"files": files}) if as_json else "\n".join(files))

@@ -37,8 +37,10 @@ def fk(arm: Arm, deltas: Any, bend: Any, xi: tuple[float, ...], as_json: bool) -
     import numpy as np
 
     from contarm_sim.cli.solutions import of_bends, of_sections, show
+    from contarm_sim.cli.terminal import say_objects
     from contarm_sim.mechanics import shape
 
+    say_objects(arm)
     if bool(deltas) == bool(bend):
         given = "both --deltas and --bend" if deltas else "neither --deltas nor --bend"
         raise InputError("input", given, "--bend BEND_ANGLE PLANE_ANGLE for each section, or --deltas L1 L2 L3")

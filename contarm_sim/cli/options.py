@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import Field
+from dataclasses import Field, replace
 from typing import Any
 
 import click
@@ -118,6 +118,14 @@ def _parameter_options() -> list[Callable[[Any], Any]]:
             help="Begin with a preset in place of a file: arms of two and three sections, or with tendons.",
         ),
         click.option(
+            "--objects", "objects_file", cls=ArmOption, metavar="FILE.toml",
+            help="Add what the arm can touch: tables [[object]] of a TOML file; those of --arm stay.",
+        ),
+        click.option(
+            "--self-contact/--no-self-contact", cls=ArmOption, default=None,
+            help="Whether the arm's links touch one another; default no, or as in --arm.",
+        ),
+        click.option(
             "--world", "world_file", cls=ArmOption, metavar="FILE.xml",
             help="Attach the arm to a world of your own, an MJCF file, which says gravity.",
         ),
@@ -156,17 +164,23 @@ def arm_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """Add --arm, --preset and a flag for every parameter; the function receives them as `arm`, an `Arm`."""
 
     def wrapped(**given: Any) -> Any:
-        from contarm_sim.model.arm_file import arm_from_dict, load_arm
+        from contarm_sim.model.arm_file import arm_from_dict, load_arm, load_objects
 
         own = {name: value for name in PARAMETERS if (value := given.pop(name)) is not None}
         muscle = {name: value for name in MUSCLE_PARAMETERS if (value := given.pop(_MUSCLE + name)) is not None}
         file, name, world, mount = (given.pop(each) for each in ("arm_file", "preset", "world_file", "mount"))
+        objects, itself = given.pop("objects_file"), given.pop("self_contact")
         if file is not None and name is not None:
             raise InputError("preset", repr(name), "either --preset or --arm")
         base = load_arm(file) if file is not None else PRESETS[name]() if name is not None else None
         if world is not None or mount is not None:
             base = _attached(base or Arm(), world, mount)
-        return function(arm=arm_from_dict({**own, "muscle": muscle}, base=base), **given)
+        arm = arm_from_dict({**own, "muscle": muscle}, base=base)
+        if objects is not None:
+            arm = replace(arm, objects=(*arm.world.objects, *load_objects(objects)))
+        if itself is not None:
+            arm = arm.in_world(replace(arm.world, self_contact=itself))
+        return function(arm=arm, **given)
 
     wrapped.__doc__, wrapped.__name__ = function.__doc__, function.__name__
     wrapped.__click_params__ = getattr(function, "__click_params__", [])  # type: ignore[attr-defined]

@@ -7,9 +7,12 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    from contarm_sim.model.arm import Arm
 
 
 def command_line() -> str:
@@ -23,6 +26,13 @@ def say(message: str) -> None:
         return
     with suppress(OSError, ValueError):
         print(message, file=sys.stderr, flush=True)
+
+
+def say_objects(arm: Arm) -> None:
+    """Say that objects are not looked at, where there are any and closed forms know nothing of them."""
+    if arm.world.touchable:
+        names = ", ".join(each.name for each in arm.world.objects) or "self-contact"
+        say(f"not looked at: {names}; closed forms know nothing that the arm can touch")
 
 
 EVERY = 10.0

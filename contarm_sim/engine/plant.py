@@ -32,7 +32,7 @@ class Plant(DrivenMuscles):
         integrator: engine integrator; default the model's.
         actuation: `lengths` (servos), `pressures` (pneumatic muscles behind valves), `tensions` (plain forces) or
             `none` (a bare backbone).
-        in_world: with all that the arm can touch, in its host if it has one, whose integrator stays; otherwise the arm
+        in_world: with all that the arm can touch, in its host if it has one; otherwise the arm
             is alone.
 
     Attributes:
@@ -62,7 +62,7 @@ class Plant(DrivenMuscles):
         self.hosted = own.hosted
         if not pull_only:
             own.unlimit()
-        if integrator is not None and not self.hosted:
+        if integrator is not None:
             self.model.opt.integrator = integrator
         own.step_by(timestep or TIMESTEP)
         self.data = mujoco.MjData(self.model)

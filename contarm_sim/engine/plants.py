@@ -121,7 +121,7 @@ class Plants(MovedArms):
         model = self.models[place]
         if not self._pull_only:
             self._own[place].unlimit()
-        if self._integrator is not None and not self._own[place].hosted:
+        if self._integrator is not None:
             model.opt.integrator = self._integrator
         self._own[place].step_by(self._steps[place])
 

@@ -32,7 +32,7 @@ class WarpPlants(Plants):
 
     Raises:
         MissingError: MuJoCo Warp is not installed.
-        InputError: another integrator, or what `Plants` refuses.
+        InputError: another integrator, arms that can touch something, or what `Plants` refuses.
     """
 
     batch: WarpBatch
@@ -41,6 +41,8 @@ class WarpPlants(Plants):
 
     def _begin(self, *given: Any) -> None:
         _check_integrator(self._integrator)
+        for arm in given[0]:
+            arm.refuse_objects("warp steps arms")
         super()._begin(*given)
 
     @staticmethod

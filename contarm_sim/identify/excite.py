@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contarm_sim.display import Shown
-from contarm_sim.errors import InputError
+from contarm_sim.errors import InputError, expect
 from contarm_sim.identify.freedom import Free
 from contarm_sim.identify.judgement.identifiability import LEAK, plausible, prior_precision
 from contarm_sim.identify.prediction.base import Predictor
@@ -115,6 +115,8 @@ def excite(
         InputError: arguments that do not fit together, a motion, random patterns for channels that are not one winch
             each, or fewer candidates than are to be chosen, refused ones left out.
     """
+    expect("arm", arm, Arm)
+    arm.refuse_objects("commands are proposed")
     check_count("count", count, 1)
     if criterion not in CRITERIA:
         raise InputError("criterion", repr(criterion), ", ".join(CRITERIA))

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.errors import InputError
+from contarm_sim.errors import InputError, expect
 from contarm_sim.identify.fitted import Fit, Left
 from contarm_sim.identify.freedom import Free
 from contarm_sim.identify.prediction.base import Predictor
@@ -72,6 +72,8 @@ def fit(
         MissingError: `cma` is not installed.
     """
     began = time.perf_counter()
+    expect("arm", arm, Arm)
+    arm.refuse_objects("arms are fitted")
     several = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
     _check(several, loss, noise, starts, method, bootstrap, threads)
     if predictors is not None and len(predictors) != len(several):

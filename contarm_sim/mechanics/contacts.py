@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
-
-ITSELF = "itself"
-"""What an arm is called that touches itself."""
+from contarm_sim.model.objects import ITSELF
 
 SHAPES = {
     "sample": ("C",), "station": ("C",), "partner": ("C",), "point": ("C", 3), "force": ("C", 3), "normal": ("C", 3),

@@ -7,7 +7,7 @@ import numpy as np
 
 from contarm_sim.mjcf.backbone import add_backbone, add_defaults
 from contarm_sim.mjcf.contact import add_feelers, make_touchable
-from contarm_sim.mjcf.host import add_host_sensors, add_keys, attach, damp
+from contarm_sim.mjcf.host import add_host_sensors, add_keys, attach, damp, exclude_mount
 from contarm_sim.mjcf.muscles import ACTUATORS, Actuation, add_muscles, add_sensors, straight_controls
 from contarm_sim.mjcf.object_looks import dress_objects
 from contarm_sim.mjcf.objects import add_objects, place_objects
@@ -60,9 +60,11 @@ def spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
             each muscle; controls are tensions [N].
 
     Raises:
-        InputError: an unknown actuation, or friction in the backbone, which MJCF does not have.
+        InputError: an unknown actuation, friction in the backbone, which MJCF does not have, or objects: they stay in
+            the host.
     """
     arm.refuse_memory("MJCF models, environments and the live view are")
+    arm.refuse_objects("parts of other models, which bring objects of their own, are made")
     part = mujoco.MjSpec()
     part.modelname = "contarm"
     part.compiler.degree = False
@@ -90,7 +92,7 @@ def arm_spec(arm: Arm, actuation: Actuation = "lengths", timestep: float | None 
     Raises:
         InputError: an unknown actuation, or an arm that no time step suits.
     """
-    alone, host = spec(arm, actuation), arm.world.host
+    alone, host = spec(arm.alone, actuation), arm.world.host
     if host is not None:
         return _in_host(alone, arm, host, actuation, timestep)
     alone.option.timestep = timestep or longest_step(alone.compile(), arm, actuation, TIMESTEP)
@@ -118,6 +120,7 @@ def _in_host(part: mujoco.MjSpec, arm: Arm, host: Host, actuation: Actuation, ti
     add_objects(whole, arm)
     place_objects(whole, arm, np.array(host.base.position), np.array(host.base.quaternion))
     add_feelers(whole, arm)
+    exclude_mount(whole, arm, host)
     add_host_sensors(whole, arm)
     damp(whole, arm)
     free = [x for each in arm.world.objects if each.free for x in _pose(whole.body(each.name))]

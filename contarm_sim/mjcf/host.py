@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import mujoco
@@ -73,6 +74,20 @@ def add_host_sensors(spec: mujoco.MjSpec, arm: Arm) -> None:
             continue
         what = kind.mjSENS_BALLQUAT if joint.type == mujoco.mjtJoint.mjJNT_BALL else kind.mjSENS_JOINTPOS
         spec.add_sensor(name=sensors[0], type=what, objtype=of.mjOBJ_JOINT, objname=joint.name)
+
+
+def exclude_mount(spec: mujoco.MjSpec, arm: Arm, host: Host) -> None:
+    """Leave out contact of the first links with the body that holds the base.
+
+    Capsules have round ends: in a tube of radius R, bent by 1/R at most, those that begin less than pi R/2 from the
+    base reach through its plane, though the tube does not.
+    """
+    height = 0.0
+    for station in names.stations(arm):
+        radius, half, _ = spec.geom(f"{station}_collision").size
+        if height < 0.5 * math.pi * radius:
+            spec.add_exclude(name=f"{station}_mount", bodyname1=station, bodyname2=host.mount)
+        height += 2 * half
 
 
 def add_keys(spec: mujoco.MjSpec, host: Host, qpos: list[float], free: list[float], ctrl: list[float],

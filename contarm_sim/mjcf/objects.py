@@ -10,6 +10,7 @@ import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.mjcf.contact import LINKS, soften
+from contarm_sim.mjcf.meshes import check_mesh
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.objects import Object, said_of_object
 
@@ -43,12 +44,13 @@ def add_objects(spec: mujoco.MjSpec, arm: Arm) -> None:
         body = spec.worldbody.add_body(name=each.name, pos=each.position, quat=each.quaternion)
         if each.free:
             body.add_freejoint(name=each.name)
-        _add_geom(spec, body, each)
+        _add_geom(spec, body, each, arm)
 
 
-def _add_geom(spec: mujoco.MjSpec, body: mujoco.MjsBody, each: Object) -> None:
+def _add_geom(spec: mujoco.MjSpec, body: mujoco.MjsBody, each: Object, arm: Arm) -> None:
     more: dict[str, Any]
     if each.file is not None:
+        check_mesh(each, arm)
         spec.add_mesh(name=each.name, file=str(Path(each.file).resolve()), scale=[each.scale] * 3)
         more = {"meshname": each.name}
     else:

@@ -7,6 +7,7 @@ by the spec's exact one; a value that does not agree with the rounded one is lef
 from __future__ import annotations
 
 import re
+import shutil
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -18,6 +19,7 @@ from contarm_sim.mjcf.build import arm_spec, scene_spec
 from contarm_sim.mjcf.host import CLASS
 from contarm_sim.mjcf.muscles import Actuation
 from contarm_sim.mjcf.names import BASE
+from contarm_sim.mjcf.overlaps import refuse_overlaps
 from contarm_sim.model.arm import Arm
 
 _MUSCLE = re.compile(r"(section_\d+_)?muscle_\d+")
@@ -27,10 +29,17 @@ _RENAMED = {"diaginertia": "inertia"}
 _ATTRIBUTES_OF = {"general": "actuator", "spatial": "tendon", "fixed": "tendon", "inertial": "body"}
 
 
-def exact_xml(spec: mujoco.MjSpec) -> str:
-    """Return the spec as MJCF with full-precision numbers."""
+def exact_xml(spec: mujoco.MjSpec, folder: Path | None = None) -> str:
+    """Return the spec as MJCF with full-precision numbers.
+
+    Args:
+        folder: where it is going to be, into which the files of its meshes are copied; default: they stay where they
+            are, and are named by their whole paths.
+    """
     spec.compile()
     root = ElementTree.fromstring(spec.to_xml())
+    if folder is not None:
+        _bring(spec, root, folder)
     option = root.find("option")
     if option is not None:
         _restore(option, spec.option)
@@ -41,9 +50,41 @@ def exact_xml(spec: mujoco.MjSpec) -> str:
 
 
 def write_models(arm: Arm, folder: Path, actuation: Actuation = "lengths") -> None:
-    """Write arm.xml and scene.xml into an existing folder."""
-    (folder / "arm.xml").write_text(exact_xml(arm_spec(arm, actuation)))
-    (folder / "scene.xml").write_text(exact_xml(scene_spec(arm, actuation)))
+    """Write arm.xml and scene.xml into an existing folder, and the files of meshes beside them.
+
+    Raises:
+        InputError: an unknown actuation, objects that the engine cannot make, or that overlap the straight arm.
+    """
+    own, scene = arm_spec(arm, actuation), scene_spec(arm, actuation)
+    _refuse_overlaps(arm, own)
+    for spec, name in ((own, "arm.xml"), (scene, "scene.xml")):
+        (folder / name).write_text(exact_xml(spec, folder))
+
+
+def _refuse_overlaps(arm: Arm, spec: mujoco.MjSpec) -> None:
+    """Refuse what overlaps in the keyframe `straight`, which the files begin with."""
+    if arm.world.touchable:
+        model = spec.compile()
+        data = mujoco.MjData(model)
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+        mujoco.mj_forward(model, data)
+        refuse_overlaps(arm, model, data, "where the arm is straight")
+
+
+def _bring(spec: mujoco.MjSpec, root: ElementTree.Element, folder: Path) -> None:
+    """Copy the files of a spec's meshes into a folder, each under its mesh's name, and name them so in its MJCF.
+
+    In a host, whose own files stay where they are, all are named by their whole paths.
+    """
+    files, hosted = {mesh.name: Path(mesh.file) for mesh in spec.meshes}, bool(spec.meshdir)
+    for element in root.iter("mesh"):
+        file = files.get(element.get("name", ""), Path())
+        if hosted and not file.is_absolute():
+            continue
+        copied = f"{element.get('name')}{file.suffix.lower()}"
+        shutil.copyfile(file, folder / copied)
+        if not hosted:
+            element.set("file", copied)
 
 
 def _tell_classes_apart(root: ElementTree.Element) -> None:

@@ -265,11 +265,12 @@ class Arm(FlatArm, Shown):
             InputError: says so.
         """
         if self.world.touchable:
-            name, count = "objects", len(self.world.objects)
-            given = f"{count} of them" if count else "self_contact"
+            names = ", ".join(each.name for each in self.world.objects)
+            name, given = ("objects", names) if names else ("self_contact", "on")
             if self.world.host is not None:
                 name, given = "world", repr(self.world.host.file)
-            raise InputError(name, given, f"none: {what} without anything that the arm can touch")
+            allowed = f"none: {what} without anything that the arm can touch; leave it out (in Python, arm.alone)"
+            raise InputError(name, given, allowed)
 
     @cached_property
     def groups(self) -> tuple[MuscleGroup, ...]:

@@ -25,7 +25,7 @@ from contarm_sim.model.muscle_table import (
     routing_to_table,
 )
 from contarm_sim.model.object_tables import OBJECT_UNITS, objects_from_tables, objects_to_tables
-from contarm_sim.model.objects import said_of_object
+from contarm_sim.model.objects import Object, said_of_object
 from contarm_sim.model.section_tables import PLACED, SECTION, said_of, sections_from_tables, sections_to_tables
 from contarm_sim.model.units import quantity, slip
 from contarm_sim.model.world import WORLD_PARAMETERS, World
@@ -131,11 +131,15 @@ def units() -> dict[str, str]:
     return found | {"muscle.offset": "rad", "muscle.angles": "rad", "muscle_offset": "rad", "muscle_angles": "rad"}
 
 
-def arm_to_dict(arm: Arm) -> dict[str, Any]:
-    """Return the parameters of an arm as plain values, see `arm_from_dict`; omitted options are left out."""
+def arm_to_dict(arm: Arm, beside: bool = False) -> dict[str, Any]:
+    """Return the parameters of an arm as plain values, see `arm_from_dict`; omitted options are left out.
+
+    Args:
+        beside: name the files of meshes as copies that lie beside the arm's.
+    """
     touched: dict[str, Any] = {"self_contact": True} if arm.world.self_contact else {}
     host = {"world": host_to_table(arm.world.host)} if arm.world.host is not None else {}
-    objects = host | ({"object": objects_to_tables(arm.world.objects)} if arm.world.objects else {})
+    objects = host | ({"object": objects_to_tables(arm.world.objects, beside)} if arm.world.objects else {})
     if len(arm.sections) > 1:
         world = plain({name: getattr(arm.world, name) for name in WORLD})
         return world | touched | sections_to_tables(arm) | objects
@@ -149,13 +153,38 @@ def load_arm(path: str | Path) -> Arm:
     Raises:
         InputError: the file cannot be read, is not TOML, or holds an unknown key or a bad value.
     """
+    return arm_from_table(_read(path, "lines such as: length = 0.37"), str(path))
+
+
+def load_objects(path: str | Path) -> tuple[Object, ...]:
+    """Read objects from a TOML file that has nothing but tables [[object]].
+
+    Raises:
+        InputError: as `load_arm`, or a file with other keys.
+    """
+    where = str(path)
+    values = _read(path, 'tables: [[object]], below each name = "...", shape = "..."')
+    try:
+        for name in values:
+            if name != "object":
+                raise InputError(f"key {name!r}", "in a file of objects", "[[object]] alone; the rest is in the arm's")
+        return objects_from_tables(_in_si(values, {}).get("object", []), Path(path).parent)
+    except InputError as error:
+        raise _within(error, where) from None
+
+
+def _read(path: str | Path, lines: str) -> dict[str, Any]:
+    """Return what a TOML file holds.
+
+    Raises:
+        InputError: it cannot be read, or is not TOML.
+    """
     text = read_text(path, "a TOML file", MOST_BYTES)
     try:
-        values = tomllib.loads(text)
+        return tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # TOMLDecodeError is a ValueError, as is a number of 5000 digits
         given = f"not TOML ({one_line(str(error), 80)})"
-        raise InputError("file", given, "lines such as: length = 0.37", str(path)) from error
-    return arm_from_table(values, str(path))
+        raise InputError("file", given, lines, str(path)) from error
 
 
 def arm_from_table(values: dict[str, Any], where: str) -> Arm:
@@ -212,8 +241,12 @@ def _object_in_si(number: int, table: Any) -> Any:
         raise error.located(said_of_object(table.get("name", number + 1))) from None
 
 
-def arm_to_toml(arm: Arm) -> str:
-    """Return the arm as TOML text; `load_arm` reads it back to an equal arm."""
+def arm_to_toml(arm: Arm, beside: bool = False) -> str:
+    """Return the arm as TOML text; `load_arm` reads it back to an equal arm.
+
+    Args:
+        beside: name the files of meshes as copies that lie beside the text's.
+    """
     import tomli_w
 
-    return tomli_w.dumps(arm_to_dict(arm))
+    return tomli_w.dumps(arm_to_dict(arm, beside))

@@ -5,6 +5,7 @@ muscle_radius, muscle.braid_friction      of its muscles and their law
 section_2.mass, section_2.muscle.wall     of one of several sections
 section_2.muscle.angle_3                  of one of its muscles, counted from muscle.offset
 payload, gravity, gravity.z               of the world; a component of a vector
+object.post.friction, object.post.position.x   of what the arm can touch, by its name
 """
 
 from __future__ import annotations
@@ -19,10 +20,11 @@ from typing import Any
 from contarm_sim.errors import InputError, did_you_mean
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.muscle_table import rerouted
+from contarm_sim.model.objects import Object
 from contarm_sim.model.routing import Routing
 from contarm_sim.model.section import Section
 from contarm_sim.model.section_tables import said_of
-from contarm_sim.model.world import WORLD_PARAMETERS
+from contarm_sim.model.world import WORLD_PARAMETERS, World
 
 _ROUTED = {"muscle_radius": "radius", "muscle.path": "path", "muscle.count": "count", "muscle.offset": "offset"}
 """Names of where muscles run, and the fields of `Routing` that they are."""
@@ -32,6 +34,9 @@ _UNITS = {"path": "-", "count": "-", "offset": "rad"}
 
 _AXES = "xyz"
 
+_OF_OBJECTS = ("position", "size", "radius", "length", "scale", "mass", "friction")
+"""Fields of objects that are numbers."""
+
 
 @dataclass(frozen=True)
 class Named:
@@ -40,8 +45,8 @@ class Named:
     Attributes:
         name: what it is called.
         unit: of its value, "-" where it has none.
-        kind: the part of the arm that has it: `sections`, `routings`, `laws` or `world`.
-        owners: numbers of the sections that it is of, from 0; none for the world's.
+        kind: the part of the arm that has it: `sections`, `routings`, `laws`, `world` or `objects`.
+        owners: numbers of the sections that it is of, from 0, or of the object; none for the world's.
         field: its name in that part.
         component: of a vector, or None.
     """
@@ -71,7 +76,9 @@ class Named:
         return low, high if bounds.get("below") is None else bounds["below"]
 
     def _part(self, arm: Arm) -> Any:
-        return arm.world if self.kind == "world" else getattr(arm, self.kind)[self.owners[0]]
+        if self.kind == "world":
+            return arm.world
+        return getattr(arm.world if self.kind == "objects" else arm, self.kind)[self.owners[0]]
 
 
 def named_parameters(arm: Arm) -> dict[str, Named]:
@@ -92,6 +99,21 @@ def named_parameters(arm: Arm) -> dict[str, Named]:
             if all(hasattr(arm.laws[k], item.name) for k in owners):
                 name = f"{before}muscle.{item.name}"
                 found[name] = Named(name, item.metadata["unit"], "laws", owners, item.name)
+    return found | _objects(arm)
+
+
+def _objects(arm: Arm) -> dict[str, Named]:
+    """Return the numbers of the objects that they have: sizes by their shapes, masses of those that move."""
+    found, units = {}, {item.name: item.metadata["unit"] for item in fields(Object) if item.metadata}
+    for place, each in enumerate(arm.world.objects):
+        for field in _OF_OBJECTS:
+            value, before = getattr(each, field), f"object.{each.name}.{field}"
+            if value is None or (field == "scale" and each.shape != "mesh"):
+                continue
+            found[before] = Named(before, units[field], "objects", (place,), field)
+            for component, axis in enumerate(_AXES if isinstance(value, tuple) else ""):
+                name = f"{before}.{axis}"
+                found[name] = Named(name, units[field], "objects", (place,), field, component)
     return found
 
 
@@ -139,6 +161,9 @@ def with_parameters(arm: Arm, values: Mapping[str, Any]) -> Arm:
         if one.kind == "world":
             world = replace(world, **{one.field: _changed(getattr(world, one.field), one.component, value)})
             continue
+        if one.kind == "objects":
+            world = _with_object(world, one, value)
+            continue
         for owner in one.owners:
             with said_of(owner) if several else nullcontext():
                 part = parts[one.kind][owner]
@@ -155,6 +180,14 @@ def with_parameters(arm: Arm, values: Mapping[str, Any]) -> Arm:
         laws=tuple(parts["laws"]),
         world=world,
     )
+
+
+def _with_object(world: World, one: Named, value: Any) -> World:
+    """Return a world with one number of one object changed."""
+    objects, place = list(world.objects), one.owners[0]
+    now = objects[place]
+    objects[place] = replace(now, **{one.field: _changed(getattr(now, one.field), one.component, value)})
+    return replace(world, objects=tuple(objects))
 
 
 def _angles(routing: Routing) -> tuple[float, ...]:

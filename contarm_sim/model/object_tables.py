@@ -46,11 +46,26 @@ def _object(number: int, table: dict[str, Any], folder: Path | None) -> Object:
         raise error.located(where) from None
     values = dict(table)
     if folder is not None and isinstance(values.get("file"), str):
-        values["file"] = str((folder / values["file"]).resolve())
+        file = values["file"]
+        values["file"] = str(_found(folder, file, f"{values['name']}{Path(file).suffix.lower()}"))
     return Object(**values)
 
 
-def objects_to_tables(objects: tuple[Object, ...]) -> list[dict[str, Any]]:
-    """Return [[object]] of a world, what `objects_from_tables` reads; what is usual is left out."""
+def _found(folder: Path, file: str, beside: str) -> Path:
+    """Return the file of a mesh: as it is named, or a copy beside where what was named is there no longer."""
+    named, copied = (folder / file).resolve(), folder / beside
+    try:
+        return copied.resolve() if not named.is_file() and copied.is_file() else named
+    except ValueError:  # a null character
+        return Path(file)
+
+
+def objects_to_tables(objects: tuple[Object, ...], beside: bool = False) -> list[dict[str, Any]]:
+    """Return [[object]] of a world, what `objects_from_tables` reads; what is usual is left out.
+
+    Args:
+        beside: name meshes as the copies that lie beside the file.
+    """
     usual = {item.name: item.default for item in fields(Object)}
-    return [plain({name: x for name, x in vars(each).items() if x != usual[name]}) for each in objects]
+    every = [vars(each) | ({"file": each.beside} if beside else {}) for each in objects]
+    return [plain({name: x for name, x in each.items() if x != usual[name]}) for each in every]

@@ -28,6 +28,9 @@ MEANING = {
     "file": "a mesh, .stl or .obj",
 }
 
+ITSELF = "itself"
+"""What an arm is called that touches itself."""
+
 MESHES = (".stl", ".obj")
 
 MAX_OBJECTS = 32
@@ -52,7 +55,8 @@ class Object(Told):
     name: str
     shape: Shape = field(metadata={"unit": "-", "help": f"one of {', '.join(SHAPES)}"})
     position: Vector = field(
-        default=(0.0, 0.0, 0.0), metadata={"unit": "m", "help": "of its middle; a plane runs through it"}
+        default=(0.0, 0.0, 0.0),
+        metadata={"unit": "m", "help": "of its middle; planes run through it, meshes have their files' origin there"},
     )
     axis: Vector | None = field(
         default=None,
@@ -88,7 +92,9 @@ class Object(Told):
         if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,31}", self.name):
             allowed = "a letter, then letters, digits, _ or -, at most 32 in all"
             raise InputError("name", repr(self.name), allowed)
-        if self.shape not in SHAPES:
+        if self.name == ITSELF:
+            raise InputError("name", repr(self.name), "another: self-contact is called so")
+        if not isinstance(self.shape, str) or self.shape not in SHAPES:
             raise InputError("shape", repr(self.shape), ", ".join(SHAPES))
         check_numbers(self)
         check_vector(self, "position", 3)
@@ -140,6 +146,11 @@ class Object(Told):
     def free(self) -> bool:
         """Whether it moves."""
         return self.mass is not None
+
+    @property
+    def beside(self) -> str | None:
+        """The name of its mesh's file where that lies beside the arm's, or None."""
+        return None if self.file is None else f"{self.name}{Path(self.file).suffix.lower()}"
 
     @property
     def quaternion(self) -> Quaternion:

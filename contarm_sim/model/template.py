@@ -10,6 +10,7 @@ from contarm_sim.model.arm_file import arm_to_dict
 from contarm_sim.model.flat import PARAMETERS
 from contarm_sim.model.law import MuscleLaw
 from contarm_sim.model.laws import LAWS
+from contarm_sim.model.objects import SHAPES
 from contarm_sim.model.routing import Routing
 from contarm_sim.model.section import Section
 from contarm_sim.model.section_tables import PLACED
@@ -22,6 +23,21 @@ _HEAD = [
 _SEVERAL = [
     "# Each [[section]] is a section, from the base to the tip. All share what [muscle] says; a section may say",
     "# otherwise in a table [section.muscle] after its own lines.",
+]
+
+_TOUCH = [
+    "# What the arm can touch, a table for each object. Vectors are in the base frame: +Z runs along the straight arm,",
+    "# down where it hangs. Without # these lines are a post:",
+    "",
+    "# [[object]]",
+    '# name = "post"',
+    f'# shape = "cylinder"  # one of {", ".join(SHAPES)}',
+    "# radius = 0.01  # of spheres, capsules and cylinders [m]",
+    "# length = 0.4  # of capsules and cylinders [m]; boxes have size = [x, y, z], meshes a file",
+    "# position = [0.1, 0.0, 0.25]  # of its middle [m]; a plane runs through it",
+    "# axis = [0.0, 1.0, 0.0]  # direction of its own Z: along cylinders, out of planes",
+    "# friction = 0.8",
+    "# mass = 0.05  # of an object that moves [kg]; left out: it stays where it is",
 ]
 
 _RADIUS = {item.name: item for item in fields(Routing)}["radius"]
@@ -41,7 +57,8 @@ def arm_template(arm: Arm) -> str:
     values = arm_to_dict(arm)
     muscle, sections = values.pop("muscle"), values.pop("section", None)
     objects, host = values.pop("object", []), values.pop("world", {})
-    touched = [*_short({name: values.pop(name) for name in ("self_contact",) if name in values})]
+    touched = ["", "# whether the arm's links touch one another; default: false"]
+    touched += _short({"self_contact": True}) if values.pop("self_contact", False) else ["# self_contact ="]
     if sections is None:
         lines = [*_HEAD, *_entries(PARAMETERS, values), *touched, "", "[muscle]", *_muscle(arm.laws[0], muscle)]
         return "\n".join([*lines, *_objects(objects, host)]) + "\n"
@@ -62,9 +79,9 @@ def arm_template(arm: Arm) -> str:
 
 
 def _objects(tables: list[dict[str, Any]], host: dict[str, Any]) -> list[str]:
-    """Return the lines of what the arm can touch, and of what it is attached to."""
+    """Return the lines of what the arm can touch, an example in comments where that is nothing, and of its host."""
     world = ["", "[world]", *_short(host)] if host else []
-    return world + [line for table in tables for line in ("", "[[object]]", *_short(table))]
+    return world + ([line for table in tables for line in ("", "[[object]]", *_short(table))] or ["", *_TOUCH])
 
 
 def _muscle(law: MuscleLaw, table: dict[str, Any]) -> list[str]:

@@ -28,6 +28,7 @@ def natural_frequencies(arm: Arm, load: Load, count: int) -> Array:
     Raises:
         EquilibriumError: there is no such rest.
     """
+    arm.refuse_objects("natural frequencies are found")
     left = remaining(load)
     plant = driven_plant(arm, left)
     plant.data.qpos[:] = equilibrium(arm, left).qpos

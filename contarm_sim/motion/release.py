@@ -93,6 +93,7 @@ def release(arm: Arm, held: Array, load: Load, settings: SwingSettings = DEFAULT
             than 2 over the highest frequency of the chain [rad/s].
     """
     arm.refuse_memory("released arms swing")
+    arm.refuse_objects("released arms swing")
     timestep, period = settings.timestep, settings.sample_period
     steps = period / timestep
     if round(steps) < 1 or abs(steps - round(steps)) > 1e-6 * steps:

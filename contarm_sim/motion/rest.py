@@ -39,6 +39,7 @@ def poses_at_rest(
         InputError: a reference of another arm's length, or a bend that pulling muscles, or pressures, cannot hold.
     """
     expect("arm", arm, Arm)
+    arm.refuse_objects("poses at rest are found")
     expect("reference", reference, Reference)
     reference.check_arm(arm)
     chosen, still = resolved(controller), reference.at_rest()

@@ -58,6 +58,7 @@ def simulate(
     """
     chosen = checked(arm, reference, controller, stepping)
     if extrapolate:
+        arm.refuse_objects("motions are extrapolated")
         half = coarser(arm)
         given = {"stepping": stepping, "on_tick": on_tick, "check_step": check_step}
         fine = simulate(arm, reference, chosen, **given)  # type: ignore[arg-type]

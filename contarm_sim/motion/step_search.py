@@ -16,6 +16,7 @@ from contarm_sim.control.base import Controller
 from contarm_sim.control.feedback import Feedback, Memory
 from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import DivergenceError
+from contarm_sim.mjcf.overlaps import refuse_overlaps
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.legs import Flight, Leg
 from contarm_sim.motion.stepping_loop import EVERY, Pass, Snapshot
@@ -58,6 +59,9 @@ class Motion:
         Solver(alone)(self._plan.start)
         self._start = alone.qpos.copy()
         self._plant = Plant(arm, pulls, None, integrator, actuation, in_world=True) if arm.world.touchable else alone
+        if arm.world.touchable:
+            self._plant.restart(self._start, self._plan.start)
+            refuse_overlaps(arm, self._plant.model, self._plant.data, "where the motion starts")
         self._snapshots: list[Snapshot] = []
         self._at_first: tuple[Feedback, Memory] | None = None
 

@@ -18,15 +18,16 @@ from contarm_sim.model.parameters import as_number
 
 @dataclass(frozen=True)
 class Stepping:
-    """How the engine steps: time step [s] and integrator."""
+    """How the engine steps: time step [s], and integrator where it is not the model's own."""
 
     timestep: float = TIMESTEP
-    integrator: mujoco.mjtIntegrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    integrator: mujoco.mjtIntegrator | None = None
 
     def __post_init__(self) -> None:
         if not SHORTEST <= as_number(self.timestep) <= 1.0:
             raise InputError("timestep", self.timestep, f"{SHORTEST:g} to 1 s")
-        expect("integrator", self.integrator, mujoco.mjtIntegrator)
+        if self.integrator is not None:
+            expect("integrator", self.integrator, mujoco.mjtIntegrator)
 
     def substeps(self, rate: float) -> int:
         """Return engine steps per control tick.

@@ -6,6 +6,10 @@
 `shape` is what differs at equal muscle lengths: gravity, inertia, torsion, joints that bend unequally. The vectors add
 up to the tip error.
 
+What an arm touches is a part of its own: `contact` is the way from where the tip would be without objects to where it
+is. The other parts are then those of the motion without objects, which has to be given; otherwise contact is in the
+shape.
+
 Of several sections each part is also given section by section: what the tip moves where that section alone has it.
 """
 
@@ -17,7 +21,7 @@ from itertools import pairwise
 import numpy as np
 
 from contarm_sim.display import Shown
-from contarm_sim.errors import expect
+from contarm_sim.errors import InputError, expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing, shape
 from contarm_sim.results.trajectory import Trajectory
@@ -43,6 +47,9 @@ class Comparison(Shown):
         orientation_error: angle between analytic and simulated tip frames [rad], shape (T,).
         backbone_error: largest distance from a station of the simulated backbone to its point on the arc, shape (T,).
         measured_bend: bends of the measured lengths [rad], shape (T, 2 S).
+        alone_tip: the simulated tip without objects, shape (T, 3), and
+        contact: how far they move it, shape (T,); None where that was not given. With it, `followed_tip`, `servo`,
+            `shape` and `measured_bend` are of the motion without objects.
         section_discretisation, section_servo, section_shape: the three parts, of each section alone, shape (T, S).
             Joint angles tell the last; with an extrapolated trajectory it is that of the finer chain.
     """
@@ -63,25 +70,38 @@ class Comparison(Shown):
     section_discretisation: Array
     section_servo: Array
     section_shape: Array
+    alone_tip: Array | None = None
+    contact: Array | None = None
 
     def __repr__(self) -> str:
-        parts = ("target_error", "tip_error", "discretisation", "servo", "shape")
+        parts = ["target_error", "tip_error", "discretisation", "servo", "shape"]
+        parts += [] if self.contact is None else ["contact"]
         said = (f"{name} {1e3 * getattr(self, name).max():.3g} mm" for name in parts)
         return f"Comparison({len(self.tip_error)} samples; at most {', '.join(said)})"
 
 
-def compare(trajectory: Trajectory) -> Comparison:
-    """Return the comparison of a trajectory with the closed forms of its own arm."""
+def compare(trajectory: Trajectory, alone: Trajectory | None = None) -> Comparison:
+    """Return the comparison of a trajectory with the closed forms of its own arm.
+
+    Args:
+        alone: the same motion without objects, as `studies.without_objects` returns it: contact is then a part of its
+            own.
+
+    Raises:
+        InputError: no trajectory, or another motion.
+    """
     expect("trajectory", trajectory, Trajectory)
+    if alone is not None:
+        _check_alone(trajectory, alone)
     samples, arm, extrapolated = trajectory, trajectory.arm, trajectory.extrapolated
-    bend = samples.bend
+    bend, free = samples.bend, trajectory if alone is None else alone
     analytic, chained = shape.position(bend, arm), shape.chain_tip(bend, arm, extrapolated)
-    measured, _ = routing.bend_from_lengths(samples.muscle_lengths, arm, extrapolated)
+    measured, _ = routing.bend_from_lengths(free.muscle_lengths, arm, extrapolated)
     followed, simulated = shape.chain_tip(measured, arm, extrapolated), samples.tip
     arcs = shape.position(bend[:, None, :], arm, shape.stations(arm))
-    parts = [_norm(part) for part in (chained - analytic, followed - chained, simulated - followed)]
+    parts = [_norm(part) for part in (chained - analytic, followed - chained, free.tip - followed)]
     one = len(arm.sections) == 1
-    by_section = [part[:, None] for part in parts] if one else _by_section(trajectory, measured)
+    by_section = [part[:, None] for part in parts] if one else _by_section(free, measured)
     return Comparison(
         analytic_tip=analytic,
         chain_tip=chained,
@@ -99,7 +119,23 @@ def compare(trajectory: Trajectory) -> Comparison:
         section_discretisation=by_section[0],
         section_servo=by_section[1],
         section_shape=by_section[2],
+        alone_tip=None if alone is None else alone.tip,
+        contact=None if alone is None else _norm(simulated - alone.tip),
     )
+
+
+def _check_alone(trajectory: Trajectory, alone: Trajectory) -> None:
+    """Refuse another motion than the same without objects.
+
+    Raises:
+        InputError: says what differs.
+    """
+    expect("alone", alone, Trajectory)
+    if alone.arm != trajectory.arm.alone:
+        raise InputError("alone", "of another arm", "of the same arm without objects, arm.alone")
+    same = ("time", "bend")
+    if not all(np.array_equal(getattr(alone, name), getattr(trajectory, name)) for name in same):
+        raise InputError("alone", "of other times or bends", "the same motion without objects")
 
 
 def _by_section(trajectory: Trajectory, measured: Array) -> list[Array]:

@@ -86,6 +86,7 @@ class ErrorSummary:
             for several sections, a thousandth of them within what the arm is long, and not all at its base.
         orientation_error_deg, orientation_error_rms_deg: largest and root-mean-square [deg].
         muscle: what the muscles did.
+        contact_error: how far what the arm touches moves the tip; None where that was not simulated.
         direction_error_deg: largest angle from the direction that was asked for to that of the simulated tip [deg];
             None where none was.
         sections: the same section by section, of an arm of several.
@@ -105,6 +106,7 @@ class ErrorSummary:
     orientation_error_deg: float
     orientation_error_rms_deg: float
     muscle: MuscleUse
+    contact_error: Spread | None = field(default=None, metadata=shown_if(lambda e: e.contact_error is not None))
     direction_error_deg: float | None = field(
         default=None, metadata=shown_if(lambda e: e.direction_error_deg is not None)
     )
@@ -145,6 +147,7 @@ def summarise(trajectory: Trajectory, comparison: Comparison) -> ErrorSummary:
         orientation_error_deg=float(degrees.max()),
         orientation_error_rms_deg=float(np.sqrt(np.mean(degrees**2))),
         muscle=muscle_use(trajectory),
+        contact_error=None if comparison.contact is None else of(comparison.contact),
         direction_error_deg=_direction_error(trajectory),
         sections=_sections(trajectory, comparison),
     )

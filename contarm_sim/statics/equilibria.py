@@ -145,9 +145,11 @@ def equilibria(
 
     Raises:
         InputError: arguments of another kind, or not as many arms as loads. What is wrong with one case alone is
-            in `failed`.
+            in `failed`. Arms that can touch something, which `equilibrium` finds one by one.
     """
     each_arm, each_load = cases(arms, loads)
+    for arm in each_arm:
+        arm.refuse_objects("many poses at once are found")
     if method not in METHODS:
         raise InputError("method", repr(method), ", ".join(METHODS))
     check_count("threads", threads, 0)

@@ -69,6 +69,7 @@ def ways_of(arms: Any, loads: Any) -> list[Way]:
         for arm in several:
             if id(arm) not in bare:
                 expect("arm", arm, Arm)
+                arm.refuse_objects("poses that remember are found")
                 bare[id(arm)] = without_friction(arm)
         ways.append(way_of(several, [bare[id(arm)] for arm in several], own))
     return ways

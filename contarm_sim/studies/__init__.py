@@ -9,6 +9,7 @@
     cases_at_rest        static poses under one load case after another
     muscle_law           the force of one muscle by contraction and pressure
     judge_run            a recorded motion beside the closed forms
+    without_objects      a recorded motion again, of the arm that touches nothing
     trust                how far an arm may bend until constant curvature is off
 
 `document(result)` turns any of their results into the plain values that `--json` prints. Each function loads the
@@ -20,6 +21,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from contarm_sim.motion.without_objects import without_objects
     from contarm_sim.results.document import document
     from contarm_sim.studies.controllers import ControllerComparison, Followed, NotFollowed, compare_controllers
     from contarm_sim.studies.held_bend import Hold, hold
@@ -45,6 +47,7 @@ else:
 
 
 _HOMES = {
+    "motion.without_objects": ("without_objects",),
     "results.document": ("document",),
     "studies.controllers": ("ControllerComparison", "Followed", "NotFollowed", "compare_controllers"),
     "studies.held_bend": ("Hold", "hold"),
@@ -64,6 +67,7 @@ __all__ = [
     "SwingSettings", "Trust", "TrustUnderLoad",
     "Validation", "cases_at_rest", "compare_controllers", "document", "hold", "judge_run", "muscle_law",
     "possibility", "read_cases", "release", "stiffness", "trust", "validate",
+    "without_objects",
 ]  # fmt: skip
 
 

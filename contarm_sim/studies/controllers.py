@@ -109,6 +109,7 @@ def compare_controllers(arm: Arm, duration: float = 10.0, track: Track = quietly
     """
     expect("arm", arm, Arm)
     arm.refuse_memory("simulated motions are")
+    arm.refuse_objects("controllers are compared")
     if not as_number(duration) >= SHORTEST:
         raise InputError("duration", duration, f"at least {SHORTEST:g} s")
     arms = under_loads(arm)

@@ -70,6 +70,7 @@ def hold(arm: Arm, bend: Array, share: float = 0.0) -> Hold:
         InputError: pressures, or tensions, cannot hold the bend; says what it would take. Or a share out of range.
     """
     expect("arm", arm, Arm)
+    arm.refuse_objects("bends are held")
     if not 0 <= as_number(share) <= 1:
         raise InputError("share", share, "0 to 1")
     bend, several = one_bend(bend, arm), len(arm.sections) > 1

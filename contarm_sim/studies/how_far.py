@@ -95,6 +95,7 @@ def trust(
     """
     expect("arm", arm, Arm)
     arm.refuse_memory("largest bends are found")
+    arm.refuse_objects("largest bends are found")
     check_count("planes", planes, 1)
     several = len(arm.sections) > 1
     most = LARGEST_OF_SECTIONS if several else LARGEST_BEND

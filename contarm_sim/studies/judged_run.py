@@ -8,14 +8,15 @@ import numpy as np
 
 from contarm_sim.control.base import Controller
 from contarm_sim.display import Shown
-from contarm_sim.errors import EquilibriumError, expect
+from contarm_sim.errors import DivergenceError, EquilibriumError, expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.parameters import check_count
 from contarm_sim.motion.lag import moved_by_motion
+from contarm_sim.motion.without_objects import without_objects
 from contarm_sim.results.compare import Comparison, compare
 from contarm_sim.results.document import HIDDEN, INLINE
-from contarm_sim.results.summary import ErrorSummary, Spread, known_spread, summarise
+from contarm_sim.results.summary import ErrorSummary, Spread, known_spread, spread, summarise
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.checks import run_checks
 from contarm_sim.studies.explained import RodParts, explain
@@ -58,20 +59,28 @@ class JudgedRun(Shown):
 def judge_run(run: Trajectory, poses: int = 100, controller: Controller | None = None) -> JudgedRun:
     """Hold a recorded motion against the closed forms and an ideal rod.
 
+    Of an arm that touched something, the motion is simulated again without objects: the difference is
+    `contact_error`, and the other parts, with what explains them, are of that motion.
+
     Args:
         poses: at about as many samples, evenly picked, the rod and the poses at rest are found.
         controller: what drove the arm: give it if it was of your own; default the one of the trajectory's name.
     """
     expect("run", run, Trajectory)
     check_count("poses", poses, 1)
-    arm, comparison, interrupted = run.arm, compare(run), run.status == "interrupted"
+    arm, interrupted, alone = run.arm, run.status == "interrupted", _alone(run, controller)
+    known = alone if alone is not None and arm.world.touchable else None
+    free = _bare(run) if alone is None else alone
+    comparison = compare(run, known)
+    without = comparison if known is None else compare(free)
     try:
-        swing = moved_by_motion(run, poses, controller)
+        swing = moved_by_motion(free, poses, controller)
     except EquilibriumError:  # a pose that the loaded arm cannot rest in
         swing = run.time[[0, -1]], np.full((2, 3), np.nan)
     errors, motion = summarise(run, comparison), known_spread(np.linalg.norm(swing[1], axis=-1), arm.length)
-    rod, step = explain(run, comparison, poses).summary(arm), step_summary(run)
-    judged = verdict(run_checks(arm, errors, rod, motion, step))
+    rod, step = explain(free, without, poses).summary(arm), step_summary(run)
+    to_explain = replace(errors, tip_error=spread(without.tip_error, arm.length))  # contact is known
+    judged = verdict(run_checks(arm, to_explain, rod, motion, step))
     return JudgedRun(
         comparison=comparison,
         swing=swing,
@@ -87,3 +96,20 @@ def judge_run(run: Trajectory, poses: int = 100, controller: Controller | None =
         extrapolated=run.extrapolated,
         arm=arm,
     )
+
+
+def _alone(run: Trajectory, controller: Controller | None) -> Trajectory | None:
+    """Return a motion without objects; None where it was interrupted, or where the arm cannot go so without them."""
+    if not run.arm.world.touchable:
+        return run
+    if run.status == "interrupted" and run.contacts is not None and len(run.contacts):
+        return None
+    try:
+        return without_objects(run, controller)
+    except (DivergenceError, EquilibriumError):
+        return None
+
+
+def _bare(run: Trajectory) -> Trajectory:
+    """Return a motion as if the arm had touched nothing."""
+    return replace(run, arm=run.arm.alone, contacts=None, objects=None)

@@ -81,6 +81,7 @@ def possibility(arm: Arm, planes: int = 12, track: Track = quietly, others: Arra
         InputError: no planes, or not a whole number of them, or a pose for an arm of one section.
     """
     expect("arm", arm, Arm)
+    arm.refuse_objects("bends are mapped")
     check_count("planes", planes, 1)
     count = len(arm.sections)
     if others is not None and count == 1:

@@ -75,6 +75,7 @@ def release(arm: Arm, load: Load = SIDEWAYS, settings: SwingSettings = DEFAULT, 
         DivergenceError: the engine met a bad state; smaller steps help.
     """
     expect("arm", arm, Arm)
+    arm.refuse_objects("released arms swing")
     expect("load", load, Load)
     expect("settings", settings, SwingSettings)
     _check(settings)

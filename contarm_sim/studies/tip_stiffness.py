@@ -97,6 +97,7 @@ def stiffness(arm: Arm, bend: Array, levels: int = 6, track: Track = quietly) ->
         InputError: fewer than 2 levels, or pressures cannot hold the bend; says what it would take.
     """
     expect("arm", arm, Arm)
+    arm.refuse_objects("stiffness is found")
     check_count("levels", levels, 2)
     arm, bend = arm.unloaded, one_bend(bend, arm)
     holding_pressures(bend, arm)

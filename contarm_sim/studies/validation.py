@@ -62,6 +62,7 @@ def validate(arm: Arm, grid: int = 8, track: Track = quietly, max_bend: float | 
     """
     expect("arm", arm, Arm)
     arm.refuse_memory("arms are validated")
+    arm.refuse_objects("arms are validated")
     check_count("grid", grid, 1)
     several = len(arm.sections) > 1
     if max_bend is None:

@@ -7,9 +7,10 @@ are its targets met: that is checked, and decides the exit code.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
+from contarm_sim.results.document import shown_if
 from contarm_sim.results.summary import ErrorSummary, Spread
 from contarm_sim.studies.explained import RodParts
 
@@ -125,6 +126,7 @@ class ConstantCurvature:
         error_percent: the tip error.
         limit_percent: `MODEL_LIMIT`.
         discretisation_percent, sag_percent, motion_percent: its parts, None where they are not known.
+        contact_percent: likewise, by what the arm touches.
     """
 
     holds: bool
@@ -133,6 +135,9 @@ class ConstantCurvature:
     discretisation_percent: float | None
     sag_percent: float | None
     motion_percent: float | None
+    contact_percent: float | None = field(
+        default=None, metadata=shown_if(lambda found: found.contact_percent is not None)
+    )
 
 
 def constant_curvature(errors: ErrorSummary, rod: RodParts, motion: Spread | None = None) -> ConstantCurvature:
@@ -145,4 +150,5 @@ def constant_curvature(errors: ErrorSummary, rod: RodParts, motion: Spread | Non
         discretisation_percent=errors.discretisation.max_percent,
         sag_percent=None if rod.sag is None else rod.sag.max_percent,
         motion_percent=None if motion is None else motion.max_percent,
+        contact_percent=None if errors.contact_error is None else errors.contact_error.max_percent,
     )

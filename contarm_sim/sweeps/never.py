@@ -21,6 +21,8 @@ def why_never(name: str, run: Run, arm: Any, fixed: Mapping[str, Any], vary: Map
             return "left out: it is known of arms of one section"
         if bent or "servo" not in controllers:
             return f"left out: it is known {'without one bend' if bent else 'of controller servo'}"
+    if name.startswith("contact_") and not arm.world.touchable:
+        return "left out: it is known of arms that can touch something"
     asked = bent or run != "equilibrium"
     if name in ("tip_error", "tip_error_percent") and not asked:
         return "left out: it is known where a bend is asked for (bend.angle)"

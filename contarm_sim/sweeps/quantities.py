@@ -71,6 +71,11 @@ def _rod(part: str) -> Callable[[Any], float | None]:
     return lambda told: told.rod_part(part)
 
 
+def _contact(told: Any) -> float | None:
+    moved = told.comparison.contact
+    return None if moved is None else float(moved.max())
+
+
 def _tip(place: int) -> Callable[[Any], float]:
     return lambda told: float(told.of("tip")[place])
 
@@ -107,6 +112,11 @@ def _of_samples(motion: bool) -> Iterator[Quantity]:
         yield Quantity("timestep", "s", "time step of the engine", lambda told: told.step.timestep_s)
         yield from _both("step_error_max", "largest distance that the time step moves the tip by, an estimate",
                          lambda told: told.step.max_m)  # fmt: skip
+        yield from _both("contact_max", "largest way that what the arm touches moves the tip", _contact)
+        yield Quantity("contact_force_max", "N", "largest sum of the sizes of all contact forces of a moment",
+                       lambda told: float(told.samples.contacts.total(len(told.samples)).max()))  # fmt: skip
+        yield Quantity("contact_depth_max", "m", "how far a link and an object overlap at most",
+                       lambda told: float(told.samples.contacts.deepest(len(told.samples)).max()))  # fmt: skip
         yield Quantity("explained", "-", "whether the motion is explained, as contarm run has it",
                        attrgetter("explained"), "truth")  # fmt: skip
 

@@ -83,6 +83,10 @@ def _spec(table: dict[str, Any], name: str, beside: Path) -> Spec:
     arm = _arm(table.get("arm", "paper"), beside)
     if run == "motion":
         arm.refuse_memory("simulated motions are")
+    else:
+        arm.refuse_objects(f"cases of run = {run!r} are found")
+    if backend != "cpu":
+        arm.refuse_objects(f"{backend} steps arms")
     known = known_names(arm, run)
     fixed = _fixed(by_full_names(table.get("fixed", {}), "fixed", known), known)
     vary = _varied(by_full_names(table.get("vary", {}), "vary", known), known)

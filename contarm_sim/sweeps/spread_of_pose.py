@@ -132,6 +132,7 @@ def uncertain_pose(
         InputError: parameters (see `read_uncertain`) or a load that cannot be.
         EquilibriumError: the nominal arm has no pose at rest.
     """
+    arm.refuse_objects("uncertain poses are found")
     load, uncertain = Load() if load is None else load, uncertain_of(arm, given)
     nominal, told = equilibrium(arm, load, method), _told(load, arm)
     tips = np.full((uncertain.cases, 3), np.nan)

@@ -61,7 +61,9 @@ class Followed(Told):
 
     @cached_property
     def comparison(self) -> Comparison:
-        """Sample by sample."""
+        """Sample by sample; of an arm that can touch something, with contact as a part of its own."""
+        if self.arm.world.touchable and self._judged is not None:
+            return self._judged.comparison
         return compare(self.samples)
 
     @cached_property

@@ -170,6 +170,7 @@ def replay(
         InputError: not an arm, not a recording, or a fit of another arm or rig.
     """
     expect("arm", arm, Arm)
+    arm.refuse_objects("recordings are predicted")
     expect("recording", recording, Recording)
     if covariance is not None and (covariance.freedom.arm, covariance.freedom.rig) != (arm, recording.rig):
         raise InputError("covariance", "of another arm or rig", "the covariance of the arm and the rig that predict")

@@ -98,7 +98,12 @@ def left_out(arm: Arm) -> dict[str, str]:
 
 
 def figures_of(arm: Arm) -> dict[str, tuple[str, Draw]]:
-    """Return the figures that can be drawn of an arm."""
+    """Return the figures that can be drawn of an arm.
+
+    Raises:
+        InputError: it can touch something.
+    """
+    arm.refuse_objects("figures are drawn")
     missing = left_out(arm)
     every = FIGURES if len(arm.sections) == 1 else OF_SEVERAL
     return {name: entry for name, entry in every.items() if name not in missing}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
@@ -69,8 +70,8 @@ def extent(*runs: Trajectory, path: bool = True, ghost: bool = True) -> Array:
     return np.vstack(found)
 
 
-def _carried(run: Trajectory, samples: Array, points: Array) -> Array:
-    """Return points of the base frame of samples in that of the start, from which a host may have moved it, (T, K, 3)."""
+def _carried(run: Trajectory, samples: NDArray[np.intp], points: Array) -> Array:
+    """Return points of the base frame of samples, shape (T, K, 3), in that of the start: a host may have moved it."""
     if run.base is None:
         return points
     from scipy.spatial.transform import Rotation

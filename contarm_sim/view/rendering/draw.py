@@ -272,7 +272,7 @@ class ArmRenderer:
             update(self._model, self._data)
 
     def _near_by(self, arm: Arm) -> float:
-        """Return the extent that the model of an arm by itself has, over that of this one, which a host may have made."""
+        """Return the extent of the model of an arm by itself over that of this one, which a host may have made."""
         return 1.2 * arm.length / float(self._model.stat.extent)
 
     def _show(

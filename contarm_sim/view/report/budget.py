@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.results.compare import Comparison
 from contarm_sim.results.trajectory import Trajectory
-from contarm_sim.view.colours import DISCRETISATION, ERROR, MISS, MOTION, SERVO, SHAPE
+from contarm_sim.view.colours import CONTACT, DISCRETISATION, ERROR, MISS, MOTION, SERVO, SHAPE
 from contarm_sim.view.sections import section_look
 from contarm_sim.view.stance import stance
 from contarm_sim.view.style import Sheet
@@ -44,24 +44,28 @@ def parts_of(samples: Trajectory, comparison: Comparison, motion: tuple[Array, A
     if motion is not None and not np.isfinite(motion[1]).all():
         motion = None
     index = np.arange(len(samples)) if motion is None else np.searchsorted(samples.time, motion[0])
-    analytic, chain, followed, simulated = (
+    alone_tip = comparison.simulated_tip if comparison.alone_tip is None else comparison.alone_tip
+    analytic, chain, followed, simulated, alone = (
         tip[index]
-        for tip in (comparison.analytic_tip, comparison.chain_tip, comparison.followed_tip, comparison.simulated_tip)
-    )
+        for tip in (
+            comparison.analytic_tip, comparison.chain_tip, comparison.followed_tip, comparison.simulated_tip, alone_tip
+        )
+    )  # fmt: skip
     servo = "servo: commanded vs measured lengths" if samples.holds_lengths else "lengths shifted for the tip"
-    shape = simulated - followed
+    shape = alone - followed
     found = [
         Part("discretisation: arc vs links", chain - analytic, DISCRETISATION, (0, (4, 1.5)), ""),
         Part(servo, followed - chain, SERVO, (0, (1, 1)), "...."),
     ]
     look: Any = (SHAPE, (0, (5, 1, 1, 1)), 3 * "\\")
     if motion is None:
-        return index, [*found, Part("shape: gravity, inertia, unequal joints", shape, *look)]
-    return index, [
-        *found,
-        Part("shape at rest: sag, unequal joints", shape - motion[1], *look),
-        Part("motion: inertia, damping, lag", motion[1], MOTION, (0, (2, 1)), "////"),
-    ]
+        found.append(Part("shape: gravity, inertia, unequal joints", shape, *look))
+    else:
+        found.append(Part("shape at rest: sag, unequal joints", shape - motion[1], *look))
+        found.append(Part("motion: inertia, damping, lag", motion[1], MOTION, (0, (2, 1)), "////"))
+    if comparison.alone_tip is not None:
+        found.append(Part("contact: with objects vs without", simulated - alone, CONTACT, (0, (6, 1)), "xx"))
+    return index, found
 
 
 def along(moved: Array, error: Array) -> Array:

@@ -30,6 +30,12 @@ MEANINGS = {
 }
 """What words of the pages mean."""
 
+OF_OBJECTS = {
+    "contact": "how far the tip is from where it would be without objects, by the same controller on the same path; "
+    "the other parts are those without objects."
+}
+"""What more words mean where the arm can touch something."""
+
 
 def write_filled(folder: Path, template: str, arm: Arm, summary: dict[str, Any], **given: Any) -> None:
     """Write report.html into a folder: a template with what all templates have, and what it is given."""
@@ -39,7 +45,8 @@ def write_filled(folder: Path, template: str, arm: Arm, summary: dict[str, Any],
     pages = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
     pages.filters["ticked"] = ticked
     common = {"about": arm_words(arm), "toml": arm_to_toml(arm), "command": summary["command"],
-              "versions": summary["versions"], "meanings": MEANINGS}  # fmt: skip
+              "versions": summary["versions"],
+              "meanings": MEANINGS | (OF_OBJECTS if arm.world.touchable else {})}  # fmt: skip
     text = pages.get_template(template).render(common | given)
     write_whole(folder / "report.html", text)
 

@@ -82,8 +82,9 @@ class RunReport:
         samples.save(folder / "trajectory.npz")
         asked = "pressure_asked_pa" if self._pressures else "setpoint_m"
         write_samples(folder / "samples.csv", {"run": (samples, comparison)}, asked)
-        (folder / "arm.xml").write_text(exact_xml(arm_spec(samples.arm, "pressures" if self._pressures else "lengths")))
-        (folder / "arm.toml").write_text(arm_to_toml(samples.arm))
+        spec = arm_spec(samples.arm, "pressures" if self._pressures else "lengths")
+        (folder / "arm.xml").write_text(exact_xml(spec, folder))
+        (folder / "arm.toml").write_text(arm_to_toml(samples.arm, beside=True))
         if self._spread is not None:
             from contarm_sim.sweeps.case_table import write_cases
 

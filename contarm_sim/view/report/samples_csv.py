@@ -23,7 +23,8 @@ def write_samples(path: Path, groups: dict[str, tuple[Trajectory, Comparison]], 
     sections = [names.of_section(arm, number) for number in range(len(arm.sections))]
     header = ["scenario", "time_s", *(f"{section}bend_{axis}_rad" for section in sections for axis in "xy")]
     header += [f"{name}_{axis}_m" for name in _VECTORS for axis in "xyz"]
-    distances = ("target_error", "miss", "tip_error", "discretisation", "servo", "shape", "backbone_error")
+    distances = ["target_error", "miss", "tip_error", "discretisation", "servo", "shape", "backbone_error"]
+    distances += ["contact"] if all(each.contact is not None for _, each in groups.values()) else []
     header += [*(f"{name}_m" for name in distances), "orientation_error_deg"]
     whats = (setpoint, "length_m", "tension_n", "pressure_pa")
     header += [f"{muscle}_{what}" for what in whats for muscle in names.muscles(arm)]

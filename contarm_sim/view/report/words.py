@@ -15,6 +15,7 @@ _PARTS = {
     "sag": "    of which sag (ideal rod at rest)",
     "inertia": "    of which inertia, damping (ideal rod)",
     "unexplained": "    not explained (vs ideal rod in motion)",
+    "contact_error": "  contact: with objects vs without",
     "motion": "motion: simulated tip vs at rest",
     "backbone_error": "largest along the backbone",
     "miss": "miss (target vs dome)",
@@ -36,7 +37,7 @@ def budget(summary: dict[str, Any]) -> list[tuple[str, list[float]]]:
     step = summary["time_step"]
     if step["max_m"] is not None:
         names["time_step"] = f"time step: {1e3 * step['timestep_s']:.4g} ms, its own error"
-    rows = [(meaning, summary[name]) for name, meaning in names.items() if summary[name] is not None]
+    rows = [(meaning, summary[name]) for name, meaning in names.items() if summary.get(name) is not None]
     scales = (1e3, 1e3, 1.0, 1.0)
     return [(name, [s * row[key] for s, key in zip(scales, _SPREAD, strict=True)]) for name, row in rows]
 
@@ -52,7 +53,7 @@ def curvature_words(found: dict[str, Any]) -> str:
 
 def curvature_causes(found: dict[str, Any]) -> str:
     """Name what alone would cause more than a tenth of the error; empty where nothing is known to."""
-    names = {"the chain of links": "discretisation", "sag": "sag", "motion": "motion"}
+    names = {"the chain of links": "discretisation", "sag": "sag", "motion": "motion", "contact": "contact"}
     known = {said: found.get(f"{name}_percent") for said, name in names.items()}
     large = 0.1 * found["error_percent"]
     return ", ".join(f"{said} {part:.1f} %" for said, part in known.items() if part is not None and part > large)
@@ -150,6 +151,9 @@ def explanation(summary: dict[str, Any]) -> str:
         left = 1e3 * summary["unexplained"]["max_m"]
         rod = "The tip of an ideal rod with the same muscle lengths, weight and accelerations"
         lines.append(f"{rod} is within {left:.3f} mm of the simulated tip.")
+    if "contact_error" in summary:
+        moved = f"What the arm touches moves the tip by up to {1e3 * summary['contact_error']['max_m']:.3f} mm"
+        lines.append(f"{moved}, beside the same motion without objects, which the other parts are of.")
     if summary["miss"]["max_m"] > 1e-6:
         off = "out of reach" if "sections" in summary else "off the dome of reachable tips"
         lines.append(f"Targets lie up to {1e3 * summary['miss']['max_m']:.2f} mm {off}.")

@@ -1,0 +1,76 @@
+"""What overlaps where an arm begins: links and objects inside of one another, which contact would throw apart."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from contarm_sim.errors import InputError
+from contarm_sim.mjcf import names
+from contarm_sim.model.arm import Arm
+from contarm_sim.model.objects import Object, said_of_object
+
+MOST = 1e-4
+"""How deep bodies may overlap at first [m]: about as deep as what rests, far from what throws a link."""
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """Two bodies that overlap, by name, and how deep [m]."""
+
+    body: str
+    other: str
+    depth: float
+
+
+def overlaps(arm: Arm, model: mujoco.MjModel, data: mujoco.MjData) -> list[Overlap]:
+    """Return the bodies that overlap by more than `MOST` in a state whose contacts are found, the deepest first.
+
+    Bodies that do not move, objects or the base, may overlap one another; so may those of a host, as it has them.
+    """
+    contact, deepest = data.contact, dict[tuple[int, int], float]()
+    for pair, distance in zip(np.asarray(contact.geom).tolist(), np.asarray(contact.dist).tolist(), strict=True):
+        one, other = sorted(int(model.geom_bodyid[geom]) for geom in pair)
+        deepest[one, other] = max(deepest.get((one, other), 0.0), -distance)
+    own = {*names.stations(arm), *(each.name for each in arm.world.objects)}
+    found = [Overlap(model.body(b).name, model.body(a).name, depth) for (a, b), depth in deepest.items()]
+    found = [each for each in found if own & {each.body, each.other}]
+    return sorted((each for each in found if each.depth > MOST), key=lambda each: -each.depth)
+
+
+def refuse_overlaps(arm: Arm, model: mujoco.MjModel, data: mujoco.MjData, when: str) -> None:
+    """Refuse links and objects that overlap in a state whose contacts are found.
+
+    Args:
+        when: what begins there, for the message, such as "where the motion starts".
+
+    Raises:
+        InputError: the deepest overlap: of what, how deep, and what would help.
+    """
+    found = overlaps(arm, model, data)
+    if not found:
+        return
+    objects = {each.name: each for each in arm.world.objects}
+    one, other = found[0].body, found[0].other
+    if one not in objects or (other in objects and objects[other].free and not objects[one].free):
+        one, other = other, one
+    deep = f"{1e3 * found[0].depth:.3g} mm deep in {_said(other, objects)} {when}"
+    deep += f" (the deepest of {len(found)} overlaps)" if len(found) > 1 else ""
+    most = f"at most {1e3 * MOST:g} mm"
+    stations = names.stations(arm)
+    if one not in objects and not {one, other} <= set(stations):
+        allowed = f"{most}: mount the arm elsewhere, begin with other bends, or move that body"
+        raise InputError("world", f"one that puts {_said(one, objects)} {deep}", allowed)
+    if one not in objects:
+        allowed = f"{most}: begin with other bends, or without self-contact"
+        raise InputError("self_contact", f"on, with {_said(one, objects)} {deep}", allowed)
+    place = ", ".join(f"{x:.6g}" for x in objects[one].position)
+    allowed = f"{most}: move it or make it smaller" + ("" if other in objects else ", or begin with other bends")
+    raise InputError("position", f"({place}) m, which puts it {deep}", allowed, said_of_object(one))
+
+
+def _said(name: str, objects: Mapping[str, Object]) -> str:
+    return said_of_object(name) if name in objects else "the base" if name == names.BASE else name
