@@ -21,8 +21,8 @@ from contarm_sim.model.arm import Arm
 
 
 class Plant(DrivenMuscles):
-    """A simulated arm and its `DrivenMuscles`. The base frame is the engine's world frame, but in a host; gravity is
-    the arm's.
+    """A simulated arm and its `DrivenMuscles`. The base frame is the engine's world frame, but in a host; gravity is the
+    arm's.
 
     Args:
         arm: its parameters.
@@ -40,8 +40,7 @@ class Plant(DrivenMuscles):
         index: where the arm's parts are in them.
         own: the model and the index, in one.
         pull_only, integrator: as given.
-        hosted: whether the arm is in a host: `centres` and the properties that are read of the engine are then in the
-            host's frame; `tip_seen` and what `Recorder` returns are in the base frame everywhere.
+        hosted: whether the arm is in a host: `centres` are then in its world, all else is in the base frame.
         tip_seen: the tip in the base frame [m], a view that stays current, shape (3,).
         centres: what `stations` copies, as a view into the engine's memory that stays current.
         gravity: the engine's [m/s^2], likewise.
@@ -77,12 +76,12 @@ class Plant(DrivenMuscles):
     @property
     def stations(self) -> Array:
         """Centres of base plate, disks and tip plate [m], shape (links + 1, 3)."""
-        return self.centres.copy()
+        return self.to_base(self.centres) if self.hosted else self.centres.copy()
 
     @property
     def tip(self) -> Array:
         """Tip position [m], shape (3,)."""
-        return self.centres[-1].copy()
+        return self.tip_seen.copy()
 
     @property
     def tip_rotation(self) -> Array:
@@ -92,7 +91,13 @@ class Plant(DrivenMuscles):
     @property
     def rotations(self) -> Array:
         """Orientations of base plate, links and tip, shape (links + 1, 3, 3)."""
-        return self.data.xmat[self.index.stations].reshape(-1, 3, 3).copy()
+        found = self.data.xmat[self.index.stations].reshape(-1, 3, 3)
+        return self.data.xmat[self.index.base].reshape(3, 3).T @ found if self.hosted else found.copy()
+
+    def to_base(self, points: Array) -> Array:
+        """Return points of the engine's world [m], shape (..., 3), in the base frame."""
+        base = self.data.xpos[self.index.base]
+        return np.asarray((points - base) @ self.data.xmat[self.index.base].reshape(3, 3))
 
     def become(self, arm: Arm) -> None:
         """Take an arm's parameters, which must be of the same structure, see `models`; reset afterwards."""
