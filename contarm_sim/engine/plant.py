@@ -21,8 +21,9 @@ from contarm_sim.model.arm import Arm
 
 
 class Plant(DrivenMuscles):
-    """A simulated arm and its `DrivenMuscles`. The base frame is the engine's world frame, but in a host; gravity is the
-    arm's.
+    """A simulated arm and its `DrivenMuscles`. The base frame is the engine's world frame, but in a host.
+
+    Gravity is the arm's.
 
     Args:
         arm: its parameters.
