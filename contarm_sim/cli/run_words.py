@@ -12,6 +12,7 @@ from contarm_sim.model.arm import Arm
 def show_run(summary: dict[str, Any], arm: Arm) -> None:
     """Print the error budget of a run, its verdict, its remarks, and what is known of sampled arms."""
     from contarm_sim.cli.terminal import table
+    from contarm_sim.view.report.contact_words import in_numbers
     from contarm_sim.view.report.words import budget, remarks, verdict_lines
 
     rows = [[name, *(f"{number:.4f}" for number in numbers)] for name, numbers in budget(summary)]
@@ -25,6 +26,8 @@ def show_run(summary: dict[str, Any], arm: Arm) -> None:
         _show_sections(summary["sections"])
     for name, words in verdict_lines(summary):
         click.echo(f"{name}: {words}")
+    if "contact" in summary:
+        click.echo(f"contact: {in_numbers(summary)}")
     muscle, degrees, speed = summary["muscle"], summary["orientation_error_deg"], summary["real_time_factor"]
     forces = f"{muscle['min_force_n']:.1f} to {muscle['max_force_n']:.1f} N"
     shares = f"pushes {100 * muscle['push_fraction']:.3g} %, slack {100 * muscle['slack_fraction']:.3g} %"

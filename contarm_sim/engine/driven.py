@@ -166,7 +166,7 @@ class DrivenMuscles:
     def muscle_paths(self) -> Array:
         """Points that muscles run through, one a station [m], shape (M, links + 1, 3); NaN where a muscle is not."""
         local = np.array([[*point, 0.0] for group in self.arm.groups for point in group.routing.points])
-        rotations = self.data.xmat[self.index.stations].reshape(-1, 3, 3)
+        rotations, base = self.data.xmat[self.index.stations].reshape(-1, 3, 3), self.data.xpos[self.index.base]
         points = self.data.xpos[self.index.stations] + np.einsum("sij,mj->msi", rotations, local.reshape(-1, 3))
         axes, starts = rotations[:, :, 2], section_stations(self.arm)
         for group, muscles in zip(self.arm.groups, self.index.groups, strict=True):
@@ -176,4 +176,6 @@ class DrivenMuscles:
                     own = slice(starts[number], starts[number + 1])
                     points[muscles, own] += self.arm.sections[number].guide_height * axes[own]
             points[muscles, :first] = points[muscles, last + 1 :] = np.nan
+        if self.index.base_pose.size:  # in a host
+            points = (points - base) @ rotations[0]
         return points

@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from contarm_sim.engine.index import rows
+from contarm_sim.engine.index import ArmIndex, rows
 from contarm_sim.engine.plant import Plant
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.contacts import Contacts, contact_names
 from contarm_sim.mechanics.pneumatics import passive_tension, pressure_for
+from contarm_sim.model.arm import Arm
 
 
 class Recorder:
@@ -45,61 +46,69 @@ class Recorder:
         lengths = sensed[:, index.lengths] + index.zero
         pulled = passive_tension(lengths, self._arm) + sensed[:, index.velocities] * self._damping
         pulled = pulled - sensed[:, index.forces]
-        return (
-            self._moved(sensed)
-            | {
-                "muscle_lengths": lengths,
-                "muscle_tensions": pulled,
-                "pressure": pressure_for(pulled, lengths, self._arm),
-                "stations": self.backbones(count),
-                "tip_rotation": _rotations(sensed[:, index.tip_orientation]),
-                "qpos": sensed[:, index.angles],
-            }
-            | self._touched(sensed)
-        )
+        arrays = {
+            "muscle_lengths": lengths,
+            "muscle_tensions": pulled,
+            "pressure": pressure_for(pulled, lengths, self._arm),
+            "stations": self.backbones(count),
+            "tip_rotation": _rotations(sensed[:, index.tip_orientation]),
+            "qpos": sensed[:, index.angles],
+        }
+        return arrays | moved(sensed, index, self._arm) | touched(sensed, index, self._arm)
 
     def backbones(self, count: int) -> Array:
         """Return the stations of the first `count` samples in the base frame [m], shape (count, links + 1, 3)."""
-        stations, pose = self.stations[:count], self._index.base_pose
-        if not pose.size:
+        stations = self.stations[:count]
+        if not self._index.base_pose.size:
             return stations
-        position, rotation = self._base(self.sensed[:count])
+        position, rotation = _base(self.sensed[:count], self._index)
         return np.asarray((stations - position[:, None]) @ rotation)
 
-    def _base(self, sensed: Array) -> tuple[Array, Array]:
-        """Return the base's positions [m], (T, 3), and rotations, (T, 3, 3), in a host."""
-        pose = sensed[:, self._index.base_pose]
-        return pose[:, :3], _rotations(pose[:, 3:])
 
-    def _moved(self, sensed: Array) -> dict[str, Any]:
-        """Return where the base was in a host, where it can move, and the positions of the host's joints."""
-        host, found = self._arm.world.host, dict[str, Any]()
-        if self._index.base_pose.size and host is not None and host.moves:
-            found["base"] = sensed[:, self._index.base_pose]
-        if self._index.host.size:
-            found["host"] = sensed[:, self._index.host]
-        return found
+def moved(sensed: Array, index: ArmIndex, arm: Arm) -> dict[str, Any]:
+    """Return where the base was in a host, where it can move, and the positions of the host's joints.
 
-    def _touched(self, sensed: Array) -> dict[str, Any]:
-        """Return what the arm touched, and where the free objects were; nothing of an arm that is alone."""
-        index, found = self._index, dict[str, Any]()
-        if len(index.touch):
-            touch, depth = sensed[:, index.touch], sensed[:, index.depth]
-            sample, partner, station = np.nonzero(touch[..., 0] > 0)
-            felt, deepest = touch[sample, partner, station], depth[sample, partner, station]
-            point, force, normal = felt[:, 4:7], -felt[:, 1:4], -deepest[:, 1:4]
-            if index.base_pose.size:
-                position, rotation = (part[sample] for part in self._base(sensed))
-                point, force, normal = (
-                    np.einsum("ci,cij->cj", each, rotation) for each in (point - position, force, normal)
-                )
-            found["contacts"] = Contacts(
-                sample, station, partner, point=point, force=force, normal=normal,
-                depth=-deepest[:, 0], names=contact_names(self._arm),
-            )  # fmt: skip
-        if len(index.poses):
-            found["objects"] = sensed[:, index.poses]
-        return found
+    Args:
+        sensed: all sensors of T samples, shape (T, sensors).
+    """
+    host, found = arm.world.host, dict[str, Any]()
+    if index.base_pose.size and host is not None and host.moves:
+        found["base"] = sensed[:, index.base_pose]
+    if index.host.size:
+        found["host"] = sensed[:, index.host]
+    return found
+
+
+def touched(sensed: Array, index: ArmIndex, arm: Arm) -> dict[str, Any]:
+    """Return what the arm touched, and where the free objects were, by a trajectory's names; nothing of an arm alone.
+
+    Args:
+        sensed: all sensors of T samples, shape (T, sensors).
+    """
+    found: dict[str, Any] = {}
+    if len(index.touch):
+        touch, depth = sensed[:, index.touch], sensed[:, index.depth]
+        sample, partner, station = np.nonzero(touch[..., 0] > 0)
+        felt, deepest = touch[sample, partner, station], depth[sample, partner, station]
+        point, force, normal = felt[:, 4:7], -felt[:, 1:4], -deepest[:, 1:4]
+        if index.base_pose.size:
+            position, rotation = (part[sample] for part in _base(sensed, index))
+            point, force, normal = (
+                np.einsum("ci,cij->cj", each, rotation) for each in (point - position, force, normal)
+            )
+        found["contacts"] = Contacts(
+            sample, station, partner, point=point, force=force, normal=normal,
+            depth=-deepest[:, 0], names=contact_names(arm),
+        )  # fmt: skip
+    if len(index.poses):
+        found["objects"] = sensed[:, index.poses]
+    return found
+
+
+def _base(sensed: Array, index: ArmIndex) -> tuple[Array, Array]:
+    """Return the base's positions [m], (T, 3), and rotations, (T, 3, 3), in a host."""
+    pose = sensed[:, index.base_pose]
+    return pose[:, :3], _rotations(pose[:, 3:])
 
 
 def _rotations(quaternions: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -102,6 +103,14 @@ class Contacts:
     def first(self, count: int) -> Contacts:
         """Return the contacts of the first `count` samples."""
         return self.where(slice(0, np.searchsorted(self.sample, count)))
+
+    @staticmethod
+    def joined(parts: Sequence[Contacts], counts: Sequence[int]) -> Contacts:
+        """Return the contacts of recordings that follow one another, of so many samples each."""
+        starts = np.cumsum([0, *counts[:-1]])
+        columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in SHAPES}
+        columns["sample"] = np.concatenate([part.sample + start for part, start in zip(parts, starts, strict=True)])
+        return Contacts(**columns, names=parts[0].names)
 
     def total(self, samples: int) -> Array:
         """Return the sum of the sizes of all contact forces of each sample [N], shape (samples,)."""

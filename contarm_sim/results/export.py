@@ -9,6 +9,7 @@ import numpy as np
 
 from contarm_sim.errors import MissingError
 from contarm_sim.mechanics.shape import stations
+from contarm_sim.results.touched import free_objects, link_forces, object_depths, object_forces
 
 if TYPE_CHECKING:
     from contarm_sim.results.trajectory import Trajectory
@@ -46,9 +47,25 @@ def dataframe(trajectory: Trajectory) -> Any:
     for name in ("setpoint", "muscle_lengths", "muscle_tensions", "pressure"):
         array = getattr(trajectory, name)
         columns |= {f"{name}_{i + 1} [{unit[name]}]": array[:, i] for i in range(array.shape[1])}
+    columns |= _touch_columns(trajectory)
     frame = pandas.DataFrame({name: np.array(values) for name, values in columns.items()})
     frame.attrs = {"controller": trajectory.controller, "status": trajectory.status, "length_m": trajectory.arm.length}
     return frame
+
+
+def _touch_columns(trajectory: Trajectory) -> dict[str, Any]:
+    """Return columns of what is touched and of where free objects are; none where there are none."""
+    columns: dict[str, Any] = {}
+    found, count = trajectory.contacts, len(trajectory)
+    if found is not None:
+        columns["contact_force [N]"] = found.total(count)
+        columns["contacts"] = np.bincount(found.sample, minlength=count)
+        columns["contact_depth [m]"] = found.deepest(count)
+    for number, name in enumerate(free_objects(trajectory.arm) if trajectory.objects is not None else []):
+        pose = trajectory.objects[:, number]  # type: ignore[index]
+        columns |= {f"{name}_{axis} [m]": pose[:, i] for i, axis in enumerate("xyz")}
+        columns |= {f"{name}_q{part}": pose[:, 3 + i] for i, part in enumerate("wxyz")}
+    return columns
 
 
 _DIMENSIONS = {
@@ -77,5 +94,27 @@ def dataset(trajectory: Trajectory) -> Any:
         name: ((over, *own), np.array(getattr(trajectory, name)), {"units": unit[name]})
         for name, own in dimensions.items()
     }
+    more, names = _touch_variables(trajectory, over)
     about = {"controller": trajectory.controller, "status": trajectory.status, "length_m": trajectory.arm.length}
+    coordinates |= names
+    variables |= more
     return xarray.Dataset(variables, coordinates, about)
+
+
+def _touch_variables(trajectory: Trajectory, over: str) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return variables of what is touched and of where free objects are, and their coordinates."""
+    found, count = trajectory.contacts, len(trajectory)
+    variables: dict[str, Any] = {}
+    names: dict[str, Any] = {}
+    if found is not None:
+        names["touched"] = list(found.names)
+        links = link_forces(found, count, trajectory.arm.links + 1)
+        variables["contact_force"] = ((over, "touched", "axis"), object_forces(found, count), {"units": "N"})
+        variables["contact_depth"] = ((over, "touched"), object_depths(found, count), {"units": "m"})
+        variables["link_contact_force"] = ((over, "station"), links, {"units": "N"})
+    if trajectory.objects is not None:
+        names |= {"object": free_objects(trajectory.arm), "part": list("wxyz")}
+        place, turn = np.split(np.array(trajectory.objects), [3], axis=2)
+        variables["object_position"] = ((over, "object", "axis"), place, {"units": "m"})
+        variables["object_orientation"] = ((over, "object", "part"), turn, {"units": "1"})
+    return variables, names

@@ -15,7 +15,7 @@ NUMBERS = ("trajectory.npz", "arm.toml")
 
 _FOLDER = f"a folder that contarm run left, with {' and '.join(NUMBERS)}"
 
-_BESIDE = ("summary.json", "samples.csv", "report.html", "arm.xml", *NUMBERS)
+_BESIDE = ("summary.json", "samples.csv", "contacts.csv", "report.html", "arm.xml", *NUMBERS)
 """Files of a run's folder that somebody may give in its place."""
 
 

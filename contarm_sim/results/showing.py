@@ -11,7 +11,7 @@ from contarm_sim.display import Shown, drawing
 if TYPE_CHECKING:
     from contarm_sim.display import Film, Report, Sheet
 
-Figure = Literal["overview", "path", "budget", "muscles"]
+Figure = Literal["overview", "path", "budget", "muscles", "contact"]
 
 
 class Showing(Shown):
@@ -24,7 +24,7 @@ class Showing(Shown):
 
         Args:
             figure: `overview` (tip error, lengths and tensions of the muscles), or one of those that `contarm run`
-                draws: `path`, `budget`, `muscles`.
+                draws: `path`, `budget`, `muscles`, and `contact` of an arm that can touch something.
             width: 170 mm or 85 mm.
             titles: whether it has a heading.
 

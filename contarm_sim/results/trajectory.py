@@ -141,10 +141,22 @@ class Trajectory(ReadOnly, Showing):
         span = "poses at rest" if self.status == "at rest" else f"{self.time[-1] if len(self) else 0:g} s"
         error = self.tip_error
         worst = f"{1e3 * error.max():.3g} mm ({100 * error.max() / arm.length:.3g} % of length)" if len(self) else "-"
+        apart = f"largest distance from the arc's tip {worst}"
         return (
             f"Trajectory({self.status}: {len(self)} samples, {span}, controller {self.controller}\n"
-            f"  arm of {arm.length:g} m, {arm.links} links; largest distance from the arc's tip {worst})"
+            f"  arm of {arm.length:g} m, {arm.links} links; {apart}{self._touched()})"
         )
+
+    def _touched(self) -> str:
+        """Return in a line what was touched; "" where nothing can be."""
+        if self.contacts is None:
+            return ""
+        found, names = self.contacts, self.contacts.names
+        if not len(found):
+            return f"\n  touched nothing of {', '.join(names)}"
+        what = ", ".join(names[place] for place in np.unique(found.partner))
+        force, depth = found.total(len(self)).max(), 1e3 * found.depth.max()
+        return f"\n  touched {what}: contact force up to {force:.3g} N, depth up to {depth:.2g} mm"
 
     @property
     def tip(self) -> Array:

@@ -15,8 +15,9 @@ from contarm_sim.model.parameters import check_count
 from contarm_sim.motion.lag import moved_by_motion
 from contarm_sim.motion.without_objects import without_objects
 from contarm_sim.results.compare import Comparison, compare
-from contarm_sim.results.document import HIDDEN, INLINE
+from contarm_sim.results.document import HIDDEN, INLINE, shown_if
 from contarm_sim.results.summary import ErrorSummary, Spread, known_spread, spread, summarise
+from contarm_sim.results.touched import ContactSummary, touched
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.checks import run_checks
 from contarm_sim.studies.explained import RodParts, explain
@@ -38,6 +39,7 @@ class JudgedRun(Shown):
         time_step: the engine's step, and its own error.
         constant_curvature: whether it holds.
         judged: whether the simulation is explained and converged, and targets are met; `interrupted` if it was.
+        contact: what the arm touched; None where it can touch nothing.
         controller, real_time_factor, interrupted, extrapolated, arm: of the run.
     """
 
@@ -54,6 +56,7 @@ class JudgedRun(Shown):
     interrupted: bool
     extrapolated: bool
     arm: Arm
+    contact: ContactSummary | None = field(default=None, metadata=shown_if(lambda run: run.contact is not None))
 
 
 def judge_run(run: Trajectory, poses: int = 100, controller: Controller | None = None) -> JudgedRun:
@@ -96,6 +99,7 @@ def judge_run(run: Trajectory, poses: int = 100, controller: Controller | None =
         interrupted=interrupted,
         extrapolated=run.extrapolated,
         arm=arm,
+        contact=touched(run),
     )
 
 

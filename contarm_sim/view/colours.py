@@ -5,6 +5,8 @@ All are told apart by the colour-blind and in grey (Okabe and Ito's set, and vio
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import cycle
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -59,6 +61,12 @@ SCENARIOS = {
 }
 """Loads and scenarios by their names in studies; `ideal` is `free`."""
 
+THINGS = (
+    Look(CONTACT, "-", "o"), Look(BLUE, "--", "s"), Look(BLACK, ":", "^"), Look(GREEN, "-.", "v"),
+    Look(ORANGE, (0, (7, 1.5)), "D"), Look("#7A4300", (0, (4, 1.2, 1, 1.2)), "P"),
+)  # fmt: skip
+"""Objects that are touched, one after the other; with more than six they come again."""
+
 LIMIT = "#777777"
 """Highest and lowest values that are allowed."""
 
@@ -106,6 +114,18 @@ def value_map() -> Any:
     from matplotlib import colormaps
 
     return colormaps["viridis"]
+
+
+def contact_map() -> Any:
+    """Return matplotlib's colour map of contact forces: pale for hardly any, dark for the largest."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    return LinearSegmentedColormap.from_list("contact", ["#FAD1E6", CONTACT, "#4A0030"])
+
+
+def things() -> Iterator[Look]:
+    """Return the looks of objects that are touched, again and again."""
+    return cycle(THINGS)
 
 
 def failure_map() -> Any:

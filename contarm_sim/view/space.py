@@ -15,7 +15,10 @@ from matplotlib.lines import Line2D
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf.scene import base_rotation, world_gravity
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.colours import hex_colour
+from contarm_sim.model.objects import Object
 from contarm_sim.view.colours import FAINT, GRID, LIMIT, PLATE, TARGET
+from contarm_sim.view.outlines import placed_objects
 from contarm_sim.view.sections import base_rim, reachable_tips
 from contarm_sim.view.style import Sheet
 
@@ -38,6 +41,9 @@ _RIM, _CORNERS = 0.04, (0.09, 0.09, 0.03)
 _BESIDE = 0.07
 """How far beside the box gravity is drawn [share of its width]."""
 
+_NEAR = 0.25
+"""How far beyond all else objects are shown [lengths]."""
+
 _NUMBERS, _NAMES, _FARTHER = 9.0, (22.5, 28.0), (6.0, 11.0)
 """How far numbers of x and y, and their names, are from the axes [pt], and how much farther long names are."""
 
@@ -51,6 +57,7 @@ class Space(Axes):
 
     def __init__(self, *place: Any, arm: Arm, **given: Any) -> None:
         super().__init__(*place, **given)
+        self._planes: list[tuple[Object, Array]] = []
         self._arm, self._turn, self._seen = arm, base_rotation(arm), [np.zeros((1, 3))]
         self._frame = "" if np.allclose(self._turn, np.eye(3)) else "world "
         self.set_axis_off()
@@ -90,6 +97,36 @@ class Space(Axes):
         """Draw the dome of reachable tips, or the hull of those of several sections, as a net."""
         self.net(reachable_tips(self._arm, rows, columns))
 
+    def objects(self, poses: Array | None = None) -> None:
+        """Draw what the arm can touch, as outlines behind all else; planes as far as the picture reaches.
+
+        Args:
+            poses: of the free objects, see `Trajectory.objects`, shape (F, 7); default where they begin.
+        """
+        for each, points, _ in placed_objects(self._arm, poses):
+            placed = self.world(points)
+            if each.shape == "plane":
+                self._planes.append((each, placed))
+                continue
+            every = np.concatenate(self._seen)
+            room = _NEAR * MM * self._arm.length
+            low, high = every.min(axis=0) - room, every.max(axis=0) + room
+            if np.all(placed.min(axis=0) <= high) and np.all(placed.max(axis=0) >= low):
+                self._seen.append(placed.clip(low, high))
+                self._outline(each, placed)
+
+    def _outline(self, each: Object, placed: Array) -> None:
+        """Fill the outline of an object with points of the world [mm], shape (K, 3), which is convex."""
+        flat = placed @ _SCREEN.T
+        if len(flat) < 3 or np.linalg.matrix_rank(flat - flat[0], tol=1e-6 * MM) < 2:
+            return
+        from scipy.spatial import ConvexHull
+
+        rim = flat[ConvexHull(flat).vertices]
+        colour = hex_colour(each.colour)
+        self.fill(*rim.T, facecolor=colour, alpha=0.35, linewidth=0, zorder=1.2, label=each.name)
+        self.plot(*np.vstack([rim, rim[:1]]).T, color=colour, linewidth=0.8, zorder=1.2)
+
     def note(self, point: Array, words: str, away: Array, **look: Any) -> None:
         """Write words beside a point [m], in a direction from it; `look` as matplotlib's texts take it."""
         spot, towards = _SCREEN @ self.world(point), _SCREEN @ self.world(away)
@@ -108,6 +145,8 @@ class Space(Axes):
         (left, bottom), (right, top) = (_SCREEN @ corners).min(axis=1), (_SCREEN @ corners).max(axis=1)
         self.set(xlim=(left, right), ylim=(bottom, top))
         wide = self.figure.wide if isinstance(self.figure, Sheet) else False
+        for each, placed in self._planes:
+            self._outline(each, clipped(placed, low, high))
         self._box(low, high, (span / 5.0) if wide else (span / 3.2))
         self._gravity(low, high)
         if legend and self.get_legend_handles_labels()[0]:
@@ -199,6 +238,20 @@ def add_space(sheet: Any, arm: Arm, *place: Any) -> Space:
     out = sheet.add_subplot(*place, axes_class=Space, arm=arm)
     assert isinstance(out, Space)
     return out
+
+
+def clipped(polygon: Array, low: Array, high: Array) -> Array:
+    """Return what of a plane convex polygon, shape (K, 3), is within a box: Sutherland and Hodgman's way."""
+    found = list(polygon)
+    for axis, limit, side in [(axis, end[axis], sign) for end, sign in ((low, 1), (high, -1)) for axis in range(3)]:
+        before, found = found, []
+        for one, other in zip(before, [*before[1:], *before[:1]], strict=True):
+            a, b = side * (one[axis] - limit), side * (other[axis] - limit)
+            if a >= 0:
+                found.append(one)
+            if (a < 0 < b) or (b < 0 < a):
+                found.append(one + a / (a - b) * (other - one))
+    return np.array(found).reshape(-1, 3)
 
 
 def _step(least: float) -> float:

@@ -14,18 +14,22 @@ from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.mechanics import shape
 from contarm_sim.mechanics.shape import bends_of
-from contarm_sim.mjcf import scene_spec
+from contarm_sim.mjcf import names, scene_spec
+from contarm_sim.mjcf.object_looks import to_scene
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.live.session import Session
 from contarm_sim.view.rendering.draw import ASKED
 from contarm_sim.view.rendering.ghost import GHOST
-from contarm_sim.view.rendering.overlays import add_ball, add_line, placed
+from contarm_sim.view.rendering.overlays import add_ball, add_disk, add_line, placed
+from contarm_sim.view.rendering.touch import LIT, add_contacts, contact_words
 from contarm_sim.view.rendering.window import window
 
 _STEP = np.radians(5.0)
 _KEYS = {262: (1.0, 0.0), 263: (-1.0, 0.0), 265: (0.0, 1.0), 264: (0.0, -1.0)}  # GLFW: right, left, up, down
 _SPACE, _BACKSPACE, _ONE = 32, 259, 49
 _PICTURE = 1 / 60
+_NEWTON = 0.03
+"""Length of the arrow of a contact force of 1 N [lengths]."""
 
 
 def show(arm: Arm, controller: str = "servo") -> None:
@@ -68,7 +72,12 @@ def _loop(session: Session, model: Any, data: Any, shown: Any, keys: queue.Simpl
             session.tick()
             due -= session.period
         with shown.lock():
-            data.qpos[:], data.time = session.plant.data.qpos, session.plant.data.time
+            joints = session.plant.index.qpos
+            data.qpos[joints], data.time = session.plant.qpos, session.plant.data.time
+            if session.plant.hosted:
+                data.qpos[:] = session.plant.data.qpos
+            else:
+                data.qpos[joints.stop :] = to_scene(session.arm, session.poses)
             mujoco.mj_forward(model, data)
             _draw_over(session, data, shown.user_scn)
         shown.set_texts((None, mujoco.mjtGridPos.mjGRID_TOPLEFT, *_said(session, paused, chosen)))
@@ -87,6 +96,13 @@ def _draw_over(session: Session, data: Any, scene: Any) -> None:
         meridian = arc.from_polar(np.linspace(0.0, LARGEST_BEND, 49), plane)
         add_line(scene, placed(base, arc.position(meridian, arm.length)), 1.5, ASKED)
     add_ball(scene, placed(base, shape.position(reading.goal, arm)), 0.02 * arm.length, ASKED)
+    contacts = session.contacts
+    if contacts is not None:
+        stations = names.stations(arm)
+        for station in np.unique(contacts.station):
+            body = data.body(stations[station])
+            add_disk(scene, body.xpos, body.xmat, 1.06 * arm.disk_radius, 0.006 * arm.length, LIT)
+        add_contacts(scene, base, contacts, arm, _NEWTON * arm.length, closer=0.0)
 
 
 def _said(session: Session, paused: bool, chosen: int) -> tuple[str, str]:
@@ -99,9 +115,11 @@ def _said(session: Session, paused: bool, chosen: int) -> tuple[str, str]:
         bends.append(f"{angle:.0f} deg towards {plane:.0f} deg")
         of_section.append(f"bend {number + 1}" if several else "bend")
     keys = f"1 to {len(bends)}\narrows" if several else "arrows"
-    left = "\n".join(["tip error", *of_section, "tension", "", keys, "Space", "Backspace"])
+    touch = [] if session.contacts is None else ["contact"]
+    left = "\n".join(["tip error", *of_section, "tension", *touch, "", keys, "Space", "Backspace"])
     tensions = " ".join(f"{x:.0f}" for x in reading.tensions)
     choice = f"choose a section, now {chosen + 1}\nbend it" if several else "bend the arm"
-    right = "\n".join([f"{1e3 * reading.error:.2f} mm", *bends, f"{tensions} N", "", choice])
+    felt = [] if session.contacts is None else [contact_words(session.contacts).removeprefix("contact: ")]
+    right = "\n".join([f"{1e3 * reading.error:.2f} mm", *bends, f"{tensions} N", *felt, "", choice])
     right += f"\n{'resume' if paused else 'pause'}\nstart again"
     return left, right + (f"\n{session.problem}" if session.problem else "")

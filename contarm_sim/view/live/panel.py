@@ -19,7 +19,7 @@ from contarm_sim.view.live.loads import Loads, turned
 from contarm_sim.view.live.plots import Plots
 from contarm_sim.view.live.presets import name_of, offered
 from contarm_sim.view.live.session import Session
-from contarm_sim.view.live.words import LEGEND, readings
+from contarm_sim.view.live.words import legend, readings
 
 if TYPE_CHECKING:
     import viser
@@ -82,7 +82,7 @@ class Panel:
         gui.main_panel.dock_right()
         curves = gui.add_panel()
         with curves.add_tab("Curves"):
-            gui.add_html(LEGEND)
+            gui.add_html(legend(arm))
             self._plots = Plots(gui, arm)
         curves.dock_left()
         curves.set_width(300)
@@ -186,14 +186,15 @@ class Panel:
         if self._session.recording is not None and self._session.recording.ended:
             self._keep()
 
-    def show(self, pace: str, thinning: int = 1) -> None:
+    def show(self, pace: str, thinning: int = 1, arrows: float = 0.0) -> None:
         """Bring readings and plots up to date.
 
         Args:
             pace: whether it keeps up with real time, in words.
             thinning: of how many points of the plots one is drawn.
+            arrows: how long those of contact forces are [m/N].
         """
         usual = "real time" if self.speed == 1 else f"{self.speed:g} x real time"
         pace = "paused" if self.paused else pace or usual
-        self._status.content = readings(self._session, pace, self._keeper)
+        self._status.content = readings(self._session, pace, self._keeper, arrows)
         self._plots.show(thinning)

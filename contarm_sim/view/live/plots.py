@@ -11,7 +11,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.muscles import slices
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.colours import muscle_hex
-from contarm_sim.view.colours import ERROR
+from contarm_sim.view.colours import CONTACT, ERROR
 from contarm_sim.view.live.session import Reading
 from contarm_sim.view.sections import pressure_limits, section_hex
 
@@ -33,6 +33,9 @@ class Plots:
         self._rows: list[slice] = []
         self._plots: list[Any] = []
         self._add(gui, "tip error [mm]", {"tip error": ERROR}, 1.0, 135)
+        self._touchable = arm.world.touchable
+        if self._touchable:
+            self._add(gui, "contact force [N]", {"contact force": CONTACT}, 1.0, 120)
         for group, own in zip(arm.groups, self._groups, strict=True):
             muscles = {f"muscle {i + 1}": muscle_hex(i) for i in range(own.stop - own.start)}
             self._add(
@@ -72,7 +75,8 @@ class Plots:
         if self._several:
             pressures = np.array([pressures[own].max() for own in self._groups])
         self._count += 1
-        self._points.append((reading.time, 1e3 * reading.error, *reading.tensions, *pressures))
+        touch = (reading.contact,) if self._touchable else ()
+        self._points.append((reading.time, 1e3 * reading.error, *touch, *reading.tensions, *pressures))
 
     def show(self, thinning: int = 1) -> None:
         """Draw one of so many points, the one with the largest error, and the newest.

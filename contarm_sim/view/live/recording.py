@@ -10,6 +10,7 @@ import numpy as np
 from contarm_sim.engine.plant import Plant
 from contarm_sim.engine.recorder import Recorder
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.mechanics.contacts import Contacts
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.versions import versions
@@ -66,7 +67,10 @@ class Recording:
         bend, setpoint = (np.array(part) for part in zip(*self._sent, strict=True))
         filled = [min(_BLOCK, count - _BLOCK * i) for i in range(len(self._blocks))]
         parts = [block.arrays(own) for block, own in zip(self._blocks, filled, strict=True) if own > 0]
+        touched = [part.pop("contacts") for part in parts if "contacts" in part]
         arrays: dict[str, Any] = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        if touched:
+            arrays["contacts"] = Contacts.joined(touched, filled)
         reference = Reference.from_bends(bend, arm, times)
         return Trajectory(
             arm=arm, **self._about, status="finished", time=times, target=reference.target, bend=bend,

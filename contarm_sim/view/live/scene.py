@@ -17,10 +17,12 @@ from contarm_sim.mechanics.muscles import each
 from contarm_sim.mjcf import names
 from contarm_sim.mjcf.backbone import SPINE_RADIUS, payload_radius
 from contarm_sim.mjcf.scene import base_quaternion, base_rotation
-from contarm_sim.view.colours import ANALYTIC, TARGET, error_colours, rgb
+from contarm_sim.view.colours import ANALYTIC, CONTACT, TARGET, error_colours, rgb
+from contarm_sim.view.live.hosted import HostThings
 from contarm_sim.view.live.session import Reading, Session
 from contarm_sim.view.live.shapes import as_bytes, cylinder, from_upright, hoop, linear, tube
 from contarm_sim.view.live.surroundings import Surroundings, add_lights
+from contarm_sim.view.live.things import Things
 from contarm_sim.view.rendering.muscles import radii, tint
 from contarm_sim.view.sections import muscle_colours, section_colour, section_places, tube_radii
 
@@ -61,6 +63,9 @@ class Scene:
         self._around = Surroundings(self._server, arm)
         self._add_arm()
         self._add_target()
+        self._things, self._lit = Things(self._server, arm, "/arm"), np.zeros(0, dtype=int)
+        plant = self._session.plant
+        self._host = HostThings(self._server, plant, "/arm") if plant.hosted else None
         self._payload = self._add.add_icosphere("/arm/payload", radius=1.0, color=as_bytes(_DARK))
         vertices, faces = self._ghost()
         # Only far sides of what is clear are drawn: they never cover the arm.
@@ -80,6 +85,7 @@ class Scene:
         """Turn the arm so that its gravity points down, with floor and mount, look there; forget the trace."""
         self.base.wxyz = base_quaternion(self._session.arm)
         self._around.turn(self._session.arm)
+        self._things = Things(self._server, self._session.arm, "/arm")  # in place of those before, with another floor
         self.trace.clear()
 
     def _add_target(self) -> None:
@@ -106,9 +112,10 @@ class Scene:
         thick = np.minimum(0.0025, 0.2 * np.concatenate([pitch[:1], pitch]))
         thick[starts] *= 1.6
         tints = [_DARK if number == 0 else section_colour(number) for number in [0, *own]]
+        self._tints = (255 * linear(tints)).astype(np.uint8)
         self._disks = self._add.add_batched_meshes_simple(
             "/arm/disks", vertices, faces, upright, places, batched_scales=np.stack([disks, disks, thick], axis=1),
-            batched_colors=(255 * linear(tints)).astype(np.uint8), lod="off",
+            batched_colors=self._tints, lod="off",
         )  # fmt: skip
         radii = SPINE_RADIUS * np.array([arm.routings[number].radius for number in own])
         self._spine = self._add.add_batched_meshes_simple(
@@ -149,6 +156,26 @@ class Scene:
             self.target.wxyz = from_upright(shape.rotation(session.goal, session.arm)[None, :, 2])[0]
             self._around.show_shadow(stations)
             self._show_trace()
+            self._show_contacts()
+
+    def _show_contacts(self) -> None:
+        """Draw what is touched now, and where free objects are."""
+        contacts = self._session.contacts
+        self._things.show(self._session.poses, contacts)
+        if self._host is not None:
+            self._host.show(self._session.plant)
+        if contacts is None:
+            return
+        lit = np.unique(contacts.station)
+        if not np.array_equal(lit, self._lit):
+            self._lit, colours = lit, self._tints.copy()
+            colours[lit] = (255 * linear(rgb(CONTACT))).astype(np.uint8)
+            self._disks.batched_colors = colours
+
+    @property
+    def arrows(self) -> float:
+        """How long the arrows of contact forces are [m/N]; 0 before anything was touched."""
+        return self._things.scale
 
     def _place(self, node: Any, starts: Array, ends: Array) -> None:
         node.batched_positions = 0.5 * (starts + ends)

@@ -84,7 +84,7 @@ def _loop(session: Session, shown: Page) -> None:
             shown.scene.show()
             next_picture = now + pace.picture
             if now >= next_curves:
-                panel.show(pace.words(), pace.thinning)
+                panel.show(pace.words(), pace.thinning, shown.scene.arrows)
                 next_curves = now + pace.curves
         pace.note(now, backlog, lost)
         time.sleep(max(session.period / panel.speed - (time.perf_counter() - now), 0.002))

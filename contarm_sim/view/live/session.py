@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -11,10 +12,12 @@ from contarm_sim.control.feedback import Feedback, Seen
 from contarm_sim.control.plan import Plan
 from contarm_sim.control.registry import controller as resolved
 from contarm_sim.engine.plant import Plant
+from contarm_sim.engine.recorder import touched
 from contarm_sim.errors import DivergenceError, InputError
 from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import pneumatics, routing, shape
+from contarm_sim.mechanics.contacts import Contacts
 from contarm_sim.mechanics.muscles import each, slices
 from contarm_sim.mechanics.servos import servo_control
 from contarm_sim.mechanics.statics import cocontraction
@@ -47,6 +50,7 @@ class Reading:
         tensions: of the muscles [N], shape (n,).
         pressures: that give real muscles these tensions, inf where none does; under `pressure` those behind the
             valves [Pa], shape (n,).
+        contact: sum of the sizes of all contact forces [N]; 0 where nothing can be touched.
     """
 
     time: float
@@ -56,6 +60,7 @@ class Reading:
     tip: Array
     tensions: Array
     pressures: Array
+    contact: float = 0.0
 
     @property
     def error(self) -> float:
@@ -148,10 +153,12 @@ class Session:
     def _start(self, arm: Arm, controller: str) -> None:
         arm.refuse_memory("the live view moves arms")
         driver = resolved(controller).unplanned()
-        plant = Plant(arm, driver.pulls_only, actuation=driver.actuation)
+        plant = alone = Plant(arm.alone, driver.pulls_only, actuation=driver.actuation)
+        if arm.world.touchable:
+            plant = Plant(arm, driver.pulls_only, actuation=driver.actuation, in_world=True)
         self.period = PERIOD * -(-len(arm.sections) // _QUICK)
-        self._substeps = stable_substeps(plant, 1 / self.period, np.empty((0, 2)))
-        plant.model.opt.timestep = self.period / self._substeps
+        self._substeps = stable_substeps(alone, 1 / self.period, np.empty((0, 2)))
+        plant.own.step_by(self.period / self._substeps)
         self.plant, self.arm, self.controller, self._driver = plant, arm, controller, driver
 
     def _end_recording(self) -> None:
@@ -250,8 +257,29 @@ class Session:
             pressures = pneumatics.pressure_for(tensions, plant.muscle_lengths, self.arm)
         return Reading(
             float(plant.data.time), self.goal.copy(), bend.copy(), shape.position(bend, self.arm), plant.tip,
-            tensions, pressures,
+            tensions, pressures, self._pressed(),
         )  # fmt: skip
+
+    def _pressed(self) -> float:
+        """Return the sum of the sizes of all contact forces [N]."""
+        touch = self.plant.index.touch
+        if not len(touch):
+            return 0.0
+        return float(np.linalg.norm(self.plant.data.sensordata[touch[..., 1:4]], axis=-1).sum())
+
+    @property
+    def contacts(self) -> Contacts | None:
+        """What the arm touches now, all of one sample; None where it can touch nothing."""
+        found: Contacts | None = self._felt().get("contacts")
+        return found
+
+    @property
+    def poses(self) -> Array:
+        """Where the free objects are now, see `Trajectory.objects`, shape (F, 7)."""
+        return np.asarray(self._felt().get("objects", np.zeros((1, 0, 7)))[0])
+
+    def _felt(self) -> dict[str, Any]:
+        return touched(self.plant.data.sensordata[None], self.plant.index, self.arm)
 
 
 def _angles(bend: Array) -> Array:

@@ -25,6 +25,16 @@ def cylinder() -> tuple[Array, Array]:
     return np.concatenate([*rings, *rings]), np.concatenate([side, *lids])
 
 
+def arrow() -> tuple[Array, Array]:
+    """Return vertices and triangles of an arrow from the origin along +Z, 1 long, whose head has a radius of 1."""
+    outline = [(0.0, 0.0), (0.4, 0.0), (0.4, 0.0), (0.4, 0.7), (0.4, 0.7), (1.0, 0.7), (1.0, 0.7), (0.0, 1.0)]
+    rings = np.stack([_ring(1.0) * radius + np.array([0, 0, height]) for radius, height in outline])
+    index = np.arange(len(outline) * SIDES).reshape(len(outline), SIDES)
+    closed = np.hstack([index, index[:, :1]])
+    parts = [faces(closed[start : start + 2].T) for start in range(0, len(outline), 2)]
+    return rings.reshape(-1, 3), np.concatenate(parts)
+
+
 def hoop(radius: float, thickness: float) -> tuple[Array, Array]:
     """Return vertices and triangles of a ring about +Z, of a radius and with a round rod of a thickness [m]."""
     around = np.linspace(0.0, 2 * np.pi, 49)

@@ -50,6 +50,7 @@ def _arm(arm: Arm) -> str:
         rows += list(zip(_SECTION[3:], each[0][3:], strict=True))
     rows += [("gravity", "none" if not any(arm.gravity) else f"{brief(arm.gravity)} m/s², base frame")]
     rows += [("payload", f"{arm.payload:g} kg")] if arm.payload else []
+    rows += [("objects", ", ".join(each.name for each in arm.world.objects))] if arm.world.objects else []
     down = np.arctan2(arm.gravity[1], arm.gravity[0])  # of a level arm, where it would sag to
     bends = np.tile(arc.from_polar(np.radians(90 / count), down), count)
     places = shape.stations(arm)
@@ -86,6 +87,8 @@ def _trajectory(samples: Any) -> str:
     if needed.size and needed.max() > 0:
         most = f"{needed.max() / 1e3:.3g} kPa" if np.isfinite(needed).all() else "more than any gives"
         rows += [("highest pressure", most)]
+    if samples.contacts is not None:
+        rows += [("touched", _touched(samples))]
     picked = np.unique(np.linspace(0, len(samples) - 1, POSES).astype(int))
     lines = [Line(samples.stations[i], opacity=0.3, width=2.5) for i in picked[:-1]]
     if samples.moving:
@@ -95,6 +98,15 @@ def _trajectory(samples: Any) -> str:
     title = f"Trajectory, {samples.status}"
     legend = f'<br><small><span style="color:{SIMULATED}">━</span> tip &nbsp; ┅ its targets</small>'
     return card(title, pairs(rows), side_view(lines, seen, arm.world) + (legend if samples.moving else ""))
+
+
+def _touched(samples: Any) -> str:
+    """Return what an arm touched, how hard and how deep."""
+    found = samples.contacts
+    if not len(found):
+        return "nothing"
+    what = ", ".join(found.names[place] for place in np.unique(found.partner))
+    return f"{what}: up to {found.total(len(samples)).max():.3g} N, {1e3 * found.depth.max():.2g} mm deep"
 
 
 def _reference(reference: Any) -> str:

@@ -14,6 +14,7 @@ from contarm_sim.view.colours import ERROR
 from contarm_sim.view.notebook.places import check_switches
 from contarm_sim.view.prints import WIDTHS
 from contarm_sim.view.report.budget import draw_budget
+from contarm_sim.view.report.contact_figure import draw_contact
 from contarm_sim.view.report.run_figures import draw_muscles, draw_path
 from contarm_sim.view.sections import section_hex
 from contarm_sim.view.style import Sheet, drawn
@@ -30,6 +31,8 @@ def plot(samples: Trajectory, figure: str = "overview", width: Any = "page", tit
         raise InputError("trajectory", "without samples", "one with samples")
     if figure in _OVER_TIME and not samples.moving:
         raise InputError("figure", repr(figure), "overview or path, of poses at rest")
+    if figure == "contact" and samples.contacts is None:
+        raise InputError("figure", repr(figure), "another one: this arm can touch nothing")
     return drawn(lambda sheet: FIGURES[figure](sheet, samples), width, titles)
 
 
@@ -76,6 +79,7 @@ FIGURES: dict[str, Callable[[Sheet, Trajectory], None]] = {
     "path": lambda sheet, samples: draw_path(sheet, samples, compare(samples)),
     "budget": lambda sheet, samples: draw_budget(sheet, samples, compare(samples)),
     "muscles": draw_muscles,
+    "contact": draw_contact,
 }
 """What `plot` draws."""
 

@@ -21,20 +21,29 @@ _LONGEST = 0.32
 """Length of the arrow of a large force [of the arm's length]: of all but the largest 2 %, which blows have."""
 
 _CLOSER = 0.5
-"""How far towards the eye arrows are drawn, and so much smaller: over arm and objects, at the same pixels."""
+"""Share of the way to the eye at which arrows are drawn, and so much smaller: over all else, at the same pixels."""
 
 _THICK, _BALL, _LEAST = 0.006, 0.010, 0.02
 """Radius of an arrow and of the ball at its foot, and the shortest arrow that is drawn [of the arm's length]."""
 
 
 def metres_per_newton(*runs: Trajectory) -> float:
-    """Return how long arrows are drawn [m/N]: 1, 2 or 5 of a power of ten; 0 where nothing is touched."""
+    """Return how long arrows of runs are drawn [m/N], see `arrow_scale`; 0 where nothing is touched."""
     forces = [np.linalg.norm(run.contacts.force, axis=1) for run in runs if run.contacts is not None]
     every = np.concatenate([*forces, np.zeros(0)])
     large = float(np.percentile(every, 98)) if len(every) else 0.0
-    if large <= 0:
+    return arrow_scale(large, max(run.arm.length for run in runs))
+
+
+def arrow_scale(force: float, length: float) -> float:
+    """Return how long arrows are drawn [m/N] where a force [N] is large: 1, 2 or 5 of a power of ten; 0 for no force.
+
+    Args:
+        length: of the arm [m].
+    """
+    if force <= 0:
         return 0.0
-    most = _LONGEST * max(run.arm.length for run in runs) / large
+    most = _LONGEST * length / force
     power = 10.0 ** math.floor(math.log10(most))
     return power * max(step for step in (1, 2, 5) if step * power <= most * (1 + 1e-9))
 
@@ -57,18 +66,21 @@ def contact_words(contacts: Contacts) -> str:
     return f"contact: {links} link{'s' * (links > 1)}, net {net:.1f} N, {depth:.2f} mm deep"
 
 
-def add_contacts(scene: Any, base: Any, contacts: Contacts, arm: Arm, scale: float) -> None:
-    """Draw a ball at each contact, and the force on the arm from there, `scale` long [m/N]; over the arm.
+def add_contacts(
+    scene: Any, base: Any, contacts: Contacts, arm: Arm, scale: float, closer: float = _CLOSER
+) -> None:  # fmt: skip
+    """Draw a ball at each contact, and the force on the arm from there, `scale` long [m/N].
 
     Args:
         base: the engine's view of the base body.
         contacts: of one sample.
+        closer: how far towards the eye they are drawn, and so much smaller; 0 where there is no one eye.
     """
-    eye = np.mean([camera.pos for camera in scene.camera], axis=0)
-    length = (1 - _CLOSER) * arm.length
+    eye = np.mean([camera.pos for camera in scene.camera], axis=0) if closer else np.zeros(3)
+    length = (1 - closer) * arm.length
     ends = contacts.point + scale * contacts.force
     for start, end in zip(placed(base, contacts.point), placed(base, ends), strict=True):
-        foot, head = start + _CLOSER * (eye - start), end + _CLOSER * (eye - end)
+        foot, head = start + closer * (eye - start), end + closer * (eye - end)
         add_ball(scene, foot, _BALL * length, LIT)
         if np.linalg.norm(head - foot) > _LEAST * length:
             add_arrow(scene, foot, head, _THICK * length, LIT)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from contarm_sim.model.arm import Arm
+from contarm_sim.view.report.contact_words import what_it_touches
 from contarm_sim.view.report.words import curvature_causes, failures, within
 
 State = str
@@ -21,10 +22,13 @@ class Standing(NamedTuple):
 
 def headline(summary: dict[str, Any]) -> str:
     """Say in one sentence whether constant curvature holds, and within what."""
-    found = summary["constant_curvature"]
+    found, touching = summary["constant_curvature"], what_it_touches(summary)
     if found["holds"]:
-        return f"Constant curvature holds within {near(found['error_percent'])} % of the arm’s length."
-    return f"Constant curvature does not hold: the tip is up to {near(found['error_percent'])} % of length off its arc."
+        also = f", though {touching}" if touching else ""
+        return f"Constant curvature holds within {near(found['error_percent'])} % of the arm’s length{also}."
+    also = f", and {touching}" if touching else ""
+    off = f"the tip is up to {near(found['error_percent'])} % of length off its arc"
+    return f"Constant curvature does not hold: {off}{also}."
 
 
 def near(percent: float) -> str:

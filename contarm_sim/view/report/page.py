@@ -11,6 +11,7 @@ from contarm_sim.results.compare import Comparison
 from contarm_sim.results.summary import spread
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.sweeps.case_table import TABLES
+from contarm_sim.view.report import contact_words as touch
 from contarm_sim.view.report import uncertainty_words as said
 from contarm_sim.view.report.filled import safe_json, write_filled
 from contarm_sim.view.report.headline import headline, lead, standings
@@ -41,6 +42,11 @@ UNCERTAIN = {
     "causes": "Which uncertain parameter causes the spread: shares of the variance, with 95 % intervals.",
 }
 
+TOUCHED = {
+    "contact": "Forces of the objects on the arm over time, links added up; how far links and objects overlap; and "
+    "which links touch when, the darker the harder.",
+}
+
 _DRAWN_BY = "`contarm render RUN`, where RUN is this folder, draws one."
 
 
@@ -50,6 +56,8 @@ def write_page(folder: Path, samples: Trajectory, comparison: Comparison, summar
     gif, captions = folder / "video.gif", _CAPTIONS_OF_SEVERAL if several else CAPTIONS
     if "uncertainty" in summary:
         captions = captions | UNCERTAIN
+    if "contact" in summary:
+        captions = captions | TOUCHED
     video, no_video = _film(folder / "video.mp4", samples, best, summary["video"])
     write_filled(
         folder,
@@ -74,6 +82,7 @@ def write_page(folder: Path, samples: Trajectory, comparison: Comparison, summar
         budget=budget(summary) + (_section_rows(comparison, arm.length) if several else []),
         muscles=muscle_words(summary["muscle"], any(isinstance(group.law, PneumaticLaw) for group in arm.groups)),
         captions=captions,
+        contact=_contact(summary),
         uncertain=_uncertain(summary, folder),
         figures={stem: figure(folder, stem) for stem in captions},
         unshown=unshown(folder, captions),
@@ -94,6 +103,18 @@ def _uncertain(summary: dict[str, Any], folder: Path) -> dict[str, Any] | None:
         "known": "reason" not in found["causes"]["mean"],
         "table": next((name for name in TABLES if (folder / name).is_file()), ""),
         "apart": said.apart_words(found),
+    }
+
+
+def _contact(summary: dict[str, Any]) -> dict[str, Any] | None:
+    """Return what the page says of what the arm touches, or None where there is nothing to touch."""
+    if "contact" not in summary:
+        return None
+    return {
+        "said": touch.paragraph(summary),
+        "columns": touch.columns(summary),
+        "rows": touch.rows(summary),
+        "legend": touch.legend(summary),
     }
 
 

@@ -17,6 +17,8 @@ from contarm_sim.studies.judged_run import judge_run
 from contarm_sim.versions import versions
 from contarm_sim.view.prints import PLAIN, Prints
 from contarm_sim.view.report.budget import draw_budget
+from contarm_sim.view.report.contact_figure import draw_contact
+from contarm_sim.view.report.contacts_csv import write_contacts
 from contarm_sim.view.report.run_figures import draw_muscles, draw_path
 from contarm_sim.view.report.samples_csv import write_samples
 from contarm_sim.view.report.words import in_short
@@ -77,11 +79,13 @@ class RunReport:
         return self.summary | asked
 
     def write(self, folder: Path) -> None:
-        """Write trajectory.npz, samples.csv, arm.xml and arm.toml; of sampled arms also a table and backbones."""
+        """Write trajectory.npz, samples.csv, contacts.csv, arm.xml and arm.toml; of sampled arms a table and more."""
         samples, comparison = self._samples, self._comparison
         samples.save(folder / "trajectory.npz")
         asked = "pressure_asked_pa" if self._pressures else "setpoint_m"
         write_samples(folder / "samples.csv", {"run": (samples, comparison)}, asked)
+        if samples.contacts is not None:
+            write_contacts(folder / "contacts.csv", samples)
         spec = arm_spec(samples.arm, "pressures" if self._pressures else "lengths")
         (folder / "arm.xml").write_text(exact_xml(spec, folder))
         (folder / "arm.toml").write_text(arm_to_toml(samples.arm, beside=True))
@@ -101,13 +105,15 @@ class RunReport:
 
     @property
     def figures(self) -> dict[str, Draw]:
-        """What draws the figures, by their names: `path`, `budget`, `muscles`, and those of sampled arms."""
+        """What draws the figures, by name: `path`, `budget`, `muscles`, `contact`, and those of sampled arms."""
         given, spread = (self._samples, self._comparison), self._spread
         figures: dict[str, Draw] = {
             "path": lambda sheet: draw_path(sheet, *given),
             "budget": lambda sheet: draw_budget(sheet, *given, self._motion),
             "muscles": lambda sheet: draw_muscles(sheet, self._samples),
         }
+        if self._samples.contacts is not None:
+            figures["contact"] = lambda sheet: draw_contact(sheet, self._samples)
         if spread is not None:
             from contarm_sim.view.report.uncertainty import figures_of_motion
 

@@ -14,6 +14,7 @@ from contarm_sim.model.pneumatic_law import PneumaticLaw
 from contarm_sim.results.compare import Comparison
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.colours import LIMIT, SIMULATED, TARGET
+from contarm_sim.view.outlines import poses_at
 from contarm_sim.view.sections import backbone_lines, dashes
 from contarm_sim.view.space import add_space
 from contarm_sim.view.stance import stance
@@ -36,6 +37,7 @@ def draw_path(sheet: Sheet, samples: Trajectory, comparison: Comparison) -> None
         ax.trace(stations, color=colour, linewidth=2.2, marker="o", markersize=2.4, label=f"{name}, last sample")
     ax.trace(samples.target, color=TARGET, linewidth=1.4, linestyle=(0, (4, 2)), label="target")
     ax.trace(comparison.simulated_tip, color=SIMULATED, linewidth=1.4, label="simulated tip")
+    ax.objects(poses_at(samples, len(samples) - 1))
     ax.settle()
     where = "inside the hull" if len(arm.sections) > 1 else "on the dome"
     sheet.heading(f"Path of the tip {where} of reachable tips ({stance(arm)})")

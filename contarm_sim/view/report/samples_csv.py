@@ -10,6 +10,7 @@ import numpy as np
 from contarm_sim.mjcf import names
 from contarm_sim.results.compare import Comparison
 from contarm_sim.results.trajectory import Trajectory
+from contarm_sim.view.report.contacts_csv import columns
 
 _VECTORS = ("target", "analytic_tip", "chain_tip", "followed_tip", "simulated_tip")
 
@@ -30,6 +31,7 @@ def write_samples(path: Path, groups: dict[str, tuple[Trajectory, Comparison]], 
     header += [f"{muscle}_{what}" for what in whats for muscle in names.muscles(arm)]
     parts = ("discretisation", "servo", "shape") if len(sections) > 1 else ()
     header += [f"{section}{part}_m" for part in parts for section in sections]
+    header += columns(next(iter(groups.values()))[0])
     with path.open("w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(header)
@@ -50,6 +52,7 @@ def write_samples(path: Path, groups: dict[str, tuple[Trajectory, Comparison]], 
                     samples.muscle_tensions,
                     samples.pressure,
                     *(getattr(comparison, f"section_{part}") for part in parts),
+                    *columns(samples).values(),
                 ]
             )
             writer.writerows([name, *(f"{x:.9g}" for x in row)] for row in table)

@@ -10,9 +10,12 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import shape
 from contarm_sim.mjcf.scene import base_rotation
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.colours import hex_colour
 from contarm_sim.results.compare import Comparison
 from contarm_sim.results.trajectory import Trajectory
-from contarm_sim.view.colours import ANALYTIC, DARK_PAGE, FAINT, LIMIT, SIMULATED, TARGET, error_scale
+from contarm_sim.view.colours import ANALYTIC, CONTACT, DARK_PAGE, FAINT, LIMIT, SIMULATED, TARGET, error_scale
+from contarm_sim.view.outlines import placed_objects, poses_at
+from contarm_sim.view.rendering.touch import metres_per_newton, scale_words
 from contarm_sim.view.report.contrast import lightened
 from contarm_sim.view.sections import backbone_lines, base_rim, reachable_tips
 
@@ -35,8 +38,11 @@ def space(samples: Trajectory, comparison: Comparison) -> dict[str, Any]:
 
     `dark` has, for each trace, the attributes that are others in the dark, by their paths.
     """
-    data = _traces(samples, comparison)
-    return {"data": data, "layout": _layout(samples.arm), "dark": [_in_the_dark(trace) for trace in data]}
+    data, layout = _traces(samples, comparison), _layout(samples.arm)
+    if samples.arm.world.objects:
+        for axis, ends in _ranges(samples).items():
+            layout["scene"][f"{axis}axis"]["range"] = ends
+    return {"data": data, "layout": layout, "dark": [_in_the_dark(trace) for trace in data]}
 
 
 def _traces(samples: Trajectory, comparison: Comparison) -> list[dict[str, Any]]:
@@ -66,9 +72,54 @@ def _traces(samples: Trajectory, comparison: Comparison) -> list[dict[str, Any]]
             _line(f"{'simulated arm' if name == 'backbone' else name} {at}", stations, {"color": colour, "width": 10})
             for name, colour, stations in backbone_lines(samples.stations[best], arm)
         ),
+        *_objects(samples, best),
+        *_contacts(samples, best, at),
         _base(arm),
         *_gravity(arm, dome),
     ]  # fmt: skip
+
+
+def _ranges(samples: Trajectory) -> dict[str, list[float]]:
+    """Return what the axes show [mm]: all that the arm does and can reach, and what is near it."""
+    low, high = _near(samples)
+    return {axis: [round(1e3 * low[i], 1), round(1e3 * high[i], 1)] for i, axis in enumerate("xyz")}
+
+
+def _near(samples: Trajectory) -> tuple[Array, Array]:
+    """Return corners of a box about that [m], shape (3,) each."""
+    tips = reachable_tips(samples.arm, 9, 25).reshape(-1, 3)
+    every = np.concatenate([tips, samples.stations.reshape(-1, 3), samples.target])
+    room = 0.4 * samples.arm.length
+    return every.min(axis=0) - room, every.max(axis=0) + room
+
+
+def _objects(samples: Trajectory, index: int) -> list[dict[str, Any]]:
+    """Return the surfaces of what the arm can touch and is near it, where a sample has them."""
+    found, (low, high) = [], _near(samples)
+    for each, points, faces in placed_objects(samples.arm, poses_at(samples, index)):
+        if np.any(points.max(axis=0) < low) or np.any(points.min(axis=0) > high):
+            continue
+        smooth, flat = each.shape in ("sphere", "capsule"), each.shape == "plane"
+        found.append(
+            {
+                "type": "mesh3d", "name": each.name, "color": hex_colour(each.colour), "showlegend": True,
+                "opacity": 0.45 if flat else 1.0, "flatshading": not smooth, "hoverinfo": "name",
+                **{axis: np.round(1e3 * points[:, i], 2).tolist() for i, axis in enumerate("xyz")},
+                **{corner: faces[:, i].tolist() for i, corner in enumerate("ijk")},
+            }
+        )  # fmt: skip
+    return found
+
+
+def _contacts(samples: Trajectory, index: int, at: str) -> list[dict[str, Any]]:
+    """Return the contact forces of a sample as lines from where they act; nothing where there are none."""
+    scale = metres_per_newton(samples)
+    if samples.contacts is None or not scale or not len(now := samples.contacts.at(index)):
+        return []
+    gap = np.full(len(now), np.nan)[:, None] + np.zeros(3)
+    ends = np.stack([now.point, now.point + scale * now.force, gap], axis=1).reshape(-1, 3)
+    line = _line(f"contact forces {at}, {scale_words(scale)}", ends, {"color": CONTACT, "width": 8})
+    return [line | {axis: [None if np.isnan(x) else x for x in line[axis]] for axis in "xyz"}]
 
 
 def _base(arm: Arm) -> dict[str, Any]:
