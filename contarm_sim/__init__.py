@@ -25,6 +25,7 @@ The public names are few and load late, so that `import contarm_sim` costs nothi
     excite                what to command next, so that a fit knows most
     Rig                   what stands around it: frame, Marker, Actuation
     Controller            what drives an arm; subclass it, with Plan and Feedback
+    planning              poses and courses that keep clear of objects
     studies               what the commands compute, as functions
     sweeps                many cases of an arm, as a table
     ContarmError          the root of all errors; InputError, EquilibriumError, DivergenceError;
@@ -39,6 +40,7 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
     from contarm_sim import mechanics as mechanics
     from contarm_sim import mjcf as mjcf
     from contarm_sim import paths as paths
+    from contarm_sim import planning as planning
     from contarm_sim import studies as studies
     from contarm_sim import sweeps as sweeps
     from contarm_sim.control.base import Controller as Controller
@@ -95,9 +97,9 @@ __all__ = [
     "Actuation", "Arm", "ContarmError", "Controller", "DivergenceError", "EquilibriumError", "Feedback", "Free",
     "Host", "Ideal", "InputError", "Interrupted", "InterruptedMany", "Load", "Marker", "McKibben", "Muscles", "Plan",
     "Recording", "Reference", "Rig", "Routing", "Section", "Seen", "Tendon", "Trajectory", "World", "Wrench",
-    "arm_spec", "compare", "covariance_of", "envs", "equilibria", "equilibrium", "excite", "fit", "kinematics", "load",
-    "load_arm", "load_fit", "load_recording", "mechanics", "mjcf", "paths", "poses_at_rest", "presets", "replay",
-    "save_recording", "scene_spec", "simulate", "simulate_many", "spec", "studies", "sweeps",
+    "arm_spec", "compare", "covariance_of", "envs", "equilibria", "equilibrium", "excite", "fit", "kinematics",
+    "load", "load_arm", "load_fit", "load_recording", "mechanics", "mjcf", "paths", "planning", "poses_at_rest",
+    "presets", "replay", "save_recording", "scene_spec", "simulate", "simulate_many", "spec", "studies", "sweeps",
 ]  # fmt: skip
 
 _HOMES = {
@@ -148,7 +150,9 @@ _HOMES = {
     "Plan": "control.plan",
     "Seen": "control.feedback",
 }
-_MODULES = {name: name for name in ("envs", "kinematics", "mechanics", "mjcf", "paths", "studies", "sweeps")}
+_MODULES = {
+    name: name for name in ("envs", "kinematics", "mechanics", "mjcf", "paths", "planning", "studies", "sweeps")
+}
 _MODULES["presets"] = "model.presets"
 
 if not TYPE_CHECKING:  # to a type checker, a name that is not imported above does not exist

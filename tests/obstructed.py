@@ -28,7 +28,7 @@ def scene(number):
         objects = _KINDS[KINDS[number % 3]](rng, through)
         obstructed = replace(arm, world=replace(arm.world, objects=objects))
         ends = np.array([[[0, 0, 0.0]], [target]])
-        if distances(ends, objects).min() > arm.disk_radius + 0.005:
+        if distances(ends, objects).min() > max(arm.contact_radii) + 0.005:
             return obstructed, target
 
 
@@ -150,10 +150,10 @@ def clearances(bends, arm, each=300):
     The plate between sections is as thick as the thicker of them; half a link of it belongs to the next section.
     """
     far = distances(arcs(bends, arm, each), arm.world.objects)
-    radius = np.full(far.shape[1], arm.disk_radii[0])
+    radius = np.full(far.shape[1], arm.contact_radii[0])
     for number, section in enumerate(arm.sections[1:], 1):
         plate = 1 + number * each + int(np.floor(0.5 * section.link_pitch / section.length * each))
-        radius[plate:] = arm.disk_radii[number]
+        radius[plate:] = arm.contact_radii[number]
     return (far - radius).min(axis=1)
 
 
@@ -167,3 +167,42 @@ def solvable(arm, target, margin, points=1500):
                 if (clearances(near, arm, 400) >= margin + 2e-5).any():
                     return True
     return False
+
+
+def course(number):
+    """Return an arm of two sections with a post in the way of a plain course, and its targets, shape (101, 3); or None.
+
+    None where the arm does not reach the targets, whatever is in its way.
+    """
+    rng = np.random.default_rng([number, 7])
+    arm = presets.two()
+    share, backbone = np.linspace(0, 1, 101), shape.backbone(arm)
+    azimuth = rng.uniform(-3, 3) + rng.uniform(1, 5) * share
+    far = rng.uniform(0.66, 0.85) * arm.length + 0.02 * np.sin(2 * np.pi * share)
+    off = rng.uniform(0.3, 1.2) + rng.uniform(-0.3, 0.3) * share
+    ways = np.sin(off) * np.cos(azimuth), np.sin(off) * np.sin(azimuth), np.cos(off)
+    targets = far[:, None] * np.stack(ways, axis=-1)
+    if not inverse.solve(targets, backbone).reachable.all():
+        return None
+    plain = inverse.track(targets, backbone).bends[rng.integers(101)]
+    at = shape.position(plain.reshape(-1), arm, rng.uniform(0.3, 0.65)) + rng.normal(scale=0.01, size=3)
+    radius, length = rng.uniform(0.005, 0.012), rng.uniform(0.06, 0.2)
+    post = Object(
+        name="post", shape="cylinder", radius=radius, length=length, position=tuple(at), axis=tuple(_direction(rng))
+    )
+    return replace(arm, world=replace(arm.world, objects=(post,))), targets
+
+
+def connected(arm, targets, margin, points=200, step=0.24):
+    """Return whether a chain of clear poses, one for each target, has steps of the bends below `step` [rad]."""
+    reached = None
+    for target in targets:
+        found = np.concatenate(inverse.solve_all(target, shape.backbone(arm), points=points))
+        found = found[clearances(found, arm, 60) >= margin]
+        if reached is not None:
+            apart = ((found[:, None] - reached[None]) ** 2).sum(axis=(-1, -2))
+            found = found[(apart < step**2).any(axis=1)]
+        reached = found
+        if not len(reached):
+            return False
+    return True

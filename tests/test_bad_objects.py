@@ -4,6 +4,7 @@ import struct
 from dataclasses import fields, replace
 from itertools import count
 
+import mujoco
 import numpy as np
 import pytest
 from bad_inputs import HUGE, LONG, WRONG, damaged_at_random, refused, short
@@ -25,11 +26,13 @@ from contarm_sim import (
     studies,
 )
 from contarm_sim.errors import InputError
+from contarm_sim.identify.recordings.synthetic import recorded
 from contarm_sim.mjcf import arm_spec, scene_spec
+from contarm_sim.mjcf.overlaps import MOST, overlaps
 from contarm_sim.mjcf.xml import write_models
 from contarm_sim.model.arm_file import load_arm, load_objects
 from contarm_sim.model.named import named_parameters, with_parameters
-from contarm_sim.model.objects import Object
+from contarm_sim.model.objects import MAX_OBJECTS, Object
 from contarm_sim.motion.simulate import simulate
 from contarm_sim.motion.time_step import Stepping
 from contarm_sim.sweeps.reading import read
@@ -133,7 +136,7 @@ def test_meshes(tmp_path):
 SHORT = replace(presets.two(), sections=(Section(length=0.2, links=3), Section(length=0.17, links=3)))
 
 
-@pytest.mark.parametrize("arm", [Arm(links=3, world=World(self_contact=True)), SHORT], ids=["one section", "two"])
+@pytest.mark.parametrize("arm", [Arm(links=3, self_contact=True), SHORT], ids=["one section", "two"])
 def test_any_name_is_refused_or_makes_a_model_and_its_scene(arm):
     scene = scene_spec(arm)
     kinds = ("bodies", "geoms", "sites", "joints", "tendons", "actuators", "sensors", "cameras", "lights", "excludes")
@@ -176,6 +179,29 @@ def test_what_starts_inside_of_something_is_refused_with_its_depth(tmp_path):
     assert [isinstance(each, InputError) for each in found] == [False, True, False]
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_overlaps_of_random_balls_are_those_of_their_distances(seed):
+    """A straight arm is a cylinder, balls are points with a radius."""
+    random, arm = np.random.default_rng(seed), Arm(links=8)
+    places = random.uniform((-0.08, -0.08, 0.08), (0.08, 0.08, 0.3), (MAX_OBJECTS, 3))
+    radii = random.uniform(0.002, 0.05, MAX_OBJECTS)
+    balls = [
+        Object(name=f"ball{k}", shape="sphere", radius=radius, position=tuple(place))
+        for k, (place, radius) in enumerate(zip(places, radii, strict=True))
+    ]
+    model = arm_spec(replace(arm, objects=tuple(balls))).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    deepest = {}
+    for each in overlaps(model, data):
+        deepest[each.body] = max(each.depth, deepest.get(each.body, 0))
+    deep = model.geom("link_04_collision").size[0] + radii - np.hypot(places[:, 0], places[:, 1])
+    expected = {ball.name: depth for ball, depth in zip(balls, deep, strict=True) if depth > MOST}
+    assert 5 < len(expected) < MAX_OBJECTS
+    assert deepest.keys() == expected.keys()
+    assert [deepest[name] for name in expected] == pytest.approx(list(expected.values()), abs=1e-5)
+
+
 def test_whatever_knows_no_objects_says_so():
     arm, circle = Arm(links=6, objects=(SHELF, BALL)), along(ARM, "circle", 0.1, max_bend=0.3)
     calls = {
@@ -183,6 +209,7 @@ def test_whatever_knows_no_objects_says_so():
         "many": lambda: equilibria(arm),
         "part": lambda: spec(arm),
         "finer": lambda: simulate(arm, circle, extrapolate=True),
+        "recorded": lambda: recorded(arm, None, [], seed=0),
         "fit": lambda: fit(arm, [], ["mass"]),
         "replay": lambda: replay(arm, None),
         "excite": lambda: excite(arm, None, ["mass"]),
@@ -203,7 +230,7 @@ def test_whatever_knows_no_objects_says_so():
     with pytest.raises(InputError, match=r"shelf, ball.*arm\.alone"):
         poses_at_rest(arm, circle)
     with pytest.raises(InputError, match="self_contact is on"):
-        poses_at_rest(ARM.in_world(World(self_contact=True)), circle)
+        poses_at_rest(Arm(links=6, self_contact=True), circle)
 
 
 def test_numbers_of_objects_have_names():
@@ -252,8 +279,6 @@ def test_the_command_line_takes_objects_and_refuses_them_in_one_line(tmp_path, m
     arm = load_arm(tmp_path / "moved" / "arm.toml")
     assert arm.world.self_contact
     assert [each.name for each in arm.world.objects] == ["set"]
-    import mujoco
-
     for name in ("arm.xml", "scene.xml"):
         model = mujoco.MjModel.from_xml_path(str(tmp_path / "moved" / name))
         assert model.nmesh == 1

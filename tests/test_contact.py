@@ -62,11 +62,15 @@ def test_links_touch_as_a_tube_as_thick_as_their_disks_or_their_fattest_muscles(
     ends = 0.0
     for body in range(1, model.nbody - 1):  # from base to tip: each begins where the one before it ends
         geom = next(g for g in range(model.ngeom) if model.geom_bodyid[g] == body and model.geom_contype[g])
-        last = body in (1, model.nbody - 2)
-        assert model.geom_type[geom] == (mujoco.mjtGeom.mjGEOM_CYLINDER if last else mujoco.mjtGeom.mjGEOM_CAPSULE)
         height = sum(model.body_pos[b, 2] for b in range(1, body + 1)) + model.geom_pos[geom, 2]
         assert height - model.geom_size[geom, 1] == pytest.approx(ends, abs=1e-12)
         ends = height + model.geom_size[geom, 1]
+        if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CAPSULE:  # whose round ends stay inside of the arm
+            round_end = model.geom_size[geom, 0] + model.geom_size[geom, 1]
+            assert 0 <= height - round_end <= height + round_end <= arm.length
+        else:
+            assert model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CYLINDER
+            assert min(ends, arm.length - ends) < 0.05
         assert model.geom_size[geom, 0] == pytest.approx(0.03 if body <= 13 else arm.contact_radii[1])
     assert ends == pytest.approx(arm.length)
 
@@ -148,23 +152,24 @@ def energy(plant):
     return data.energy[1] - 0.5 * armature + data.energy[0]
 
 
+ONTO_A_FLOOR = replace(two(), objects=(Object(name="floor", shape="plane", position=(0, 0, 0.33), axis=(0, 0, -1)),))
+
+
 @pytest.mark.parametrize(
-    ("arm", "bend", "most"),
+    ("arm", "bend", "step", "most"),
     [
-        (replace(STANDING, objects=(wall(0.10),)), (-2.0, 0.0), 0.0),
-        (
-            replace(two(), objects=(Object(name="floor", shape="plane", position=(0, 0, 0.33), axis=(0, 0, -1)),)),
-            (0.75, 1.0),
-            1e-2,
-        ),
+        (replace(STANDING, objects=(wall(0.10),)), (-2.0, 0.0), 0.005, 0.0),
+        (ONTO_A_FLOOR, (0.6, 0.25), 0.001, 0.0),
+        # In 5 ms springs do not feel the blow that stops the arm: the error of the step comes back.
+        (ONTO_A_FLOOR, (0.6, 0.25), 0.005, 1e-2),
     ],
-    ids=["a standing arm against a wall", "a hanging arm onto a floor"],
+    ids=["standing, against a wall", "hanging, onto a floor, 1 ms", "hanging, onto a floor, 5 ms"],
 )
-def test_a_falling_arm_loses_energy_until_it_rests(arm, bend, most):
-    plant = Plant(arm, in_world=True, actuation="none")
+def test_a_falling_arm_loses_energy_until_it_rests(arm, bend, step, most):
+    plant = Plant(arm, in_world=True, actuation="none", timestep=step)
     plant.reset(np.array(bend))
     seen, touched = [], []
-    for _ in range(800):
+    for _ in range(round(3 / step)):
         mujoco.mj_step1(plant.model, plant.data)  # positions and velocities of one moment
         seen.append(energy(plant))
         touched.append(plant.data.ncon)
@@ -172,11 +177,10 @@ def test_a_falling_arm_loses_energy_until_it_rests(arm, bend, most):
     total = np.array(seen)
     lost, lowest = total[0] - total[-1], np.minimum.accumulate(total)
     assert any(touched)
-    assert lost > 0.1
-    # What a link enters in one step at speed, it is pushed out of: that is all that comes back.
+    assert lost > 0.03
     assert np.max(total[1:] - lowest[:-1]) <= most * lost
-    assert np.max(np.diff(total[-400:])) < 1e-9 * lost
-    assert np.abs(plant.data.qvel).max() < 1e-3
+    assert np.max(np.diff(total[-len(total) // 4 :])) < 1e-9 * lost
+    assert np.abs(plant.data.qvel).max() < 1e-2
 
 
 def test_contact_forces_are_converged_where_links_wrap_around_something():
@@ -198,7 +202,7 @@ def test_contact_forces_are_converged_where_links_wrap_around_something():
             assert beyond_cone(plant) < 1e-9
             most = max(most, plant.data.ncon)
     assert most >= 3
-    assert forces(plant)[:, 0].sum() > 20
+    assert forces(plant)[:, 0].sum() > 10
     assert plant.data.contact.dist.min() > -5e-5
 
 

@@ -44,6 +44,7 @@ CELL = """<mujoco model="cell">
   <sensor><jointpos name="where" joint="rail"/></sensor>
   <keyframe><key name="go" ctrl="{push} 0.5" qpos="0.25 1 0 0 0 0.5 0.5 0.03 1 0 0 0"/></keyframe>
 </mujoco>"""
+POST = '<body name="post" pos="-0.12 -3 .6"><geom size=".02 .4" type="cylinder"/></body>'
 WEDGE = "v 0 0 0\nv .1 0 0\nv 0 .1 0\nv 0 0 .1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
 IMPLICIT = 'integrator="implicitfast"'
 
@@ -177,6 +178,34 @@ def test_what_it_touches_of_a_host_is_told_in_the_base_frame(folder):
     assert Trajectory.load(folder / "one.npz") == one
 
 
+def test_an_arm_at_rest_leans_on_bodies_of_a_host_as_on_objects(folder):
+    file = _written(folder, "leant", more=POST)
+    post = Object(name="post", shape="cylinder", radius=0.02, length=0.8, position=(-0.12, 0, 0.4), friction=1.0)
+    hosted = Arm(links=8, host=Host(file=file, position=(0, -3, 1), orientation=(0, 1, 0, 0)))
+    pulled = Load(muscles=Muscles(kind="tensions", values=(5, 30, 30)))
+    found, known = (equilibrium(arm, pulled) for arm in (hosted, Arm(links=8, gravity=hosted.gravity, objects=(post,))))
+    assert [touch.object for touch in found.contacts] == ["post"]
+    assert np.allclose(found.tip, known.tip, atol=1e-9)
+    assert found.contacts[0].force == pytest.approx(known.contacts[0].force, rel=1e-6)
+
+
+def test_the_body_that_holds_the_base_is_not_in_the_way_of_the_first_links(folder):
+    """A plate at the base: capsules of the first links have round ends that reach into it."""
+    box, site = '<geom type="box" size=".2 .2 .01" pos="0 0 .01"/>', '<site name="at" euler="180 0 0"/>'
+    plate = f'<body name="plate" pos="0 -3 1">{box}{site}</body>'
+    arm = Arm(links=24, host=Host(file=_written(folder, "plate", more=plate), site="at"))
+    found = simulate(arm, _swing(arm, 0.1), stepping=Stepping(0.0025))
+    assert not len(found.contacts)
+    assert equilibrium(arm).contacts == ()
+
+
+def test_environments_refuse_a_host(cell):
+    from contarm_sim.envs.arms import as_arm
+
+    with pytest.raises(InputError, match="world"):
+        as_arm(Arm(host=Host(file=cell, site="mount")))
+
+
 def test_a_host_of_many_bodies_is_one_partner(folder):
     more = "".join(f'<body name="b{i}" pos="{i} 9 1"><geom size=".1"/></body>' for i in range(MOST_PARTNERS))
     near = '<body name="near" pos="-0.12 -3 .6"><geom size=".02 .4" type="cylinder"/></body>'
@@ -199,10 +228,13 @@ def test_a_pose_in_a_body_is_where_a_site_would_be(folder):
     by_pose = Arm(links=4, host=Host(file=file, body="arm", position=(0.1, 0.2, 0.3), orientation=(0.6, 0, 0.8, 0)))
     assert np.allclose(by_site.gravity, by_pose.gravity, atol=1e-9)
     tips = [Plant(arm, in_world=True) for arm in (by_site, by_pose)]
+    alone = Plant(by_site.alone)
+    alone.restart(np.full(8, 0.1), np.zeros(3))
     for plant, arm in zip(tips, (by_site, by_pose), strict=True):
         plant.restart(np.full(8, 0.1), np.zeros(3))
         assert np.allclose(plant.data.body("base").xpos, arm.world.host.base.position, atol=1e-12)
-    assert np.allclose(tips[0].tip, tips[1].tip, atol=1e-9)
+        for name in ("stations", "tip", "rotations", "muscle_paths"):  # in the base frame
+            assert np.allclose(getattr(plant, name), getattr(alone, name), atol=1e-12, equal_nan=True), name
 
 
 def test_arms_in_hosts_are_written_and_read(cell, folder):

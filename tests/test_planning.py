@@ -54,11 +54,13 @@ def test_clearance_is_that_of_densely_sampled_arcs_and_never_more(kind):
     assert outside.sum() > 10
     assert np.all(said[outside] <= truth[outside] + 1e-6)
     assert np.all(said[outside] >= truth[outside] - 1.5e-4)
-    for each, pose in zip(found, bends, strict=True):
+    for each, pose in ((found[k], bends[k]) for k in np.flatnonzero(truth > 0)):
         place = shape.position(pose.reshape(-1), arm, each.xi)
         assert np.linalg.norm(place - each.place) < 2e-4
         assert abs(distances(np.array(each.point), arm.world.objects)) < 1e-4
-        assert abs(np.linalg.norm(np.subtract(each.point, each.place)) - arm.disk_radius - each.clearance) < 1.2e-3
+        assert (
+            abs(np.linalg.norm(np.subtract(each.point, each.place)) - max(arm.contact_radii) - each.clearance) < 1.2e-3
+        )
 
 
 def test_a_mesh_is_its_hull_for_rough_and_for_exact_clearances(tmp_path):
@@ -70,7 +72,7 @@ def test_a_mesh_is_its_hull_for_rough_and_for_exact_clearances(tmp_path):
     bends = random_bends(np.random.default_rng(1), boxed.arm, 60)
     rough = boxed.rough(bends, 0.05)
     near = (rough > -0.02) & (rough < 0.05)
-    assert near.sum() > 10
+    assert near.sum() > 5
     np.testing.assert_allclose(meshed.rough(bends, 0.05)[near], rough[near], atol=2e-6)
     assert np.all(meshed.rough(bends, 0.05)[rough >= 0.05] >= 0.05)
     for pose in bends[:10]:
@@ -155,7 +157,7 @@ def test_a_slit_between_samples_is_found():
     side = np.cross(along, arcs(loop[[123]], arm, 60)[0, 60] - line[60])
     side /= np.linalg.norm(side)
     across = np.cross(side, along)
-    thick, gap = 0.01, arm.disk_radius + 0.0103
+    thick, gap = 0.01, max(arm.contact_radii) + 0.0103
     bars = [
         Object(name=name, shape="cylinder", radius=thick, length=0.3, axis=tuple(side),
                position=tuple(line[60] + sign * (gap + thick) * across))

@@ -23,10 +23,13 @@ from contarm_sim.model.arm import Arm
 def build(arm: Arm, actuation: Any, out: str | None, as_json: bool) -> None:
     """Write the arm as MJCF: arm.xml (attachable) and scene.xml (with floor, light and cameras).
 
+    What it can touch is in both; files of meshes are copied beside them, so that the folder may be moved.
+
     \b
     contarm build --links 48 --out my_arm
     contarm build --actuation pressures --out my_pneumatic_arm
     contarm build --preset two --out my_arm_of_two
+    contarm build --objects post.toml --gravity 0 0 9.81
     python -m mujoco.viewer --mjcf=my_arm/scene.xml
     """
     from contarm_sim.mjcf import write_models

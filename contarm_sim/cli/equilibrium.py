@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from contarm_sim import studies
+from contarm_sim.cli.leaning import leaning
 from contarm_sim.cli.options import Command, arm_options, json_option, muscles_from_words, muscles_option
 from contarm_sim.cli.uncertain import sampled_arms, uncertain_option
 from contarm_sim.errors import InputError
@@ -70,6 +71,9 @@ def equilibrium(arm: Arm, wrench: Any, follower_moment: Any, actuation_moment: A
     A case in a file: {"gravity": [0, 0, 9.81], "payload": 0.1, "wrenches": [{"xi": 1, "force": [0.2, 0, 0]}],
     "follower_moment": [0, 0, 0], "actuation_moment": [0, 0.05], "muscles": {"kind": "off"}}.
 
+    Among objects ([[object]] in the arm's TOML) it is a pose that may lean on them, with the contact forces: rigid and
+    without friction, and it says how far friction could hold the tip from there. Free objects are held where they are.
+
     --uncertain takes the same file as `contarm run`, and gives percentiles of the tip's place, of its distance from the
     nominal tip and of the tensions. Servos get the set-points that would hold the bend of the nominal arm, the one you
     believe in.
@@ -128,6 +132,8 @@ def _show(found: tuple[studies.CaseAtRest | studies.CaseWithoutRest, ...], arms:
             click.echo(f"real muscles cannot: {case.beyond}")
         if case.held is False:
             click.echo("NOT HELD: a length servo is at a limit: it pulls with the blocked force, or cannot push")
+        for line in leaning(case, arm):
+            click.echo(line)
         click.echo(_stability(case))
         if case.places is not None:
             for xi, pose in zip(case.places.xi, case.places.poses, strict=True):

@@ -88,10 +88,9 @@ def ik(
     """
     from contarm_sim.cli.avoiding import check_flags, draw
     from contarm_sim.cli.solutions import show, show_all, write
-    from contarm_sim.cli.terminal import say, say_objects
+    from contarm_sim.cli.terminal import say
     from contarm_sim.view.report.output import check_output, to_json
 
-    say_objects(arm)
     if (tip is None) == (file is None):
         raise InputError("input", "both --tip and --file" if tip else "neither --tip nor --file", "one of them")
     if tolerance is not None and not tolerance >= 0:

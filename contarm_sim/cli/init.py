@@ -17,7 +17,8 @@ from contarm_sim.model.arm import Arm
 def init(arm: Arm, file: str, as_json: bool) -> None:
     """Write a TOML file with every parameter of an arm, its unit, its meaning and its default.
 
-    Parameters that can be omitted stand in comments. Flags change the values that are written.
+    Parameters that can be omitted stand in comments, and so does an object that the arm could touch. Flags change the
+    values that are written.
 
     \b
     contarm init my_arm.toml

@@ -123,7 +123,7 @@ def _parameter_options() -> list[Callable[[Any], Any]]:
         ),
         click.option(
             "--self-contact/--no-self-contact", cls=ArmOption, default=None,
-            help="Whether the arm's links touch one another; default no, or as in --arm.",
+            help="Whether the arm's links touch one another; default no.",
         ),
         click.option(
             "--world", "world_file", cls=ArmOption, metavar="FILE.xml",
@@ -179,7 +179,7 @@ def arm_options(function: Callable[..., Any]) -> Callable[..., Any]:
         if objects is not None:
             arm = replace(arm, objects=(*arm.world.objects, *load_objects(objects)))
         if itself is not None:
-            arm = arm.in_world(replace(arm.world, self_contact=itself))
+            arm = replace(arm, self_contact=itself)
         return function(arm=arm, **given)
 
     wrapped.__doc__, wrapped.__name__ = function.__doc__, function.__name__

@@ -81,6 +81,11 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
     contarm run --path sphere-spiral --project nearest --duration 20
     contarm run --gravity 0 0 9.81 --payload 0.1 --no-video --json
     contarm run --arm three.toml --path circle --direction 0 0 1 --no-video
+    contarm run --objects post.toml --path line --gravity 0 0 9.81
+
+    An arm can touch what tables [[object]] of --arm or --objects describe. It must begin clear of them. If it touches
+    any, the motion is simulated again without them: contact is what they move the tip by, and the other parts of its
+    error are of that motion.
 
     --uncertain FILE.toml says how uncertain parameters are: cases = 128, seed = 0, and below [vary] lines such as
     bending_stiffness = { distribution = "normal", mean = 0.1, std = "10 %" }, or lognormal, or uniform with low and
@@ -213,10 +218,10 @@ def _refuse_too_long(duration: float, timestep: float | None, arm: Arm) -> None:
     from contarm_sim.mechanics.muscles import count
     from contarm_sim.motion.simulate import CONTROL_RATE
 
-    samples, muscles = duration * CONTROL_RATE, count(arm)
+    samples, muscles, partners = duration * CONTROL_RATE, count(arm), len(arm.world.objects) + arm.world.self_contact
     steps = duration / timestep if timestep is not None else samples
     numbers = (
-        samples * (28 + 4 * muscles + 6 * (arm.links + 1)) * 4
+        samples * (28 + 4 * muscles + (6 + 11 * partners) * (arm.links + 1)) * 4
     )  # recorded, compared, and copied while both are done
     memory = 8 * (numbers + 2 * muscles * steps)
     if steps > MOST_STEPS:

@@ -20,7 +20,7 @@ def show_run(summary: dict[str, Any], arm: Arm) -> None:
     if summary["extrapolated"]:
         title += f", extrapolated from {arm.links} and {arm.links // 2} links"
     if "contact_error" in summary:
-        title += "; parts of the error but contact are of the motion without objects"
+        title += "; parts but contact: without objects"
     table(title, ["", "max [mm]", "rms [mm]", "max [% L0]", "rms [% L0]"], rows)
     if "sections" in summary:
         _show_sections(summary["sections"])

@@ -22,7 +22,7 @@ from contarm_sim.engine.index import ArmIndex
 from contarm_sim.errors import InputError
 from contarm_sim.mjcf import TIMESTEP, Actuation, arm_spec, contact, host
 from contarm_sim.mjcf.backbone import inertia, links, payload_radius, twist_stiffness
-from contarm_sim.mjcf.contact import leave_out_what_is_drawn
+from contarm_sim.mjcf.contact import leave_out_what_is_drawn, set_step
 from contarm_sim.mjcf.muscles import ACTUATORS
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.host import Host
@@ -81,6 +81,7 @@ class Built:
             for group, muscles in zip(arm.groups, index.groups, strict=True):
                 actuators = index.actuators[:, muscles].ravel()
                 ACTUATORS[actuation].write(model, index.tendons[muscles], actuators, group)
+        set_step(model, model.opt.timestep)  # damping has changed, and with it what it is where contact is on
 
     @cached_property
     def _data(self) -> mujoco.MjData:

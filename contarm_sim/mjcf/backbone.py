@@ -108,11 +108,15 @@ def add_backbone(spec: mujoco.MjSpec, arm: Arm) -> list[mujoco.MjsBody]:
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid link about its station: the numbers of the sections of its half below and of its half above, or None."""
+    """A rigid link about its station: the numbers of the sections of its half below and of its half above, or None.
+
+    Its station is at `height` along the straight arm [m].
+    """
 
     arm: Arm
     below: int | None
     above: int | None
+    height: float
 
     @property
     def inner(self) -> bool:
@@ -142,11 +146,14 @@ class Link:
 def links(arm: Arm) -> list[Link]:
     """Return the links at the stations, from base to tip."""
     starts, last = names.section_stations(arm), len(arm.sections)
+    heights = [0.0]
+    for section in arm.sections:
+        heights += [heights[-1] + section.link_pitch * (place + 1) for place in range(section.links)]
     found = []
     for station in range(len(names.stations(arm))):
         below = sum(station > start for start in starts) - 1  # number of the section that ends here or goes on
         above = sum(station >= start for start in starts) - 1
-        found.append(Link(arm, below if below >= 0 else None, above if above < last else None))
+        found.append(Link(arm, below if below >= 0 else None, above if above < last else None, heights[station]))
     return found
 
 

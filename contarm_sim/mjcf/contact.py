@@ -1,7 +1,7 @@
 """How the arm touches: the shape of its links, what contact is like, and the sensors that feel it.
 
-The links are capsules about the backbone, which together are a smooth tube; the tip's plate is a cylinder. Where there
-is nothing to touch, contact is switched off and costs nothing.
+The links are capsules about the backbone, which together are a smooth tube; at the arm's ends they are cylinders.
+Where there is nothing to touch, contact is switched off and costs nothing.
 """
 
 from __future__ import annotations
@@ -63,14 +63,18 @@ def add_collision_default(spec: mujoco.MjSpec) -> None:
 
 
 def add_collision(spec: mujoco.MjSpec, body: mujoco.MjsBody, link: Link) -> None:
-    """Give a link the geom that touches: a capsule about the backbone, or a cylinder at the arm's ends."""
+    """Give a link the geom that touches: a capsule about the backbone, or a cylinder where its ends would stick out.
+
+    Those are the plates at the arm's ends, and the links that are nearer to them than the radius.
+    """
     low, high = -link.half(link.below), link.half(link.above)
-    end = link.below is None or link.above is None
+    radius = link.contact_radius
+    end = min(link.height + low, link.arm.length - link.height - high) < radius
     kind = mujoco.mjtGeom
     body.add_geom(
         spec.find_default(COLLISION), name=f"{body.name}_collision",
         type=kind.mjGEOM_CYLINDER if end else kind.mjGEOM_CAPSULE,
-        pos=[0, 0, 0.5 * (low + high)], size=[link.contact_radius, 0.5 * (high - low), 0],
+        pos=[0, 0, 0.5 * (low + high)], size=[radius, 0.5 * (high - low), 0],
     )  # fmt: skip
 
 

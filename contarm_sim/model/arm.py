@@ -90,6 +90,7 @@ class Arm(FlatArm, Shown):
         base_orientation: InitVar[Quaternion | None] = OMITTED
         payload: InitVar[float] = OMITTED
         objects: InitVar[tuple[Object, ...]] = OMITTED
+        self_contact: InitVar[bool] = OMITTED
         host: InitVar[Host | None] = OMITTED
 
     def __init__(
@@ -117,6 +118,7 @@ class Arm(FlatArm, Shown):
         base_orientation: Quaternion | None = OMITTED,
         payload: float = OMITTED,
         objects: tuple[Object, ...] = OMITTED,
+        self_contact: bool = OMITTED,
         host: Host | None = OMITTED,
     ) -> None:
         of_section = _given(
@@ -127,8 +129,9 @@ class Arm(FlatArm, Shown):
         )  # fmt: skip
         of_routing = _given(radius=muscle_radius, path=path)
         of_world = _given(
-            gravity=gravity, base_orientation=base_orientation, payload=payload, objects=objects, host=host
-        )
+            gravity=gravity, base_orientation=base_orientation, payload=payload, objects=objects,
+            self_contact=self_contact, host=host,
+        )  # fmt: skip
         parts = _tuple("sections", sections, Section, 1 if sections is OMITTED else None)
         lines = _tuple("routings", routings, Routing, len(parts))
         pulls = _tuple("laws", laws, MuscleLaw, len(parts))

@@ -14,6 +14,9 @@ from contarm_sim.motion.simulate import simulate
 from contarm_sim.motion.time_step import Stepping
 from contarm_sim.results.trajectory import ARRAYS, Trajectory
 
+SAME = 1e-3
+"""Largest distance [lengths] of two motions that are the same."""
+
 
 def without_objects(run: Trajectory, controller: Controller | None = None) -> Trajectory:
     """Return what a motion would have been without objects and self-contact: the same path, controller and time step.
@@ -26,7 +29,8 @@ def without_objects(run: Trajectory, controller: Controller | None = None) -> Tr
         controller: what drove the arm; default the one of the trajectory's name.
 
     Raises:
-        InputError: poses at rest, or a motion that was interrupted before its end.
+        InputError: poses at rest, a motion that was interrupted before its end, or one that cannot be repeated: that
+            began in motion, as in the live view, or was driven otherwise.
         DivergenceError, EquilibriumError: as `simulate`.
     """
     expect("run", run, Trajectory)
@@ -40,6 +44,10 @@ def without_objects(run: Trajectory, controller: Controller | None = None) -> Tr
     arm, driven = run.arm.alone, controller or resolved(run.controller)
     alone = simulate(arm, run.reference, driven, stepping=Stepping(run.timestep), check_step=False)
     first = int(run.contacts.sample[0])  # before, they differ by rounding
+    off = np.abs(run.stations - alone.stations)[: max(first, 1)].max()
+    if off > SAME * arm.length:
+        given = f"one that differs from it by {1e3 * off:.3g} mm before it touches anything"
+        raise InputError("run", given, "a motion that began at rest, and its controller")
     kept: dict[str, Any] = {
         name: np.concatenate([getattr(run, name)[:first], getattr(alone, name)[first:]]) for name in ARRAYS
     }

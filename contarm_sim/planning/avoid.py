@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from contarm_sim.kinematics.backbone import Backbone
 from contarm_sim.kinematics.inverse.checks import as_choice, as_near, one_goal
 from contarm_sim.kinematics.inverse.choices import Choice, penalty
 from contarm_sim.kinematics.inverse.goals import Goals
+from contarm_sim.kinematics.inverse.targets import in_closed_form
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
 from contarm_sim.planning import loose
@@ -72,7 +73,8 @@ def avoid(
     Of the poses that reach the target those are clear whose surface, a tube about the arcs as thick as what touches,
     is nowhere nearer to an object than the margin. Of these the choice takes one; the pose that it would take without
     objects, if that is clear. Families of one parameter (two sections and a position, three and a direction) are
-    looked through from end to end. Of families of more parameters samples are looked at, and made clearer.
+    looked through from end to end. Of families of more parameters samples are looked at, and made clearer. What a
+    `BlockedError` says of completeness holds for two sections and a position, and for three and a pose.
 
     Args:
         arm: with objects in its world; free ones are where they start.
@@ -117,7 +119,11 @@ def _searched(search: Search, found: inverse.Inverse, direction: Any, rotation: 
     if 2 * len(backbone) - goal.conditions > 1 and found.solutions < 0:
         return loose.among(search, found.bends[None])
     curves = inverse.solve_all(goal.position[0], backbone, direction, rotation, _POINTS)
-    return search.along(curves) if curves else search.ended(None, False)
+    if not curves:
+        return search.ended(None, False)
+    every = (len(backbone) == 2 and goal.conditions == 3) or (rotation is not None and in_closed_form(goal, backbone))
+    best = search.along(curves)
+    return best if every else replace(best, whole=False)  # random starts led to the curves
 
 
 def solutions(

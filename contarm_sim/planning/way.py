@@ -31,7 +31,7 @@ _SAMPLES = {1: 48}  # about so many at a way point on each branch, by the number
 _MANY = 96
 _MOST_PLACES = 400
 _PRICE = 2.0  # of touching the margin at a way point, beside squares of motions [rad^2]
-_DEARER = 0.3  # what the ends of a step that was barred cost more from then on
+_DEARER = 0.15  # as much longer a step counts from then on whose ends were those of a barred one [rad]
 _KEPT, _SIDESTEP = 160, 0.25  # samples that are carried on at most; how far beside their ways others are tried [rad]
 _ROUNDS = 40
 _WIDTHS = (4.0, 2.0, 1.0, 0.5)  # of smoothing, in way points
@@ -128,11 +128,11 @@ class Way:
             BlockedError: no way was found.
         """
         worst: tuple[int, Array] | None = None
+        dearer = (_DEARER * len(self.chain)) ** 2  # as `shortest` weighs costs and motions
         for _ in range(_ROUNDS):
             way = roadmap.shortest(self.chain)
             nodes = np.array([layer.bends[k] for layer, k in zip(self.chain, way, strict=True)])
-            steps = np.sqrt((np.diff(nodes, axis=0) ** 2).sum(axis=(-1, -2)))
-            apart = np.flatnonzero((steps > roadmap.FARTHEST_STEP) | self._barred(way, nodes))
+            apart = np.flatnonzero(self._barred(way, nodes))
             if len(apart):
                 raise self._parted(int(self.places[apart[0] + 1]), worst)
             course = courses.follow(self.fine, self.backbone, _between(self.places, nodes, len(self.fine)))
@@ -143,8 +143,8 @@ class Way:
             worst = int(faults[0]), course[faults[0]]
             for i in np.unique(np.clip(np.searchsorted(self.places, faults) - 1, 0, len(self.chain) - 2)).tolist():
                 self.chain[i].bar(way[i], nodes[i + 1])
-                self.chain[i].cost[way[i]] += _DEARER
-                self.chain[i + 1].cost[way[i + 1]] += _DEARER
+                self.chain[i].cost[way[i]] += dearer
+                self.chain[i + 1].cost[way[i + 1]] += dearer
         assert worst is not None
         raise self._parted(worst[0], worst)
 

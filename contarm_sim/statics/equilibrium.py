@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import OrderedDict
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,8 @@ from contarm_sim.model.load import Load
 from contarm_sim.statics.continuation import Method, solve
 from contarm_sim.statics.driving import driven_plant
 from contarm_sim.statics.failures import impossible
+from contarm_sim.statics.leaning.lean import lean
+from contarm_sim.statics.leaning.touch import HeldObject, Touch
 from contarm_sim.statics.solver import Solution, Solver
 
 REUSED = 8
@@ -45,6 +47,12 @@ class Equilibrium(Solution):
         held: whether no length servo is at its limit; None where muscles are not driven by servos.
         seconds: time to solve, building the model not counted.
         qpos: joint angles [rad], shape (dofs,): a guess for a neighbouring load.
+        contacts: where it leans on objects, without friction; smallest_eigenvalue and tip_compliance are then those
+            of changes that keep these contacts closed.
+        friction_range: how far from here friction at the contacts could hold the tip at most, to the first order [m]:
+            with friction the arm may rest in a whole range of poses, about this one. None without contact, infinite
+            where it comes to more than a quarter of the length.
+        held_objects: free objects, which are held where they stand, and the force that it takes.
     """
 
     frames: Array
@@ -54,11 +62,15 @@ class Equilibrium(Solution):
     held: bool | None
     seconds: float
     qpos: Array
+    contacts: tuple[Touch, ...] = field(default=(), kw_only=True)
+    friction_range: float | None = field(default=None, kw_only=True)
+    held_objects: tuple[HeldObject, ...] = field(default=(), kw_only=True)
 
     def __repr__(self) -> str:
         tip = ", ".join(f"{x:.4g}" for x in self.tip)
         pulled = f", tensions {brief(self.muscle_tensions)} N" if len(self.muscle_tensions) else ""
-        return f"Equilibrium({'stable' if self.stable else 'NOT stable'}, tip ({tip}) m{pulled})"
+        leans = "".join(f", leans on {each.object} with {each.force:.3g} N" for each in self.contacts)
+        return f"Equilibrium({'stable' if self.stable else 'NOT stable'}, tip ({tip}) m{pulled}{leans})"
 
     @property
     def tip(self) -> Array:
@@ -75,10 +87,15 @@ def equilibrium(arm: Arm, load: Load | None = None, method: Method = "auto", gue
 
     Dry friction, which would hold the arm in a whole range of poses, is left out: this is that range's centre.
 
+    Among objects it is a pose that a slow, strongly damped arm comes to from where it starts, without a jump through an
+    object: the straight arm by default. Contact is rigid and without friction. Free objects are held where they stand,
+    see `Equilibrium.held_objects`. Links touch as a smooth tube about the backbone. An arm that touches itself is
+    refused.
+
     Args:
         method: `auto`, `newton` or `pseudo-transient` (see `statics.continuation`).
         guess: joint angles to start from [rad], shape (dofs,); default straight, or the uniform bend that
-            the muscles ask for.
+            the muscles ask for. Among objects: straight, or that bend where the straight arm overlaps an object.
 
     Raises:
         EquilibriumError: no equilibrium was reached, or only one with a negative stiffness; says how far it got. A
@@ -97,13 +114,14 @@ def pose_at_rest(arm: Arm, load: Load | None = None, method: Method = "auto", gu
     load = Load() if load is None else load
     expect("arm", arm, Arm)
     expect("load", load, Load)
-    plant = driven_plant(arm, load, reused)
+    plant = driven_plant(arm.alone, load, reused)
     if guess is not None:
         plant.data.qpos[:] = checked_guess(guess, plant.data.qpos.shape)
     with engine_room():
         solver = Solver(plant, load)
         start = time.perf_counter()
-        found = solve(solver, method)
+        leant = lean(solver, arm, method, guess is not None) if arm.world.touchable else None
+        found = solve(solver, method) if leant is None else leant.solution
         seconds = time.perf_counter() - start
     frames = np.tile(np.eye(4), (arm.links + 1, 1, 1))
     frames[:, :3, 3] = plant.stations
@@ -112,11 +130,12 @@ def pose_at_rest(arm: Arm, load: Load | None = None, method: Method = "auto", gu
         frames=frames,
         muscle_lengths=plant.muscle_lengths,
         muscle_tensions=plant.muscle_tensions,
-        tip_compliance=solver.tip_compliance(),
+        tip_compliance=solver.tip_compliance() if leant is None else leant.compliance,
         **vars(found),
         held=_held(plant) if load.muscles.servos else None,
         seconds=seconds,
         qpos=plant.data.qpos.copy(),
+        **({} if leant is None else leant.more),
     )
 
 

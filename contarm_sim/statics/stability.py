@@ -14,18 +14,24 @@ if TYPE_CHECKING:
     from contarm_sim.statics.solver import Solver
 
 
-def growth(solver: Solver) -> float:
+def growth(solver: Solver, stiffness: Array | None = None, free: Array | None = None) -> float:
     """Return the largest real part [1/s] of the eigenvalues of the linearised motion.
 
     NaN for loads with energy; minus infinity where `damped_out` spares the eigenvalues. The solver's pose must be
     evaluated.
+
+    Args:
+        stiffness: [N m/rad], shape (dofs, dofs); default the solver's own.
+        free: a basis of the changes that the arm can make, shape (dofs, free); default all.
     """
     if solver.stiffness.symmetric:
         return float("nan")
     plant = solver.plant
-    K = solver.stiffness.matrix(solver.tensions, plant.muscle_slopes)
+    K = solver.stiffness.matrix(solver.tensions, plant.muscle_slopes) if stiffness is None else stiffness
     M = _inertia(plant.model, plant.data)
     C = _damping(plant.model.dof_damping, plant.damping, plant.muscle_jacobian)
+    if free is not None:
+        M, C, K = (free.T @ each @ free for each in (M, C, K))
     return _rate(M, C, K)
 
 

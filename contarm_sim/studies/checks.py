@@ -84,6 +84,8 @@ def shape_checks(arm: Arm, errors: ErrorSummary, rod: RodParts) -> list[Check]:
     left, reason = rod.unexplained, "the rod model predicts another tip for these lengths, weight and motion"
     if links < 24:
         reason += "; more --links may mend it"
+    if arm.world.touchable and errors.contact_error is None:
+        reason = "what contact does is not known here: the motion was not repeated without objects"
     return [
         at_most("not explained by an ideal rod", None if left is None else left.max_percent, open_limit, _LENGTH,
                 reason),

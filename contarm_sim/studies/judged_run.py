@@ -8,7 +8,7 @@ import numpy as np
 
 from contarm_sim.control.base import Controller
 from contarm_sim.display import Shown
-from contarm_sim.errors import DivergenceError, EquilibriumError, expect
+from contarm_sim.errors import DivergenceError, EquilibriumError, InputError, expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.parameters import check_count
@@ -104,14 +104,10 @@ def judge_run(run: Trajectory, poses: int = 100, controller: Controller | None =
 
 
 def _alone(run: Trajectory, controller: Controller | None) -> Trajectory | None:
-    """Return a motion without objects; None where it was interrupted, or where the arm cannot go so without them."""
-    if not run.arm.world.touchable:
-        return run
-    if run.status == "interrupted" and run.contacts is not None and len(run.contacts):
-        return None
+    """Return a motion without objects; None where it was interrupted or cannot be repeated."""
     try:
-        return without_objects(run, controller)
-    except (DivergenceError, EquilibriumError):
+        return without_objects(run, controller) if run.arm.world.touchable else run
+    except (InputError, DivergenceError, EquilibriumError):
         return None
 
 

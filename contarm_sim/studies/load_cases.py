@@ -22,6 +22,7 @@ from contarm_sim.statics.continuation import Method
 from contarm_sim.statics.equilibria import equilibria
 from contarm_sim.statics.equilibrium import Equilibrium, equilibrium
 from contarm_sim.statics.extrapolation import Extrapolated, extrapolated
+from contarm_sim.statics.leaning.touch import HeldObject, Touch
 from contarm_sim.statics.places import Places
 
 
@@ -71,6 +72,7 @@ class CaseAtRest(Shown):
         tip_compliance: [m/N, rad/N, m/(N m), rad/(N m)], shape (6, 6).
         residual, stable, smallest_eigenvalue, growth, held, iterations, seconds: how it was found and whether it lasts.
         beyond: what real muscles have not got, of force or pressure, in words; empty if they have.
+        contacts, friction_range, held_objects: as of `Equilibrium`.
         trust: of an extrapolated pose, else None.
         places: where poses were asked for, else None.
     """
@@ -90,6 +92,9 @@ class CaseAtRest(Shown):
     beyond: str
     iterations: int
     seconds: float
+    contacts: tuple[Touch, ...]
+    friction_range: float | None
+    held_objects: tuple[HeldObject, ...]
     trust: Trust | None = field(metadata=INLINE)
     places: PosesAt | None = field(metadata=INLINE)
 
@@ -124,7 +129,8 @@ def cases_at_rest(
     for case in cases:
         expect("case", case, LoadCase)
         expect("arm", case.arm, Arm)
-    several = len(cases) > 1 and not extrapolate
+    leaning = any(case.arm.world.touchable for case in cases)
+    several = len(cases) > 1 and not extrapolate and not leaning
     solved = _together(cases, method) if several else [_alone(case, method, extrapolate) for case in cases]
     return tuple(_told(case, found, places) for case, found in zip(cases, solved, strict=True))
 
@@ -170,6 +176,9 @@ def _told(case: LoadCase, found: Equilibrium | ContarmError, xi: Sequence[float]
         beyond=beyond(arm, found.muscle_tensions, pressures),
         iterations=found.iterations,
         seconds=found.seconds,
+        contacts=found.contacts,
+        friction_range=found.friction_range,
+        held_objects=found.held_objects,
         trust=trust,
         places=PosesAt(at.xi, at.of(found.frames)) if at else None,
     )

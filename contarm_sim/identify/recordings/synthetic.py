@@ -63,6 +63,7 @@ def recorded(
         InputError: arrays that do not fit together, free swings, which start from markers that were measured, or a
             command under which the arm has no pose.
     """
+    arm.refuse_objects("recordings are made")
     told = np.array(commands, dtype=float)
     if told.ndim != 2:
         raise InputError("commands", f"of shape {told.shape}", "an array of samples x channels")

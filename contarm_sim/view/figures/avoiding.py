@@ -62,7 +62,7 @@ def _chosen(ax: Space, arm: Arm, found: planning.Avoiding) -> None:
         look = section_body(number) | {"linewidth": 2.0, "label": f"section {number + 1}", "zorder": 4}
         ax.trace(shape.position(bend, arm, xi), **look)
         turn = np.linspace(0, 2 * np.pi, 33)
-        ring = arm.disk_radii[number] * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=-1)
+        ring = arm.contact_radii[number] * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=-1)
         for frame in shape.transform(bend, arm, np.linspace(xi[0], xi[-1], arm.sections[number].links + 1)):
             ax.trace(frame[:3, 3] + ring @ frame[:3, :3].T, color=section_hex(number), linewidth=0.5, zorder=3)
 

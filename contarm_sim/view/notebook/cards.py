@@ -155,6 +155,8 @@ def _equilibrium(found: Any) -> str:
     if len(found.muscle_tensions):
         rows += [("tensions", ", ".join(f"{x:.1f}" for x in found.muscle_tensions) + " N")]
     rows += [("softest mode", f"{found.smallest_eigenvalue:.3g} N m/rad"), ("residual", f"{found.residual:.2g} N m")]
+    for one in found.contacts:
+        rows.append((f"leans on {one.object}", f"{one.force:.3g} N at {100 * one.xi:.0f} % of its length"))
     points = found.frames[:, :3, 3]
     return card(
         "Equilibrium", pairs(rows), side_view([Line(points, width=4.0)], "The arm at rest", width=180, height=160)
