@@ -91,7 +91,7 @@ def redraw_figures() -> None:
         contarm("render", "two", "--out", "two-sections.gif", "--size", "480p", "--speed", "2", folder=folder)
         for name in ("spiral.gif", "social.png", "two-sections.gif", "sampled.png"):
             (folder / name).replace(IMAGES / name)
-    for script in ("drawings.py", "hysteresis.py", "replays.py"):
+    for script in ("drawings.py", "hysteresis.py", "replays.py", "contacts.py", "demos.py"):
         subprocess.run([sys.executable, ROOT / "scripts" / script], check=True)
 
 

@@ -172,6 +172,10 @@ def test_what_starts_inside_of_something_is_refused_with_its_depth(tmp_path):
     with pytest.raises(InputError, match=r"where the arm is straight"):
         write_models(deep, tmp_path)
     assert not list(tmp_path.iterdir())
+    below = Object(name="floor", shape="plane", position=(0, 0, 0.5))  # faces +Z, away from the arm
+    with pytest.raises(InputError, match=r"object 'floor'.*turn its axis around"):
+        simulate(Arm(links=6, objects=(below,)), circle, stepping=step)
+    assert simulate(Arm(links=6, objects=(replace(below, axis=(0, 0, -1)),)), circle, stepping=step)
     with pytest.raises(InputError, match=r"object 'ball'.* 5 mm deep in object 'shelf'"):
         simulate(Arm(links=6, objects=(SHELF, replace(BALL, position=(0.25, 0, 0.275)))), circle, stepping=step)
     touching = Arm(links=6, objects=(SHELF, replace(BALL, position=(0.25, 0, 0.27)), replace(SHELF, name="other")))

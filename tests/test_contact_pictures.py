@@ -112,7 +112,7 @@ def test_objects_below_the_reach_stand_on_the_floor_and_names_of_the_scene_are_f
 def test_a_camera_shows_objects_near_the_arm_but_none_far_off(run):
     bare = extent(replace(run, arm=hanging(TABLE), contacts=None, objects=None))
     seen = extent(run)
-    assert seen[:, 1].max() == pytest.approx(0.25 * run.arm.length)  # some of the post
+    assert seen[:, 1].max() == pytest.approx(0.25 * run.arm.length, rel=1e-3)  # some of the post
     assert seen[:, 0].min() == pytest.approx(-0.18, abs=1e-3)  # all of the ball
     far = hanging(replace(POST, position=(3, 0, 0)), replace(POST, name="long", length=9.0))
     room = 0.25 * far.length

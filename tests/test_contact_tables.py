@@ -153,6 +153,6 @@ def test_words_name_what_is_touched():
     )
     assert in_numbers(summary).endswith("in 2 % of samples; contact force up to 3 N, depth up to 0.1 mm")
     none = summary | {"contact": found | {"contacts": 0, "objects": [one | {"samples": 0}]}}
-    assert "none of post is touched" in paragraph(none)
+    assert "The arm touches nothing: post is not touched." in paragraph(none)
     assert rows(none)[0][1][0] == "never"
     assert headline(none) == "Constant curvature holds within 0.50 % of the arm’s length."

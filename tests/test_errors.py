@@ -9,6 +9,7 @@ from contarm_sim import errors
 MADE = {
     errors.InputError: ("a", 1, "b", "there"),
     errors.UnreachableError: ((0.1, 0.0, 0.2), 0.1, (0.0, 0.0, 0.2), 1e-6, 0, "there", "mm?"),
+    errors.BlockedError: ("none is clear", 1e-3, 5e-3, "post"),
     errors.PressureError: ("bend", "much", "less", 9e5),
     errors.DivergenceError: (0.1, 2, "joint", {"timestep": 0.001}),
     errors.Interrupted: ([1, 2],),

@@ -225,6 +225,7 @@ def test_a_course_follows_its_targets_clear_and_without_a_jump():
     steps = np.linalg.norm(np.diff(course.bends, axis=0), axis=(-1, -2))
     assert steps.max() < 4 * steps.mean()
     assert steps.max() < 0.35
+    assert np.array_equal(course.reference(arm, np.linspace(0, 5, 101)).bends, course.bends)
     again = planning.avoid_along(arm, target[:20], margin=0.005, start=course.bends[0] + 0.01)
     assert np.linalg.norm(again.bends[0] - course.bends[0]) < 0.05
 

@@ -18,6 +18,7 @@ from contarm_sim.kinematics import hinges
 from contarm_sim.mechanics.routing import lengths_from_bend
 from contarm_sim.mechanics.servos import servo_control
 from contarm_sim.mechanics.statics import holding_tensions
+from contarm_sim.model.objects import Object
 from contarm_sim.motion.time_step import Stepping
 from contarm_sim.paths.reference import Reference
 
@@ -182,6 +183,14 @@ def test_motions_with_other_integrators_are_refused(kind):
     arm = Arm(links=LINKS)
     with pytest.raises(InputError, match="integrator is rk4; allowed: implicitfast"):
         simulate_many(arm, spiral(arm), stepping=Stepping(0.005, mujoco.mjtIntegrator.mjINT_RK4), backend="warp")
+
+
+def test_arms_that_can_touch_something_are_refused(kind):
+    arm = Arm(links=4, objects=(Object(name="wall", shape="plane", position=(0, 0, 1), axis=(0, 0, -1)),))
+    (refusal,) = simulate_many([arm], Reference.from_path(paths.named("circle", LENGTH, 0.1), arm), backend="warp")
+    assert refusal.name == "objects"
+    with pytest.raises(InputError, match="wall"):
+        kind([arm])
 
 
 def test_muscles_in_other_places_are_refused(kind):

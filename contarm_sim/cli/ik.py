@@ -84,11 +84,11 @@ def ik(
     contarm ik --file targets.csv --out solutions.csv
     contarm ik --preset two --tip 0.1 0.05 0.3 --choose all
     contarm ik --preset three --tip 0.2 0.1 0.4 --direction 1 0 0
-    contarm ik --arm post.toml --tip 0.2 0.05 0.2 --avoid --figure around.png
+    contarm ik --arm examples/post.toml --tip 0.2 0.08 0.15 --avoid --figure around.png
     """
     from contarm_sim.cli.avoiding import check_flags, draw
     from contarm_sim.cli.solutions import show, show_all, write
-    from contarm_sim.cli.terminal import say
+    from contarm_sim.cli.terminal import say, say_objects
     from contarm_sim.view.report.output import check_output, to_json
 
     if (tip is None) == (file is None):
@@ -99,12 +99,12 @@ def ik(
     for path in (out, figure):
         if path is not None:
             check_output(Path(path))
+    if not avoid:
+        say_objects(arm, "--avoid keeps clear of them" if arm.world.objects else "")
     targets = _targets(tip, direction, quaternion, file)
     if figure is not None and file is not None:
         raise InputError("--figure", "given with --file", "one target: --tip")
     asked = _Asked(choose, near, limit, project, tolerance, avoid, margin)
-    if arm.world.objects and not avoid:
-        say("the objects of this arm's world are not looked at; --avoid keeps clear of them")
     try:
         solutions, found = _solved(arm, targets, asked)
     except UnreachableError as error:

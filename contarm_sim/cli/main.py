@@ -16,6 +16,7 @@ import click
 from contarm_sim.cli import (
     build,
     compare_controllers,
+    demo,
     doctor,
     envs,
     equilibrium,
@@ -71,6 +72,7 @@ COMMANDS = (
     run.run,
     render.render,
     view.view,
+    demo.demo,
     validate.validate,
     trust.trust,
     compare_controllers.compare_controllers,
@@ -98,6 +100,7 @@ SHORT = {
     "run": "Follow a path and compare with theory.",
     "render": "Draw a film or picture of a run.",
     "view": "Steer the arm live in a browser.",
+    "demo": "Grasp, reach around, lean.",
     "validate": "Test the constant-curvature model.",
     "trust": "How far to bend and trust theory.",
     "compare-controllers": "Run the spiral with every controller.",

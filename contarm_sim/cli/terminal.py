@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -28,11 +29,17 @@ def say(message: str) -> None:
         print(message, file=sys.stderr, flush=True)
 
 
-def say_objects(arm: Arm) -> None:
-    """Say that objects are not looked at, where there are any and closed forms know nothing of them."""
+def say_objects(arm: Arm, instead: str = "") -> None:
+    """Say that objects are not looked at, where there are any and closed forms know nothing of them.
+
+    Args:
+        instead: what looks at them.
+    """
     if arm.world.touchable:
         names = ", ".join(each.name for each in arm.world.objects) or "self-contact"
-        say(f"not looked at: {names}; closed forms know nothing that the arm can touch")
+        if arm.world.host is not None:
+            names = f"the world {Path(arm.world.host.file).name}"
+        say(f"not looked at: {names}; closed forms know nothing that the arm can touch{instead and '; ' + instead}")
 
 
 EVERY = 10.0

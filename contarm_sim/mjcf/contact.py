@@ -1,6 +1,7 @@
 """How the arm touches: the shape of its links, what contact is like, and the sensors that feel it.
 
-The links are capsules about the backbone, which together are a smooth tube; at the arm's ends they are cylinders.
+The links are capsules about the backbone, which together are a smooth tube; its end at the tip is round, at the base
+they are cylinders.
 Where there is nothing to touch, contact is switched off and costs nothing.
 """
 
@@ -41,6 +42,9 @@ where an arm is wrapped around something."""
 TOLERANCE = 1e-6
 """Of Newton's iterations: contact forces are within 1e-3 of converged ones, and an arm that rests takes none."""
 
+CORE = 0.1
+"""Radius of links that the round tip stands for, over that of contact."""
+
 CONDIM = 3
 """Contacts press and rub; they resist no twist about their normal."""
 
@@ -63,19 +67,22 @@ def add_collision_default(spec: mujoco.MjSpec) -> None:
 
 
 def add_collision(spec: mujoco.MjSpec, body: mujoco.MjsBody, link: Link) -> None:
-    """Give a link the geom that touches: a capsule about the backbone, or a cylinder where its ends would stick out.
+    """Give a link the geom that touches: a capsule about the backbone, near the base a cylinder, the tip a ball.
 
-    Those are the plates at the arm's ends, and the links that are nearer to them than the radius.
+    The tip is round, a ball within the arm that ends with its plate: a rim that scrapes over something chatters. It
+    stands for the links that are nearer to the tip than the radius; a core that touches nothing remains of these.
     """
     low, high = -link.half(link.below), link.half(link.above)
-    radius = link.contact_radius
-    end = min(link.height + low, link.arm.length - link.height - high) < radius
+    radius, to_tip = link.contact_radius, link.arm.length - link.height - high
     kind = mujoco.mjtGeom
-    body.add_geom(
-        spec.find_default(COLLISION), name=f"{body.name}_collision",
-        type=kind.mjGEOM_CYLINDER if end else kind.mjGEOM_CAPSULE,
-        pos=[0, 0, 0.5 * (low + high)], size=[radius, 0.5 * (high - low), 0],
-    )  # fmt: skip
+    shape, place, size = kind.mjGEOM_CAPSULE, 0.5 * (low + high), [radius, 0.5 * (high - low), 0]
+    if link.height + low < radius:
+        shape = kind.mjGEOM_CYLINDER
+    if to_tip < radius and radius < 0.5 * link.arm.length:
+        shape, place, size = kind.mjGEOM_SPHERE, 0.0, [CORE * radius, 0, 0]
+        if link.above is None:
+            place, size = -radius, [radius, 0, 0]
+    body.add_geom(spec.find_default(COLLISION), name=f"{body.name}_collision", type=shape, pos=[0, 0, place], size=size)
 
 
 def make_touchable(spec: mujoco.MjSpec, arm: Arm) -> None:

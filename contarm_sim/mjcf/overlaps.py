@@ -70,8 +70,15 @@ def refuse_overlaps(arm: Arm, model: mujoco.MjModel, data: mujoco.MjData, when: 
         allowed = f"{most}: begin with other bends, or without self-contact"
         raise InputError("self_contact", f"on, with {_said(one, objects)} {deep}", allowed)
     place = ", ".join(f"{x:.6g}" for x in objects[one].position)
-    allowed = f"{most}: move it or make it smaller" + ("" if other in objects else ", or begin with other bends")
+    allowed = f"{most}: {_help(objects[one])}" + ("" if other in objects else ", or begin with other bends")
     raise InputError("position", f"({place}) m, which puts it {deep}", allowed, said_of_object(one))
+
+
+def _help(each: Object) -> str:
+    """Return what would help an object that overlaps something."""
+    if each.shape == "plane":
+        return "move it or turn its axis around, for what is behind a plane is inside"
+    return "move it or make it smaller" + (" (meshes touch as their convex hulls)" if each.shape == "mesh" else "")
 
 
 def _said(name: str, objects: Mapping[str, Object]) -> str:

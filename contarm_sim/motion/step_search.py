@@ -58,8 +58,9 @@ class Motion:
         alone.reset(reference.bend[0])
         Solver(alone)(self._plan.start)
         self._start = alone.qpos.copy()
-        self._plant = Plant(arm, pulls, None, integrator, actuation, in_world=True) if arm.world.touchable else alone
-        if arm.world.touchable:
+        touches = arm.world.touchable  # contact has an integrator of its own, see `mjcf.contact`
+        self._plant = Plant(arm, pulls, None, None, actuation, in_world=True) if touches else alone
+        if touches:
             self._plant.restart(self._start, self._plan.start)
             refuse_overlaps(arm, self._plant.model, self._plant.data, "where the motion starts")
         self._snapshots: list[Snapshot] = []

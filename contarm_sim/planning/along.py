@@ -42,6 +42,15 @@ class Course(Shown):
         """Distances from the arm's surface to the nearest object [m], shape (T,): lower bounds."""
         return np.array([each.clearance for each in self.nearest])
 
+    def reference(self, arm: Arm, time: Any = None) -> Reference:
+        """Return the motion along it, at even times from 0 [s], shape (T,); None: poses at rest.
+
+        Raises:
+            InputError: other times.
+        """
+        at = np.zeros(len(self.bends)) if time is None else time
+        return Reference(at, self.target, self.bends.reshape(len(self.bends), -1), section_lengths(arm))
+
 
 def reference(path: Path, arm: Arm, margin: float | None = None, rate: float = RATE, start: Any = None) -> Reference:
     """Return the motion along a path (`contarm_sim.paths.named`), sampled at a rate [Hz], that keeps clear.
@@ -54,8 +63,7 @@ def reference(path: Path, arm: Arm, margin: float | None = None, rate: float = R
     """
     expect("path", path, Path)
     time, target = path.targets(rate)
-    course = avoid_along(arm, target, margin, start)
-    return Reference(time, target, course.bends.reshape(len(target), -1), section_lengths(arm))
+    return avoid_along(arm, target, margin, start).reference(arm, time)
 
 
 def avoid_along(arm: Arm, targets: Any, margin: float | None = None, start: Any = None) -> Course:

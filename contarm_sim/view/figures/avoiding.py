@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from contarm_sim import planning
-from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.kinematics.inverse.limits import angles_of
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
-from contarm_sim.view.colours import ANALYTIC, FAINT, LIMIT, TARGET
-from contarm_sim.view.sections import section_body, section_hex, section_look, section_places
+from contarm_sim.view.colours import ANALYTIC, FAINT, LIMIT, ORANGE, SKY, TARGET
+from contarm_sim.view.sections import section_body, section_hex, section_places
 from contarm_sim.view.space import Space, add_space
 from contarm_sim.view.style import Sheet
 from contarm_sim.view.wireframes import draw_object
@@ -20,7 +20,10 @@ from contarm_sim.view.wireframes import draw_object
 _POINTS, _DRAWN = 121, 30
 """Samples of a branch, and how many poses of a curve are drawn."""
 
-_CLEAR = "#56B4E9"
+_CLEAR = SKY
+_CHOSEN: dict[str, Any] = {"color": ORANGE, "linestyle": "", "marker": "D", "zorder": 3}
+_MARGIN: dict[str, Any] = {"color": LIMIT, "linestyle": ":", "linewidth": 1.0, "zorder": 1}
+_JOINED = 0.7  # poses of a curve are no farther apart [rad]
 
 
 def avoiding(
@@ -28,7 +31,6 @@ def avoiding(
 ) -> None:
     """Draw the objects, the poses that reach a target, and the clear one that was chosen as the tube that it is."""
     curves = planning.solutions(arm, target, found.margin, direction, rotation, _POINTS)
-    several = any(len(curve) > 1 for curve, _ in curves)
     sheet.heading("Poses that reach a point, and the one that keeps clear")
     sheet.tall(88 if sheet.wide else 150)
     layout = {"width_ratios": [1.35, 1]} if sheet.wide else {"height_ratios": [1.5, 1]}
@@ -48,11 +50,12 @@ def avoiding(
     ax.trace(nearest, color=ANALYTIC, linewidth=1.2, label="nearest", zorder=5)
     ax.plot([], [], color=FAINT, label="blocked")
     ax.plot([], [], color=_CLEAR, label="clear")
+    ax.plot([], [], **_CHOSEN, label="chosen")
+    ax.plot([], [], **_MARGIN, label="margin")
     ax.settle(legend=False)
     names = {name: handle for handle, name in zip(*ax.get_legend_handles_labels(), strict=True)}
-    sheet.legend(names.values(), names.keys(), loc="outside lower center", ncols=6 if sheet.wide else 3)
-    plain = sheet.add_subplot(grid[1])
-    _profile(plain, curves, found) if several else _bars(plain, found)
+    sheet.legend(names.values(), names.keys(), loc="outside lower center", ncols=5 if sheet.wide else 3)
+    _clear_by_bend(sheet.add_subplot(grid[1]), curves, found)
 
 
 def _chosen(ax: Space, arm: Arm, found: planning.Avoiding) -> None:
@@ -67,33 +70,17 @@ def _chosen(ax: Space, arm: Arm, found: planning.Avoiding) -> None:
             ax.trace(frame[:3, 3] + ring @ frame[:3, :3].T, color=section_hex(number), linewidth=0.5, zorder=3)
 
 
-def _profile(ax: Any, curves: list[tuple[Array, Array]], found: planning.Avoiding) -> None:
-    """Draw clearance and bend angles along the curves of poses."""
-    passed = 0.0
-    for curve, clear in curves:
-        share = passed + np.linspace(0, 100 / len(curves), len(curve))
-        passed = float(share[-1])
-        ax.plot(share, 1e3 * clear, color=LIMIT, linewidth=1.0)
-        free = np.where(clear >= found.margin, 1e3 * clear, np.nan)
-        ax.plot(share, free, color=_CLEAR, linewidth=2.2)
-        apart = np.sqrt(((curve - found.bends) ** 2).sum(axis=(-1, -2)))
-        if apart.min() < 0.1:
-            k = int(apart.argmin())
-            spot = (float(share[k]), 1e3 * found.clearance)
-            ax.plot(*spot, color=section_hex(0), marker="o")
-            ax.annotate("chosen", spot, (6, 2), textcoords="offset points", color=section_hex(0))
-    ax.axhline(1e3 * found.margin, color=LIMIT, linestyle=":", linewidth=1.0)
-    ax.annotate("margin", (100, 1e3 * found.margin), (-2, 3), textcoords="offset points", ha="right", color=LIMIT)
-    ax.set_xlabel("along the family of poses [%]")
+def _clear_by_bend(ax: Any, curves: list[tuple[Array, Array]], found: planning.Avoiding) -> None:
+    """Draw how clear poses are against how much they bend, as curves where poses follow one another."""
+    for bends, clear in curves:
+        total = np.degrees(angles_of(bends).sum(axis=-1))
+        apart = np.sqrt((np.diff(bends, axis=0) ** 2).sum(axis=(-1, -2)))
+        joined = len(bends) > 1 and apart.max() < _JOINED
+        dots = {} if joined else {"linestyle": "", "marker": "o", "markersize": 3}
+        for kept, colour in ((True, LIMIT), (clear >= found.margin, _CLEAR)):
+            ax.plot(total, np.where(kept, 1e3 * clear, np.nan), color=colour, linewidth=2, **dots)
+    chosen = (float(np.degrees(angles_of(found.bends).sum())), 1e3 * found.clearance)
+    ax.plot(*chosen, **_CHOSEN)
+    ax.axhline(1e3 * found.margin, **_MARGIN)
+    ax.set_xlabel("sum of bend angles [deg]")
     ax.set_ylabel("clearance [mm]")
-    ax.set_xlim(0, 100)
-
-
-def _bars(ax: Any, found: planning.Avoiding) -> None:
-    """Draw the bend angles of the only pose."""
-    angle = np.degrees(arc.to_polar(found.bends)[0])
-    for number, value in enumerate(angle):
-        ax.bar(number + 1, value, color=section_look(number)["color"])
-    ax.set_xlabel("section")
-    ax.set_ylabel("bend angle [deg]")
-    ax.set_xticks(range(1, len(angle) + 1))

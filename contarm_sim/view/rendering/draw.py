@@ -191,13 +191,17 @@ class ArmRenderer:
             self._add_frames(self._pixels(1.6))
         return self._shot()
 
-    def pose(self, qpos: Array, target: Array | None = None, share: float = 0.0) -> Pixels:
+    def pose(
+        self, qpos: Array, target: Array | None = None, share: float = 0.0, things: Array | None = None
+    ) -> Pixels:  # fmt: skip
         """Draw the arm with joint angles [rad], shape (dofs,), and a ball at a target [m], if there is one.
 
         Args:
             share: of its turn that the camera `orbit` has made.
+            things: where the free objects are in the base frame, see `Trajectory.objects`, shape (F, 7); default where
+                they begin.
         """
-        self._show(qpos, np.ones(self._index.zero.size), share)
+        self._show(qpos, np.ones(self._index.zero.size), share, things)
         self._ghost.hide(self._renderer.scene)
         if target is not None:
             add_ball(self._renderer.scene, self.to_world(target), 0.02 * self.arm.length, ASKED)

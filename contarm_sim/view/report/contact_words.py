@@ -35,7 +35,8 @@ def in_numbers(summary: dict[str, Any]) -> str:
     """Return in a line what was touched, for how long, how hard and how deep."""
     found = summary["contact"]
     if not found["contacts"]:
-        return f"none of {listed([one['name'] for one in found['objects']])} is touched"
+        names = [one["name"] for one in found["objects"]]
+        return f"none of {listed(names)} is touched" if len(names) > 1 else f"{names[0]} is not touched"
     share = 100 * found["samples"] / summary["samples"]
     what = what_it_touches(summary).removeprefix("the arm ")
     return (

@@ -1,0 +1,132 @@
+"""`contarm demo`: what arms do with what they touch, each shown, measured and checked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from contarm_sim.cli.options import Command, json_option, out_option
+from contarm_sim.view.prints import PLAIN
+
+NAMES = ("grasp", "reach-around", "lean")
+
+
+@click.command(cls=Command)
+@click.argument("name", metavar="|".join(NAMES), type=click.Choice(NAMES))
+@click.option("--no-video", is_flag=True, help="Numbers and a figure only.")
+@out_option("runs/demo-NAME-<time>")
+@json_option
+def demo(name: str, no_video: bool, out: str | None, as_json: bool) -> int:
+    """Simulate an arm that touches things, film it, and check what it does.
+
+    \b
+    grasp         a hanging arm curls round a log, lifts it off its forks and puts it down
+    reach-around  the tip comes to a point behind a post; plain inverse kinematics hits the post
+    lean          the arm leans on a wall, and its tip is stiffer for it
+
+    Leaves summary.json, trajectory.npz, contacts.csv, arm.toml, arm.xml, contact.png and video.mp4; contarm render
+    draws other films of it. The motion that it is compared with is in beside/. Exit code 1 if a check fails. Numbers
+    are on disk before anything is drawn; Ctrl-C before that leaves nothing.
+
+    \b
+    contarm demo grasp
+    contarm demo reach-around --no-video --json
+    """
+    from importlib import import_module
+
+    from contarm_sim.cli.study import output_for
+    from contarm_sim.cli.terminal import command_line, progress, say
+    from contarm_sim.versions import versions
+    from contarm_sim.view.report.output import OutputFolder, to_json
+
+    target = output_for(out, f"demo-{name}")
+    module = import_module(f"contarm_sim.demos.{name.replace('-', '_')}")
+    with progress("simulating") as show:
+        found = module.demonstrate(show)
+    summary: dict[str, Any] = {
+        "demo": name,
+        "said": found.said,
+        "checks": [vars(check) | {"passed": check.passed} for check in found.checks],
+        "verdict": "pass" if found.passed else "fail",
+        "timestep": found.run.timestep,
+        "command": command_line(),
+        "versions": versions(),
+    }
+    with OutputFolder(target) as opened:
+        _write(opened.folder, found)
+        (opened.folder / "summary.json").write_text(to_json(summary) + "\n")
+    _draw(opened.target, found)
+    if not no_video:
+        _film(opened.target, found)
+    if as_json:
+        click.echo(to_json(summary))
+    else:
+        _show(name, found)
+    say(f"written: {opened.target}")
+    return 0 if found.passed else 1
+
+
+def _write(folder: Path, found: Any) -> None:
+    """Write the numbers of both motions, and the figure of what the first touches."""
+    from contarm_sim.mjcf import arm_spec, exact_xml
+    from contarm_sim.model.arm_file import arm_to_toml
+    from contarm_sim.view.report.contacts_csv import write_contacts
+
+    for run, place in ((found.run, folder), (found.beside, folder / "beside")):
+        if run is not None:
+            place.mkdir(exist_ok=True)
+            run.save(place / "trajectory.npz")
+            (place / "arm.toml").write_text(arm_to_toml(run.arm))
+            (place / "arm.xml").write_text(exact_xml(arm_spec(run.arm)))
+            if run.contacts is not None:
+                write_contacts(place / "contacts.csv", run)
+
+
+def _draw(folder: Path, found: Any) -> None:
+    """Draw what the arm touches: forces, depths and links over time, of the motion that touches more."""
+    from contarm_sim.view.report.contact_figure import draw_contact
+    from contarm_sim.view.style import save
+
+    touching = [run for run in (found.run, found.beside) if run is not None and run.contacts is not None]
+    most = max(touching, key=lambda run: len(run.contacts))
+    save(folder, "contact", lambda sheet: draw_contact(sheet, most), PLAIN)
+
+
+def _film(folder: Path, found: Any) -> None:
+    """Film both motions side by side; nothing is lost for want of a film."""
+    from contarm_sim.cli.drawing import MACHINE, say_backend
+    from contarm_sim.cli.terminal import progress, say
+    from contarm_sim.view.rendering.video import write_video
+
+    try:
+        with progress("filming") as on_frame:
+            write_video(shot(found), folder / "video.mp4", on_frame)
+        say_backend()
+    except MACHINE as error:
+        say(f"no video: {error}")
+
+
+def shot(found: Any, width: int = 1280, height: int = 720, fps: float = 30.0, speed: float = 1.0) -> Any:
+    """Return what a film of a demonstration shows: the arm, what it touches, and the forces on it."""
+    from contarm_sim.view.rendering.draw import Overlays
+    from contarm_sim.view.rendering.look import Look
+    from contarm_sim.view.rendering.video import Shot
+
+    overlays = Overlays(path=False, trace=False, target=found.aims, ghost=False, frames=False)
+    look = Look(width, height, plots=False, captions=found.beside is not None, overlays=overlays)
+    return Shot(found.run, look, fps, speed, found.beside, found.names)
+
+
+def _show(name: str, found: Any) -> None:
+    from contarm_sim.cli.terminal import table
+
+    rows = [
+        [check.what, f"{check.value:.3g} {check.unit}", f"at {'least' if check.least else 'most'} {check.limit:g}",
+         "yes" if check.passed else "NO"]
+        for check in found.checks
+    ]  # fmt: skip
+    table(f"demo {name}", ["", "measured", "allowed", "holds"], rows)
+    click.echo(f"{found.said}.")
+    click.echo(f"verdict: {'PASS' if found.passed else 'FAIL'}")

@@ -1,0 +1,124 @@
+"""Grasp: the arm curls round a log, lifts it, and puts it down."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from contarm_sim.demos.checks import Check
+from contarm_sim.demos.curl import Curl, reference_of_curl
+from contarm_sim.demos.demonstration import Demonstration, OnTick
+from contarm_sim.demos.grasp_script import END, LIFTED, LOWERING, bends_at, grasp_arm
+from contarm_sim.demos.links import link_poses
+from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.arm import Arm
+from contarm_sim.motion.simulate import CONTROL_RATE, Stepping, simulate
+from contarm_sim.results.trajectory import Trajectory
+
+STEP = 0.0025
+"""Engine step [s]."""
+
+OFF = 0.01
+"""Height [m] from which on the log is off its forks."""
+
+
+def demonstrate(on_tick: OnTick | None = None) -> Demonstration:
+    """Simulate the grasp, and measure what the log does."""
+    motion = run(grasp_arm(), None if on_tick is None else lambda done: on_tick(done, count()))
+    found = checks(motion)
+    assert motion.contacts is not None
+    top = motion.contacts.at(round(0.5 * (LIFTED + LOWERING) * CONTROL_RATE))
+    said = (
+        f"{len(np.unique(top.station))} links hold the log, {found[0].value:.0f} mm above its forks, and press it with "
+        f"{top.normal_force.sum():.0f} N in all"
+    )
+    return Demonstration(motion, found, said)
+
+
+def run(arm: Arm, on_tick: Callable[[int], object] | None = None) -> Trajectory:
+    """Return the motion of an arm such as `grasp_arm` returns."""
+    time = np.arange(count()) / CONTROL_RATE
+    bend = bends_at(time)
+    reference = reference_of_curl(bend, arm, time)
+    return simulate(arm, reference, Curl(bend), stepping=Stepping(STEP), on_tick=on_tick)
+
+
+def count() -> int:
+    """Return how many samples the motion has."""
+    return round(END * CONTROL_RATE) + 1
+
+
+def checks(run: Trajectory) -> list[Check]:
+    """Return what the motion must show: lifted and carried, not slipped, no link in the log, put down as it was."""
+    assert run.objects is not None
+    assert run.contacts is not None
+    log, time = run.objects[:, 0], run.time
+    height = log[0, 2] - log[:, 2]  # +Z points down
+    top = (time >= LIFTED) & (time <= LOWERING)
+    weight = run.arm.world.objects[0].mass * run.arm.gravity[2]  # type: ignore[operator]
+    pressed = run.contacts.where(run.contacts.partner == 0)
+    carried = np.bincount(pressed.sample, pressed.force[:, 2], minlength=len(run))[top].mean()
+    slipped, turned = slip(run)
+    return [
+        Check("the log is lifted", 1e3 * float(height[top].min()), 60.0, "mm", least=True),
+        Check("what the arm carries, off its weight", 100 * float(abs(carried / weight - 1)), 5.0, "%"),
+        Check("it slips in the grip", 1e3 * slipped, 5.0, "mm"),
+        Check("it turns in the grip", turned, 5.0, "deg"),
+        Check("deepest contact of a link", 1e3 * float(run.contacts.depth.max(initial=0.0)), 0.5, "mm"),
+        Check("it is put down, off its start", 1e3 * float(np.linalg.norm(log[-1, :3] - log[0, :3])), 5.0, "mm"),
+        Check("and turned out of its direction", _apart(*_matrices(log[[0, -1], 3:])[:, :, 2]), 5.0, "deg"),
+    ]
+
+
+def slip(run: Trajectory) -> tuple[float, float]:
+    """Return how far the log moves [m] and how much it turns [deg] while it is held, as seen from the link under it."""
+    assert run.objects is not None
+    assert run.contacts is not None
+    log = run.objects[:, 0]
+    held = np.flatnonzero(log[0, 2] - log[:, 2] > OFF)
+    if not len(held):
+        return np.inf, np.inf
+    pressed = run.contacts.where((run.contacts.partner == 0) & np.isin(run.contacts.sample, held))
+    if not len(pressed):
+        return np.inf, np.inf
+    forces = np.bincount(pressed.station, pressed.force[:, 2])
+    places, turns = link_poses(run.arm, run.qpos[held], int(forces.argmax()))
+    seen = np.einsum("tji,tj->ti", turns, log[held, :3] - places)
+    axes = np.einsum("tji,tjk->tik", turns, _matrices(log[held, 3:]))
+    moved = np.linalg.norm(seen - seen[0], axis=1).max()
+    trace = np.einsum("tij,ij->t", axes, axes[0])
+    return float(moved), float(np.degrees(np.arccos(np.clip((trace - 1) / 2, -1, 1))).max())
+
+
+def varied(arm: Arm, seed: int, share: float = 0.2) -> Arm:
+    """Return the arm with another log: mass, friction and start are off by up to a share of them, drawn evenly.
+
+    The start is off by a share of the log's radius in X, Y and Z; the forks are where it lies.
+    """
+    draw = np.random.default_rng(seed)
+    mass, friction = 1 + share * draw.uniform(-1, 1, 2)
+    log = arm.world.objects[0]
+    assert log.mass is not None
+    assert log.radius is not None
+    off = share * log.radius * draw.uniform(-1, 1, 3)
+    other = replace(log, mass=log.mass * mass, friction=log.friction * friction, position=_moved(log.position, off))
+    forks = [replace(fork, position=_moved(fork.position, off * [1, 0, 1])) for fork in arm.world.objects[1:]]
+    return arm.in_world(replace(arm.world, objects=(other, *forks)))
+
+
+def _moved(position: tuple[float, float, float], off: Array) -> tuple[float, float, float]:
+    x, y, z = (np.array(position) + off).tolist()
+    return x, y, z
+
+
+def _matrices(quaternions: Array) -> Array:
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_quat(quaternions, scalar_first=True).as_matrix())
+
+
+def _apart(one: Array, other: Array) -> float:
+    """Return the angle [deg] between two unit vectors."""
+    return float(np.degrees(np.arccos(np.clip(one @ other, -1, 1))))

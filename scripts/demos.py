@@ -1,0 +1,20 @@
+"""Films of `contarm demo` for the docs: docs/images/grasp.gif, reach-around.gif and lean.gif."""
+
+from importlib import import_module
+from pathlib import Path
+
+from contarm_sim.cli.demo import NAMES, shot
+from contarm_sim.view.rendering.video import write_gif
+
+IMAGES = Path(__file__).parents[1] / "docs" / "images"
+SIZES = {"grasp": (480, 480, 1.5), "reach-around": (800, 400, 1.0), "lean": (800, 400, 1.0)}
+"""Width and height [pixels], and simulated over shown time."""
+
+FPS = 10.0
+
+for name in NAMES:
+    width, height, speed = SIZES[name]
+    found = import_module(f"contarm_sim.demos.{name.replace('-', '_')}").demonstrate()
+    target = IMAGES / f"{name}.gif"
+    target.unlink(missing_ok=True)
+    write_gif(shot(found, width, height, FPS, speed), target)
