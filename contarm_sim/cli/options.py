@@ -131,7 +131,7 @@ def _parameter_options() -> list[Callable[[Any], Any]]:
         ),
         click.option(
             "--mount", cls=ArmOption, metavar="SITE",
-            help="Site of that world that the base goes to; default the world's origin.",
+            help="Site of that world that the base goes to; omitted: its origin.",
         ),
     ]  # fmt: skip
     groups: tuple[tuple[dict[str, Field[Any]], str, type[ArmOption]], ...] = (
