@@ -5,6 +5,9 @@ within one run; ratios are of neighbouring turns, their median and range.
 
 Then arms of one, two and three sections of as many links each: environment steps a second of the native vector, and
 microseconds a degree of freedom and engine step of one thread.
+
+Then every task under its baseline, in processor time of one thread: `grasp` with its log and forks, and its arm alone
+in `reach`, under the same actions.
 """
 
 import os
@@ -16,7 +19,9 @@ import numpy as np
 from mujoco.batch import Batch
 
 import contarm_sim.envs.gym  # noqa: F401
-from contarm_sim.envs.definition import define
+from contarm_sim.envs.baseline import baseline
+from contarm_sim.envs.definition import TASKS, define
+from contarm_sim.envs.vector import ArmVectorEnv
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.section import Section
 
@@ -73,6 +78,32 @@ def by_sections(count=64, links=12):
         print(f"{number} sections of {links} links, {dofs} dofs: {1 / one:6.0f} steps/s, {each:.2f} us a dof and step")
 
 
+def episode(envs, policy, ticks):
+    """Step arms under a policy; print and return processor time of an engine step [us], and the actions."""
+    (observation, _), spent, actions = envs.reset(seed=0), 0.0, []
+    for _ in range(ticks):
+        actions.append(policy(observation))
+        start = time.process_time()
+        observation = envs.step(actions[-1])[0]
+        spent += time.process_time() - start
+    steps, definition = ticks * envs.num_envs, envs.definition
+    one = 1e6 * spent / (steps * definition.substeps)
+    dofs, objects = definition.sizes["joint_angles"], len(definition.arm.world.objects)
+    what = f"{definition.task.name}, {objects} objects, {dofs} dofs"
+    print(f"{what}: {steps / spent:.0f} steps/s, {one:.0f} us an engine step")
+    return one, actions
+
+
+def by_task(count=8, ticks=140):
+    """Print what steps cost of every task, the baseline's own arithmetic aside."""
+    for name in TASKS:
+        envs = ArmVectorEnv(count, threads=1, task=name)
+        touching, actions = episode(envs, baseline(envs.definition), ticks)
+    alone = ArmVectorEnv(count, threads=1, task="reach", arm=envs.definition.arm.alone, actions="lengths", time_limit=8)
+    same = iter(alone.definition.actions.asking(envs.definition.actions.controls(each)) for each in actions)
+    print(f"the last over its arm alone: {touching / episode(alone, lambda _: next(same), ticks)[0]:.2f} x")
+
+
 def main() -> None:
     rng = np.random.default_rng(0)
     actions = rng.uniform(-1, 1, (TICKS, ARMS, 2))
@@ -95,6 +126,7 @@ def main() -> None:
     for what, ratios in (("native vector over bare", native / bare_took), ("SyncVectorEnv over native", loop / native)):
         print(f"time of {what}: {np.median(ratios):.2f} x ({ratios.min():.2f} to {ratios.max():.2f})")
     by_sections()
+    by_task()
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 import gymnasium
 
-import contarm_sim.envs.gym  # noqa: F401 (registers contarm/Reach-v0, contarm/Track-v0, contarm/Hold-v0)
+import contarm_sim.envs.gym  # noqa: F401 (registers contarm/Reach-v0 and the others)
 from contarm_sim.envs.baseline import baseline, random_policy
 
 env = gymnasium.make("contarm/Reach-v0")  # or arm="two", arm="my_arm.toml", arm=Arm(...)

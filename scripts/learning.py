@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from contarm_sim.envs.definition import TOLERANCE
+from contarm_sim.envs.task import TOLERANCE
 from contarm_sim.files import write_whole
 from contarm_sim.view.colours import ANALYTIC, LIMIT, SIMULATED
 from contarm_sim.view.style import Sheet, save

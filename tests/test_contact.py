@@ -239,3 +239,26 @@ def test_links_touch_one_another_only_where_the_arm_is_curled_up(arm):
     mujoco.mj_forward(plant.model, plant.data)
     assert plant.data.ncon > 0
     assert plant.data.contact.dist.min() < -0.01
+
+
+def test_a_free_log_lies_still_in_a_groove():
+    # One that jumped, to a metre a second, with the damping ratio of the arm's own contact.
+    friction, radius, bar = 0.9038995863238193, 0.03, 0.004
+    grooved = [
+        Object(
+            name=f"bar{y}{side}", shape="capsule", radius=bar, length=0.1, friction=friction,
+            position=(0.3 + 0.03 * side, 0.06 * (2 * y - 1), 0.33), axis=(side, 0, -1),
+        )
+        for y in (0, 1) for side in (-1, 1)
+    ]  # fmt: skip
+    log = Object(
+        name="log", shape="cylinder", radius=radius, length=0.2, axis=(0, 1, 0), mass=1.4386240155192893,
+        friction=friction, position=(0.3, 0, 0.33 + 0.03 - np.sqrt(2) * (radius + bar)),
+    )  # fmt: skip
+    plant = Plant(Arm(links=4, gravity=(0, 0, 9.81), objects=(*grooved, log)), in_world=True)
+    plant.reset()
+    run(plant, 1.5)
+    speeds = []
+    run(plant, 1.5, lambda: speeds.append(np.abs(plant.data.qvel[-6:-3]).max()))
+    assert max(speeds) < 1e-4
+    assert plant.data.body("log").xpos == pytest.approx(log.position, abs=1e-3)

@@ -195,3 +195,11 @@ def test_the_command_says_what_the_arm_leans_on(tmp_path):
     assert "friction coefficient of 0.8" in said.output
     assert "ball is held where it stands, which takes a force of 0  0  -0.981 N" in said.output
     assert '"friction_range": 0.019' in CliRunner().invoke(cli, [*given, "--json"]).output
+
+
+def test_an_arm_on_the_very_top_of_a_ball_slides_off_it():
+    """The plane that it is pushed in is one of symmetry, and its pose there a saddle."""
+    small = replace(BALL, radius=0.01, position=(0.08, 0.0, 0.29))
+    at_rest = equilibrium(Arm(objects=(small,)), TO_X)
+    assert at_rest.stable
+    assert all(touch.normal[0] > 0 for touch in at_rest.contacts)  # it has gone round to the far side

@@ -57,19 +57,19 @@ def demo(name: str, no_video: bool, out: str | None, as_json: bool) -> int:
     with OutputFolder(target) as opened:
         _write(opened.folder, found)
         (opened.folder / "summary.json").write_text(to_json(summary) + "\n")
-    _draw(opened.target, found)
-    if not no_video:
-        _film(opened.target, found)
     if as_json:
         click.echo(to_json(summary))
     else:
         _show(name, found)
     say(f"written: {opened.target}")
+    _draw(opened.target, found)
+    if not no_video:
+        _film(opened.target, found)
     return 0 if found.passed else 1
 
 
 def _write(folder: Path, found: Any) -> None:
-    """Write the numbers of both motions, and the figure of what the first touches."""
+    """Write the numbers of both motions."""
     from contarm_sim.mjcf import arm_spec, exact_xml
     from contarm_sim.model.arm_file import arm_to_toml
     from contarm_sim.view.report.contacts_csv import write_contacts
@@ -86,12 +86,17 @@ def _write(folder: Path, found: Any) -> None:
 
 def _draw(folder: Path, found: Any) -> None:
     """Draw what the arm touches: forces, depths and links over time, of the motion that touches more."""
+    from contarm_sim.cli.drawing import MACHINE
+    from contarm_sim.cli.terminal import say
     from contarm_sim.view.report.contact_figure import draw_contact
     from contarm_sim.view.style import save
 
     touching = [run for run in (found.run, found.beside) if run is not None and run.contacts is not None]
     most = max(touching, key=lambda run: len(run.contacts))
-    save(folder, "contact", lambda sheet: draw_contact(sheet, most), PLAIN)
+    try:
+        save(folder, "contact", lambda sheet: draw_contact(sheet, most), PLAIN)
+    except MACHINE as error:
+        say(f"no contact.png: {error}")
 
 
 def _film(folder: Path, found: Any) -> None:

@@ -27,9 +27,10 @@ def envs(arm: Arm, seeds: int, actions: Any, no_scores: bool, as_json: bool) -> 
     """List the tasks, their spaces, and the scores of the closed-form baseline and of chance.
 
     Reward is the mean of an episode's actions, at most 1; the error is taken at an episode's end, of `track` the root
-    mean square after its first second; solved is an error within 1 % of length (of `hold` with the stiffness asked
-    for). With gravity or payload `track` solves statics at every step, which takes minutes. Arms of several sections
-    have `reach` and `track` only.
+    mean square after its first second, of `grasp` the height that lacks; solved is an error within 1 % of length (of
+    `hold` with the stiffness asked for, of `grasp` with the object up for a second). With gravity or payload `track`
+    solves statics at every step, which takes minutes. `hold` is for arms of one section, `grasp` for several that hang
+    in a world with one free object; where no arm is given, `grasp` has that of its demonstration.
 
     \b
     contarm envs --no-scores
@@ -48,9 +49,10 @@ def envs(arm: Arm, seeds: int, actions: Any, no_scores: bool, as_json: bool) -> 
     from contarm_sim.view.report.output import to_json
 
     found = []
-    needs = {name: needed for name, kind in TASKS.items() if (needed := kind.needs(arm)) is not None}
+    own = {name: kind.usual() if arm == Arm() else arm for name, kind in TASKS.items()}
+    needs = {name: needed for name, kind in TASKS.items() if (needed := kind.needs(own[name])) is not None}
     for name in [name for name in TASKS if name not in needs]:
-        definition = define(name, arm, actions if actions in TASKS[name].modes else None)
+        definition = define(name, own[name], actions if actions in TASKS[name].modes else None)
         row: dict[str, Any] = {
             "task": name,
             "gymnasium": NAMES[name],

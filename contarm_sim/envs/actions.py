@@ -45,6 +45,7 @@ class Actions:
     Attributes:
         arm: the arm whose closed forms are used.
         mode: bend, lengths, tensions or pressures.
+        half_turns: what changes of length reach to, in those of half a turn.
         middle, half: an action a asks for middle + half * a, in the mode's unit: one number, or one for each of an
             action's where the muscles of sections differ.
 
@@ -54,13 +55,14 @@ class Actions:
 
     arm: Arm
     mode: Mode
+    half_turns: float = 1.0
     middle: float | Array = field(init=False, compare=False)
     half: float | Array = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
         if self.mode not in MODES:
             raise InputError("actions", repr(self.mode), ", ".join(MODES))
-        low, high = action_range(self.arm, self.mode)
+        low, high = action_range(self.arm, self.mode, self.half_turns)
         object.__setattr__(self, "middle", _as_one(0.5 * (low + high)))
         object.__setattr__(self, "half", _as_one(0.5 * (high - low)))
 

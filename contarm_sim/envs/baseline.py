@@ -3,6 +3,8 @@
     reach  the bend whose tip is nearest to the target, in closed form; with gravity or payload the bend at whose
            set-points the model's own tip rests nearest to it (inverse statics)
     track  the same for where the target will be when the action has been carried out
+    grasp  the script of the demonstration: curl up round the object, then bend what is nearer to the base; what has
+           been gripped is kept up
     hold   tensions that balance bend, weight and wrench in closed form, co-contraction for the stiffness asked for, as
            pressures; what the measured bend lacks is added up in the same closed forms
 
@@ -20,6 +22,8 @@ import numpy as np
 
 from contarm_sim.envs.definition import Definition
 from contarm_sim.envs.hold import stiffness_at
+from contarm_sim.envs.task import CONTROL_PERIOD
+from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import routing
 from contarm_sim.mechanics.moments import wrench_moment
@@ -57,6 +61,8 @@ def baseline(definition: Definition) -> Policy:
     """Return the closed-form policy of a task. It has a memory: make a new one for new arms."""
     if definition.task.name == "hold":
         return _Hold(definition)
+    if definition.task.name == "grasp":
+        return _Grasp(definition)
     return _Steer(definition) if len(definition.arm.sections) == 1 else _SteerSections(definition)
 
 
@@ -121,6 +127,24 @@ class _SteerSections(_Steer):
             self._last[moved] = self._definition.task.resting.bends(targets[moved], RELAX * self._last[moved])
         self._targets = targets.copy()
         return self._last
+
+
+class _Grasp:
+    """Goes through the lengths of the demonstration, in time."""
+
+    def __init__(self, definition: Definition) -> None:
+        from contarm_sim.demos.grasp_script import LIFTED, LOWERING, controls_at
+
+        arm, self._definition = definition.arm.alone, definition
+        if len(arm.sections) != 2:
+            raise InputError("arm for the baseline of grasp", f"of {len(arm.sections)} sections", "one of 2")
+        time = np.arange(0.0, 0.5 * (LIFTED + LOWERING), CONTROL_PERIOD)
+        self._actions = definition.actions.asking(controls_at(time, arm))
+
+    def __call__(self, observation: Array) -> Array:
+        time = self._definition.unflat(observation)["time"][:, 0]
+        tick = np.round(time / CONTROL_PERIOD).astype(int) + 1
+        return self._actions[np.minimum(tick, len(self._actions) - 1)]
 
 
 class _Hold:

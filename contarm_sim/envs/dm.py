@@ -2,8 +2,8 @@
 
 Observations are dictionaries in SI units: those of the entity by its name (`contarm/tip_position`), those of the task
 by theirs (`target`); rewards, actions, episodes and variations are those of the Gymnasium tasks, number by number. Time
-runs out with discount 1; a step before a reset, or after the last, resets, as dm_env has it. `dm_control.viewer.launch`
-takes what `load` returns.
+runs out with discount 1, an object is lost with 0; a step before a reset, or after the last, resets, as dm_env has it.
+`dm_control.viewer.launch` takes what `load` returns.
 
 Needs dm-control, which cannot be installed on Python 3.13.
 """
@@ -53,26 +53,28 @@ def load(
     time_limit: float | None = None,
     gravity: Any = None,
     payload: Any = None,
+    contact: bool | None = None,
 ) -> ArmEnvironment:
     """Return an environment by name.
 
     Args:
-        name: reach, track or hold.
+        name: reach, track, hold or grasp.
         random: a seed or a random state; the first episode is Gymnasium's after `reset(seed=random)`.
-        arm, actions, reward, variations, time_limit, gravity, payload: see `definition.define`; `arm` may be an `Arm`,
-            the name of a preset or the path of a TOML file.
+        arm, actions, reward, variations, time_limit, gravity, payload, contact: see `definition.define`; `arm` may be
+            an `Arm`, the name of a preset or the path of a TOML file.
 
     Pictures are `env.physics.render(height, width, camera_id="front")`; other cameras are side and top.
 
     Raises:
         InputError: an unknown name, or a value that cannot be; by steps: an action of another shape or not finite.
     """
-    definition = define(name, arm, actions, reward, variations, time_limit, gravity, payload)
+    definition = define(name, arm, actions, reward, variations, time_limit, gravity, payload, contact)
     return ArmEnvironment(
         ArmTask(definition),
         random_state=random,
         strip_singleton_obs_buffer_dim=True,
-        recompile_mjcf_every_episode=bool(set(definition.variations) - set(definition.task.drawn)),
+        recompile_mjcf_every_episode=definition.task.touches
+        or bool(set(definition.variations) - set(definition.task.drawn)),
     )
 
 
@@ -103,13 +105,14 @@ class ArmTask(composer.Task):
 
     def __init__(self, definition: Definition) -> None:
         self.definition = definition
-        self.arm = ContinuumArm(definition.arm, definition.actions.mode)
+        self.arm = ContinuumArm(definition.arm, definition.actions, timestep=definition.timestep)
         self._arena = ArmArena(definition.arm)
         self._arena.place(self.arm)
-        self._arena.mjcf_model.option.integrator = "implicitfast"
+        if not definition.arm.world.touchable:
+            self._arena.mjcf_model.option.integrator = "implicitfast"
         self._aim(definition.arm)
         self.set_timesteps(CONTROL_PERIOD, definition.timestep)
-        self._ball = self._arena.add_ball(definition.arm, visible=definition.task.name != "hold")
+        self._ball = self._arena.add_ball(definition.arm, visible=not definition.task.aimless)
         self._episodes = Episodes(definition, 1)
         self._outcome: Outcome | None = None
         for name, one in self.arm.observables.as_dict(fully_qualified=False).items():
@@ -145,16 +148,21 @@ class ArmTask(composer.Task):
         return specs.BoundedArray((), float, 0.0, 1.0, "reward")
 
     def initialize_episode_mjcf(self, random_state: np.random.RandomState) -> None:
-        """Draw the arm of the episode."""
+        """Draw the arm of the episode, and the objects around it, which need a compilation too."""
         before = self._episodes.arms[0]
-        arm = self._episodes.vary(0, random_state)
+        self._episodes.vary(0, random_state)
+        if self.definition.task.touches:
+            self._episodes.begin(0, random_state)
+        arm = self._episodes.arms[0]
         if arm != before:
             self.arm.vary(arm)
+            self._arena.vary(arm)
             self._aim(arm)
 
     def initialize_episode(self, physics: Any, random_state: np.random.RandomState) -> None:
         """Draw what is asked for, and put the arm straight and at rest."""
-        self._episodes.begin(0, random_state)
+        if not self.definition.task.touches:
+            self._episodes.begin(0, random_state)
         self._outcome = None
         self.arm.straighten(physics)
         force = self.definition.task.force(self._episodes.goals)
@@ -178,8 +186,12 @@ class ArmTask(composer.Task):
         return float(self._last.reward[0])
 
     def should_terminate_episode(self, physics: Any) -> bool:
-        """Tell whether time is up; its discount is 1, for nothing else ends an episode."""
+        """Tell whether time is up or the task is lost."""
         return bool(self._last.ended[0])
+
+    def get_discount(self, physics: Any) -> float:
+        """Return 1, also where time is up, and 0 where the task is lost."""
+        return 0.0 if self._outcome is not None and self._outcome.lost[0] else 1.0
 
     @property
     def _last(self) -> Outcome:

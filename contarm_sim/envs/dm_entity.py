@@ -10,9 +10,11 @@ import numpy as np
 from contarm_sim.envs import dm_gl
 from contarm_sim.envs.actions import Actions, Mode
 from contarm_sim.envs.definition import plain_spec
+from contarm_sim.envs.dm_touch import TouchSensors
 from contarm_sim.envs.state import State, end_sensors, read
 from contarm_sim.mjcf import TIMESTEP, exact_xml, names
 from contarm_sim.mjcf.muscles import straight_controls
+from contarm_sim.mjcf.objects import add_objects, place_objects
 from contarm_sim.mjcf.scene import add_scene, base_quaternion, base_rotation, lighten
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.rendering.draw import ASKED
@@ -30,24 +32,34 @@ class ContinuumArm(composer.Robot):
     """The arm, to be attached to any arena or robot; a gripper or camera attaches to its tip.
 
     Its base frame is the frame it is attached with. Gravity and time step are the arena's: 5 ms, or what `arm_spec` has
-    for arms that need less. The integrator, `implicitfast`, it brings along, unless the arena has another.
+    for arms that need less. The integrator, `implicitfast`, it brings along, unless the arena has another. The objects
+    of its world are the arena's to bring, as `ArmArena` does; an arm that has some brings along how contact is solved.
 
     Args:
         arm: its parameters; default the paper's arm.
-        actions: what `apply_action` takes, in [-1, 1]: bend, lengths, tensions or pressures, see `actions`.
+        actions: what `apply_action` takes, in [-1, 1]: bend, lengths, tensions or pressures, or `Actions` of the arm.
         name: of the model.
+        timestep: the arena's, which counts for arms that touch something [s].
+
+    Attributes:
+        touch: sensors of what it touches and of free objects, of the arena that it is in, or None.
 
     Raises:
         InputError: an unknown action mode, or an action of another shape or not finite.
     """
 
-    def _build(self, arm: Arm | None = None, actions: Mode = "bend", name: str = "contarm") -> None:
-        self._actions = Actions(arm or Arm(), actions)
+    def _build(
+        self, arm: Arm | None = None, actions: Mode | Actions = "bend", name: str = "contarm",
+        timestep: float = TIMESTEP,
+    ) -> None:  # fmt: skip
+        self._actions = actions if isinstance(actions, Actions) else Actions(arm or Arm(), actions)
+        self._timestep = timestep
+        self.touch: TouchSensors | None = None
         self._mjcf = self._model(self._actions.arm)
         self._mjcf.model = name
 
     def _model(self, arm: Arm) -> Any:
-        spec = plain_spec(arm, self._actions.actuation, TIMESTEP)
+        spec = plain_spec(arm, self._actions.actuation, self._timestep)
         lighten(spec)
         model = mjcf.from_xml_string(exact_xml(spec))
         for part in (model.keyframe, model.statistic, model.size):
@@ -55,6 +67,14 @@ class ContinuumArm(composer.Robot):
         for option in _OPTIONS:
             delattr(model.option, option)
         del model.compiler.autolimits
+        objects = {each.name for each in arm.world.objects}
+        for sensor in list(model.sensor.all_children()):
+            if any(getattr(getattr(sensor, name, None), "name", None) in objects for name in ("body2", "objname")):
+                sensor.remove()
+        for each in arm.world.objects:
+            model.find("body", each.name).remove()
+            if each.file is not None:
+                model.find("mesh", each.name).remove()
         return model
 
     def _build_observables(self) -> ArmObservables:
@@ -122,11 +142,12 @@ class ContinuumArm(composer.Robot):
     def state(self, physics: Any) -> State:
         """Return what is seen of the arm, with an axis of one arm, see `state`."""
         if physics.data.time == 0:  # a reset leaves actuation off
-            mujoco.mj_fwdActuation(physics.model.ptr, physics.data.ptr)
+            derive = mujoco.mj_fwdActuation if self.touch is None else mujoco.mj_forward
+            derive(physics.model.ptr, physics.data.ptr)
         tendons, actuators = physics.bind(self.tendons), physics.bind(self.actuators)
         seen = (names.TIP_POSITION, names.TIP_ORIENTATION, *end_sensors(self._actions.arm))
         pose = [self._mjcf.find("sensor", name) for name in seen]
-        return read(
+        state = read(
             {
                 "ten_length": np.array(tendons.length)[None],
                 "ten_velocity": np.array(tendons.velocity)[None],
@@ -137,6 +158,10 @@ class ContinuumArm(composer.Robot):
             },
             self._actions.arm,
         )
+        if self.touch is None:
+            return state
+        base = physics.bind(self._mjcf.find("site", names.BASE))
+        return state | self.touch.read(physics, np.array(base.xmat).reshape(3, 3), self._actions.arm)
 
 
 class ArmObservables(composer.Observables):
@@ -185,22 +210,67 @@ class ArmObservables(composer.Observables):
         """Ends of all S sections but the last in the base frame [m], shape (3 S - 3,)."""
         return self._of("section_ends")
 
+    @define.observable
+    def object_positions(self) -> Any:
+        """Free objects in the base frame [m], shape (3 F,); these and what follows of an arena that has some."""
+        return self._of("object_positions")
+
+    @define.observable
+    def object_orientations(self) -> Any:
+        """Quaternions w x y z of free objects in the base frame, shape (4 F,)."""
+        return self._of("object_orientations")
+
+    @define.observable
+    def object_velocities(self) -> Any:
+        """Velocities of free objects in the base frame [m/s], shape (3 F,)."""
+        return self._of("object_velocities")
+
+    @define.observable
+    def object_rates(self) -> Any:
+        """Rates of free objects in the base frame [rad/s], shape (3 F,)."""
+        return self._of("object_rates")
+
+    @define.observable
+    def touching(self) -> Any:
+        """How many links of each section touch each partner, shape (P S,)."""
+        return self._of("touching")
+
+    @define.observable
+    def touch_forces(self) -> Any:
+        """What each section feels of each partner [N], shape (3 P S,)."""
+        return self._of("touch_forces")
+
 
 class ArmArena(composer.Arena):
-    """Floor, mount, light and cameras around one arm: to be looked at, nothing touches them."""
+    """Floor, mount, light and cameras around one arm, to be looked at: nothing touches them; and the arm's objects."""
 
     def _build(self, arm: Arm) -> None:
+        self._arm, self._turn, self._rotation = arm, base_quaternion(arm), base_rotation(arm)
+        self._mjcf_root = self._model(arm)
+
+    def _model(self, arm: Arm) -> Any:
         spec = mujoco.MjSpec()
         spec.modelname, spec.compiler.degree = "arena", False
-        self._place, self._turn = add_scene(spec, arm), base_quaternion(arm)
-        self._rotation = base_rotation(arm)
+        self._place = add_scene(spec, arm)
         spec.geom("floor").contype = spec.geom("floor").conaffinity = 0  # the other front ends have none
-        self._mjcf_root = mjcf.from_xml_string(exact_xml(spec))
+        add_objects(spec, arm)
+        place_objects(spec, arm, self._place, self._turn)
+        return mjcf.from_xml_string(exact_xml(spec))
 
     def place(self, arm: ContinuumArm) -> None:
-        """Attach an arm to the mount."""
+        """Attach an arm to the mount, and let it feel the objects."""
         frame = self.attach(arm)
         frame.pos, frame.quat = self._place, self._turn
+        if self._arm.world.touchable:
+            arm.touch = TouchSensors.added(self._mjcf_root, arm.mjcf_model, self._arm)
+
+    def vary(self, arm: Arm) -> None:
+        """Give the objects the numbers of another arm's; a compilation must follow."""
+        if not arm.world.objects:
+            return
+        made = self._model(arm)
+        for each in arm.world.objects:
+            _copy_numbers(made.find("body", each.name), self._mjcf_root.find("body", each.name))
 
     def add_ball(self, arm: Arm, visible: bool) -> Any:
         """Add a ball for a target; its place [m] may be written to the model at any time."""

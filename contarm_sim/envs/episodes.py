@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contarm_sim.envs import variations as variation
-from contarm_sim.envs.definition import NEAR, TOLERANCE, Definition
+from contarm_sim.envs.definition import Definition
 from contarm_sim.envs.state import State
-from contarm_sim.envs.task import CONTROL_PERIOD, Goals
+from contarm_sim.envs.task import CONTROL_PERIOD, TOLERANCE, Goals
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
@@ -31,7 +31,8 @@ class Outcome:
 
     Attributes:
         reward: between 0 and 1.
-        ended: whether the time is up, or the arm has diverged.
+        ended: whether the time is up, the arm has diverged, or its task is lost.
+        lost: whether the task cannot be solved any more, as where an object has fallen.
         error: how far off each arm is [m].
         success: whether the task would count as solved, were this the end.
         diverged: whether the simulation of the arm blew up: it is rewarded nothing, and its error is not a number.
@@ -39,6 +40,7 @@ class Outcome:
 
     reward: Array
     ended: Flags
+    lost: Flags
     error: Array
     success: Flags
     diverged: Flags
@@ -78,7 +80,7 @@ class Episodes:
         return self.arms[index]
 
     def begin(self, index: int, random: np.random.RandomState) -> None:
-        """Draw what episode `index` asks for, and begin it.
+        """Draw what episode `index` asks for and which objects are there, and begin it; the second of two draws.
 
         Raises:
             InputError: a variation's value that cannot be.
@@ -93,6 +95,7 @@ class Episodes:
             self.goals = {name: np.zeros((len(self.arms), *value.shape)) for name, value in goals.items()}
         for name, value in goals.items():
             self.goals[name][index] = value
+        self.arms[index] = task.staged(values, self.arms[index])
         self.tick[index], self._squares[index], self.running[index] = 0, 0.0, True
 
     def require_running(self, where: Flags | None = None) -> None:
@@ -104,21 +107,17 @@ class Episodes:
         idle = ~self.running if where is None else where & ~self.running
         if idle.any():
             given = "after the end of its episode" if self.tick[idle].any() else "before any reset"
-            raise InputError("step", given, "reset, then steps until the episode is truncated")
+            raise InputError("step", given, "reset, then steps until the episode ends")
 
     def look(self, state: State) -> Outcome:
         """Judge the arms without counting an action: what a reset reports."""
         definition = self.definition
-        task, length = definition.task, definition.arm.length
-        error = task.error(self.goals, state, self.tick)
-        quality = task.quality(self.goals, state)
-        good = (error <= TOLERANCE * length) & (quality >= 1.0)
-        if definition.reward == "sparse":
-            reward = good.astype(float)
-        else:
-            reward = NEAR * length / (NEAR * length + error) * quality
+        task, goals = definition.task, self.goals
+        error = task.error(goals, state, self.tick)
+        good = task.solved(goals, state, error)
+        reward = good.astype(float) if definition.reward == "sparse" else task.reward(goals, state, error)
         ended, none = self.tick >= definition.ticks, np.zeros(len(error), dtype=bool)
-        return Outcome(reward, ended, error, self._successes(good), none)
+        return Outcome(reward, ended, none, error, self._successes(good), none)
 
     def advance(self, state: State, stepped: Flags | None = None, diverged: Flags | None = None) -> Outcome:
         """Count an action of the arms that stepped (default: all), and judge them; the others are rewarded nothing.
@@ -128,15 +127,21 @@ class Episodes:
         """
         stepped = np.ones(len(self.arms), dtype=bool) if stepped is None else stepped
         self.tick += stepped
+        self.definition.task.follow(self.goals, state, stepped)
         error = self.definition.task.error(self.goals, state, self.tick)
         self._squares += np.where(stepped & (self._judged > 0), error * error, 0.0)
         found = self.look(state)
         if diverged is not None and diverged.any():
             sound, error = ~diverged, np.where(diverged, np.nan, found.error)
-            found = Outcome(found.reward * sound, found.ended | diverged, error, found.success & sound, diverged)
-        ended = stepped & found.ended
+            found = replace(
+                found, reward=found.reward * sound, ended=found.ended | diverged, error=error,
+                success=found.success & sound, diverged=diverged,
+            )  # fmt: skip
+        lost = self.definition.task.lost(self.goals, state)
+        lost = found.lost if lost is None else lost & stepped & ~found.diverged
+        ended = stepped & (found.ended | lost)
         self.running &= ~ended
-        return replace(found, reward=np.where(stepped, found.reward, 0.0), ended=ended)
+        return replace(found, reward=np.where(stepped, found.reward, 0.0), ended=ended, lost=lost)
 
     @property
     def _judged(self) -> Array:

@@ -1,8 +1,9 @@
-"""The arm's tasks for Gymnasium: `contarm/Reach-v0`, `contarm/Track-v0`, `contarm/Hold-v0`.
+"""The arm's tasks for Gymnasium: `contarm/Reach-v0`, `contarm/Track-v0`, `contarm/Hold-v0`, `contarm/Grasp-v0`.
 
 Observations are flat, of float64; `state` and each task have tables of what they hold, in the order of
 `Definition.sizes`. Actions are numbers in [-1, 1], see `actions`; what lies beyond is clipped. Episodes are truncated
-at their time limit and never terminated. `info` has `error` [m] and `success`; at the end that is the verdict.
+at their time limit; terminated are those of `grasp` whose object is lost. `info` has `error` [m] and `success`; at the
+end that is the verdict.
 
 Where the simulation of an arm diverges, its episode is truncated there, rewarded nothing, and `info["diverged"]` is
 true: no state of the task was reached. The error is NaN, and the last observation that of the straight arm at rest.
@@ -55,9 +56,9 @@ class ArmEnv(gymnasium.Env[Array, Array]):
     """One arm and one task.
 
     Args:
-        task: reach, track or hold.
-        arm, actions, reward, variations, time_limit, gravity, payload: see `definition.define`; `arm` may be an `Arm`,
-            the name of a preset or the path of a TOML file.
+        task: reach, track, hold or grasp.
+        arm, actions, reward, variations, time_limit, gravity, payload, contact: see `definition.define`; `arm` may be
+            an `Arm`, the name of a preset or the path of a TOML file.
         render_mode: rgb_array, human (needs a display) or None.
         width, height, camera: of pictures of mode rgb_array, see `picture.Sight`.
 
@@ -87,13 +88,14 @@ class ArmEnv(gymnasium.Env[Array, Array]):
         width: int = 640,
         height: int = 480,
         camera: str = "front",
+        contact: bool | None = None,
     ) -> None:
         if render_mode is not None and not (isinstance(render_mode, str) and render_mode in RENDER_MODES):
             raise InputError("render_mode", repr(render_mode), ", ".join(RENDER_MODES) + ", None")
         if render_mode == "human" and not has_display():
             raise RenderingError("no window for render_mode human: there is no display here; rgb_array needs none")
         self._sight = Sight(width, height, camera)
-        self.definition = define(task, arm, actions, reward, variations, time_limit, gravity, payload)
+        self.definition = define(task, arm, actions, reward, variations, time_limit, gravity, payload, contact)
         self.metadata = self.metadata | {"render_modes": modes_here()}  # Gymnasium's checker tries them all
         self.observation_space, self.action_space = spaces(self.definition)
         self.render_mode = render_mode
@@ -123,8 +125,9 @@ class ArmEnv(gymnasium.Env[Array, Array]):
             self._random = np.random.RandomState(seed)
         elif self._random is None:
             self._random = np.random.RandomState(self.np_random.integers(2**32))
-        self._physics.use(self._episodes.vary(0, self._random))
+        self._episodes.vary(0, self._random)
         self._episodes.begin(0, self._random)
+        self._physics.use(self._episodes.arms[0])
         self._physics.reset(self.definition.task.force(self._episodes.goals))
         state = self._physics.state
         if self.render_mode == "human":
@@ -138,7 +141,9 @@ class ArmEnv(gymnasium.Env[Array, Array]):
         outcome = self._episodes.advance(self._physics.state, diverged=diverged)
         if self.render_mode == "human":
             self._draw()
-        return self._observe(), float(outcome.reward[0]), False, bool(outcome.ended[0]), _first(outcome.info)
+        lost = bool(outcome.lost[0])
+        ends = lost, bool(outcome.ended[0]) and not lost
+        return self._observe(), float(outcome.reward[0]), *ends, _first(outcome.info)
 
     def render(self) -> Any:
         """Return a picture, shape (height, width, 3), in mode rgb_array; the window of mode human follows by itself."""
@@ -162,7 +167,8 @@ class ArmEnv(gymnasium.Env[Array, Array]):
             self._picture = picture(str(self.render_mode), self.definition.arm, self._sight)
         goals, tick = {name: value[0] for name, value in self._episodes.goals.items()}, int(self._episodes.tick[0])
         target = self.definition.task.target(goals, tick) if goals else None
-        return self._picture.draw(self._physics.data.qpos, target, tick / self.definition.ticks)
+        share, arm = tick / self.definition.ticks, self._episodes.arms[0]
+        return self._picture.draw(self._physics.positions[0], target, share, arm)
 
 
 def check_reset(seed: Any, options: Any) -> None:

@@ -52,6 +52,7 @@ class Hold(Task):
 
     name: ClassVar[str] = "hold"
     time_limit: ClassVar[float] = 4.0
+    aimless: ClassVar[bool] = True
     modes: ClassVar[tuple[Mode, ...]] = ("pressures",)
     drawn = ("bend", "force", "couple", "share")
 

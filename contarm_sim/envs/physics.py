@@ -15,6 +15,7 @@ from contarm_sim.engine.plants import Plants
 from contarm_sim.engine.room import quiet_engine
 from contarm_sim.envs.definition import Definition
 from contarm_sim.envs.state import ENGINE_FIELDS, State, read
+from contarm_sim.envs.touched import Columns
 from contarm_sim.errors import DivergenceError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf import Actuation
@@ -41,12 +42,19 @@ class Single:
             return
         own = self._definition.built(arm)
         self._arm, self._model, self._tip = arm, own.model, own.index.payload
+        self._columns = Columns.of(own.model, own.index, arm) if self._definition.contact else None
         self.data = mujoco.MjData(self._model)
 
     @property
     def state(self) -> State:
         """What is seen of the arm, B = 1; a copy."""
-        return read({name: getattr(self.data, name)[None].copy() for name in ENGINE_FIELDS}, self._definition.arm)
+        own = {name: getattr(self.data, name)[None].copy() for name in ENGINE_FIELDS}
+        return _seen(own, self._definition, self._columns)
+
+    @property
+    def positions(self) -> Array:
+        """The engine's: joint angles [rad], then poses of free objects in the base frame, shape (1, nq); a view."""
+        return np.asarray(self.data.qpos)[None]
 
     def reset(self, force: Array | None) -> None:
         """Put the arm straight and at rest, with a force [N, N m], shape (1, 6), on the tip."""
@@ -91,8 +99,10 @@ class Many:
         )
         batch = self.plants.batch
         self._fields = {name: batch.bind(name) for name in ENGINE_FIELDS}
+        index = self.plants.index
+        self._columns = Columns.of(first.model, index, definition.arm) if definition.contact else None
         self._controls = batch.bind("ctrl")
-        self._forces = batch.bind("xfrc_applied")[:, self.plants.index.payload]
+        self._forces = batch.bind("xfrc_applied")[:, index.payload]
 
     def use(self, arms: dict[int, Arm]) -> None:
         """Take the parameters of arms, by place; a reset of these must follow."""
@@ -101,7 +111,12 @@ class Many:
     @property
     def state(self) -> State:
         """What is seen of the arms; views into the engine's arrays, which the next call changes."""
-        return read(self._fields, self._definition.arm)
+        return _seen(self._fields, self._definition, self._columns)
+
+    @property
+    def positions(self) -> Array:
+        """As of `Single`, shape (B, nq)."""
+        return np.asarray(self._fields["qpos"])
 
     def reset(self, places: NDArray[np.integer], forces: Array | None) -> None:
         """Put the arms at these places straight and at rest, with forces [N, N m], shape (B, 6), on their tips."""
@@ -134,3 +149,8 @@ class Many:
     def _straighten(self, places: NDArray[np.integer]) -> None:
         self.plants.reset(places)
         self.plants.forward(places)
+
+
+def _seen(source: dict[str, Array], definition: Definition, columns: Columns | None) -> State:
+    state = read(source, definition.arm)
+    return state if columns is None else state | columns.read(source["sensordata"], definition.arm)

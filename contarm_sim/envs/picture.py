@@ -6,6 +6,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from contarm_sim.envs.state import joint_count
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
@@ -50,8 +51,15 @@ class Sight:
 class Picture(Protocol):
     """Something that shows an arm."""
 
-    def draw(self, qpos: Array, target: Array | None, share: float) -> Any:
-        """Show joint angles [rad], shape (dofs,), and a target [m], shape (3,); `share` of the episode has passed."""
+    def draw(self, positions: Array, target: Array | None, share: float, arm: Arm) -> Any:
+        """Show an arm and a target.
+
+        Args:
+            positions: joint angles [rad], then the poses of free objects in the base frame, shape (nq,).
+            target: a point of the base frame [m], shape (3,), or None.
+            share: of the episode that has passed.
+            arm: that of the episode, whose objects are shown.
+        """
 
     def close(self) -> None:
         """Give back what it holds."""
@@ -74,9 +82,12 @@ class Pixels:
 
         self._renderer = ArmRenderer(arm, sight.width, sight.height, sight.camera)
 
-    def draw(self, qpos: Array, target: Array | None, share: float) -> Any:
+    def draw(self, positions: Array, target: Array | None, share: float, arm: Arm) -> Any:
         """Return the picture."""
-        return self._renderer.pose(qpos, target, share).copy()
+        joints = joint_count(arm)
+        if arm.world.objects:
+            self._renderer.among(arm)
+        return self._renderer.pose(positions[:joints], target, share, positions[joints:].reshape(-1, 7)).copy()
 
     def close(self) -> None:
         """Give the GL memory back."""
@@ -96,21 +107,26 @@ class Window:
         from contarm_sim.mjcf import scene_spec
         from contarm_sim.view.rendering.window import window
 
-        self._model = scene_spec(arm).compile()
+        self._arm, self._model = arm, scene_spec(arm).compile()
         self._data = mujoco.MjData(self._model)
         self._ball = 0.02 * arm.length
         self._open = ExitStack()
         self._viewer = self._open.enter_context(window(self._model, self._data))
 
-    def draw(self, qpos: Array, target: Array | None, share: float) -> None:
+    def draw(self, positions: Array, target: Array | None, share: float, arm: Arm) -> None:
         """Show the pose and the target."""
         import mujoco
 
+        from contarm_sim.mjcf.object_looks import restage, to_scene
         from contarm_sim.view.rendering.draw import ASKED
         from contarm_sim.view.rendering.overlays import add_ball
 
         with self._viewer.lock():
-            self._data.qpos[:] = qpos
+            joints = joint_count(arm)
+            self._data.qpos[:joints] = positions[:joints]
+            if arm.world.objects:
+                restage(self._model, self._arm, arm)
+                self._data.qpos[joints:] = to_scene(self._arm, positions[joints:].reshape(-1, 7))
             mujoco.mj_forward(self._model, self._data)
             self._viewer.user_scn.ngeom = 0
             if target is not None:

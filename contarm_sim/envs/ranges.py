@@ -22,15 +22,22 @@ SCATTERED = 400
 """Further poses of several sections that are tried, each section bent in a plane of its own."""
 
 
-def action_range(arm: Arm, mode: Literal["bend", "lengths", "tensions", "pressures"]) -> tuple[Array, Array]:
+def action_range(
+    arm: Arm, mode: Literal["bend", "lengths", "tensions", "pressures"], half_turns: float = 1.0
+) -> tuple[Array, Array]:
     """Return what -1 and 1 mean for each number of an action, in the mode's unit, two arrays of shape (size,).
+
+    Args:
+        half_turns: what lengths reach to within their range, in what a muscle takes of half a turn.
 
     Raises:
         InputError: an arm that no pulling muscles hold with its sections bent by 170 deg; pressures for muscles that
             have none.
     """
     if mode == "lengths":
-        return _each(arm, _lowest_length), _each(arm, _highest_length)
+        reach = half_turns * _each(arm, half_turn)
+        lowest = _each(arm, lambda group: group.setpoint_range[0])
+        return np.maximum(lowest, -reach), np.minimum(_each(arm, lambda group: group.setpoint_range[1]), reach)
     if mode == "pressures":
         return _each(arm, _lowest_pressure), _each(arm, _highest_pressure)
     most = holding_tensions(largest_bends(len(arm.sections)), arm).max(axis=0)
@@ -61,14 +68,6 @@ def scattered_bends(count: int, poses: int) -> Array:
 
 def _each(arm: Arm, of: Callable[[MuscleGroup], float]) -> Array:
     return muscles.each(arm, of)
-
-
-def _lowest_length(group: MuscleGroup) -> float:
-    return max(group.setpoint_range[0], -half_turn(group))
-
-
-def _highest_length(group: MuscleGroup) -> float:
-    return min(group.setpoint_range[1], half_turn(group))
 
 
 def _lowest_pressure(group: MuscleGroup) -> float:

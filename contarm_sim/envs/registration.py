@@ -7,7 +7,12 @@ whatever still reads it.
 
 from __future__ import annotations
 
-NAMES = {"reach": "contarm/Reach-v0", "track": "contarm/Track-v0", "hold": "contarm/Hold-v0"}
+NAMES = {
+    "reach": "contarm/Reach-v0",
+    "track": "contarm/Track-v0",
+    "hold": "contarm/Hold-v0",
+    "grasp": "contarm/Grasp-v0",
+}
 """Gymnasium's names of the tasks."""
 
 

@@ -64,8 +64,9 @@ class ArmVecEnv(VecEnv):
         self._actions = actions
 
     def step_wait(self) -> tuple[Array, Array, Any, list[dict[str, Any]]]:
-        """Apply the actions for one control period, and reset the arms whose time is up."""
-        observations, rewards, _, ended, infos = self.arms.step(self._actions)
+        """Apply the actions for one control period, and reset the arms whose episode has ended."""
+        observations, rewards, lost, cut, infos = self.arms.step(self._actions)
+        ended = lost | cut
         apart = self._apart(infos)
         for info in apart:
             info["TimeLimit.truncated"] = False
@@ -74,7 +75,7 @@ class ArmVecEnv(VecEnv):
             observations, begun = self.arms.reset(options={"reset_mask": ended.copy()})
             fresh = self._apart(begun)
             for place in np.flatnonzero(ended).tolist():
-                apart[place] |= {"terminal_observation": last[place].copy(), "TimeLimit.truncated": True}
+                apart[place] |= {"terminal_observation": last[place].copy(), "TimeLimit.truncated": bool(cut[place])}
                 self.reset_infos[place] = fresh[place]
         return observations, rewards.copy(), ended.copy(), apart
 

@@ -26,6 +26,8 @@ class Score:
         reward: mean reward of an action.
         success: whether the task was solved.
         error: what success is judged by [m]: at the end, or the root mean square after the first second.
+
+    An episode that was lost is rewarded nothing from there, and stays as it ended.
     """
 
     reward: Array
@@ -57,16 +59,20 @@ def score(
     envs = ArmVectorEnv(
         seeds, task=definition.task.name, arm=definition.arm, actions=definition.actions.mode,
         reward=definition.reward, variations=definition.variations, time_limit=definition.ticks * CONTROL_PERIOD,
+        contact=definition.contact,
     )  # fmt: skip
     observation, info = envs.reset(seed=0)
     rewards, errors = np.empty((2, definition.ticks, seeds))
+    success, going = np.zeros(seeds, dtype=bool), np.ones(seeds, dtype=bool)
     for tick in range(definition.ticks):
-        observation, rewards[tick], _, _, info = envs.step(policy(observation))
+        observation, reward, lost, _, info = envs.step(policy(observation))
         for error in envs.failed.values():
             raise error
-        errors[tick] = info["error"]
+        rewards[tick] = np.where(going, reward, 0.0)
+        errors[tick] = np.where(going, info["error"], errors[tick - 1])
+        success, going = np.where(going, info["success"], success), going & ~lost
         if on_step is not None:
             on_step(tick + 1, definition.ticks)
     envs.close()
     judged = errors[round(SETTLE / CONTROL_PERIOD) :] if definition.task.over_time else errors[-1:]
-    return Score(rewards.mean(axis=0), info["success"], np.sqrt((judged**2).mean(axis=0)))
+    return Score(rewards.mean(axis=0), success, np.sqrt((judged**2).mean(axis=0)))

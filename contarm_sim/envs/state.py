@@ -49,7 +49,7 @@ def read(source: Any, arm: Arm) -> State:
     }
     if source["act"].shape[-1]:
         state["pressures"] = source["act"][..., :count]
-    state["joint_angles"] = source["qpos"]
+    state["joint_angles"] = source["qpos"][..., : joint_count(arm)]
     state["tip_position"], state["tip_orientation"] = sensors[..., :3], sensors[..., 3:7]
     if ends:
         state["section_ends"] = sensors[..., -ends:]
@@ -71,10 +71,19 @@ def add_end_sensors(spec: mujoco.MjSpec, arm: Arm) -> None:
         )  # fmt: skip
 
 
+def joint_count(arm: Arm) -> int:
+    """Return the number of joint angles, which come first among the engine's positions."""
+    return sum((2 if part.torsional_stiffness is None else 3) * part.links for part in arm.sections)
+
+
 def sizes(arm: Arm) -> dict[str, int]:
     """Return how many numbers each quantity of a state has."""
-    dofs = sum((2 if part.torsional_stiffness is None else 3) * part.links for part in arm.sections)
-    of_tip = {"joint_angles": dofs, "tip_position": 3, "tip_orientation": 4, "section_ends": 3 * len(arm.sections) - 3}
+    of_tip = {
+        "joint_angles": joint_count(arm),
+        "tip_position": 3,
+        "tip_orientation": 4,
+        "section_ends": 3 * len(arm.sections) - 3,
+    }
     return {name: of_tip.get(name, muscles.count(arm)) for name in scales(arm)}
 
 

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.envs.actions import Actions, Mode
 from contarm_sim.envs.resting import Resting
@@ -22,6 +23,12 @@ CONTROL_PERIOD = 0.05
 LIMIT = 10.0
 """Observations are clipped here; they are scaled so that random actions on the paper's arm stay within about 4."""
 
+TOLERANCE = 0.01
+"""Error that counts as none, as a fraction of length."""
+
+NEAR = 0.05
+"""Error that halves the shaped reward, as a fraction of length."""
+
 Goals = dict[str, Array]
 """What an episode asks for: arrays of one episode, or stacked with a leading axis of arms."""
 
@@ -33,9 +40,12 @@ class Task(ABC):
         arm: the arm that the task was made with; variations come on top.
         actions: what drives it; goals are those that it can hold.
         name: what it is called.
-        time_limit: length of an episode [s]; it is cut off then, never terminated.
+        time_limit: length of an episode [s]; it is cut off then.
         modes: the action modes that make sense, the default first.
         drawn: what an episode draws, by name, of an arm as it is; variations may replace it.
+        half_turns: what changes of length reach to, in those of half a turn.
+        aimless: whether there is no point to draw.
+        touches: whether what the arm touches is what the task is about.
         over_time: whether success is judged by the root mean square of the error after `SETTLE`, not by the last one.
     """
 
@@ -43,6 +53,9 @@ class Task(ABC):
     time_limit: ClassVar[float]
     modes: ClassVar[tuple[Mode, ...]]
     drawn: tuple[str, ...]
+    half_turns: ClassVar[float] = 1.0
+    aimless: ClassVar[bool] = False
+    touches: ClassVar[bool] = False
     over_time: ClassVar[bool] = False
 
     def __init__(self, arm: Arm, mode: Mode) -> None:
@@ -50,12 +63,17 @@ class Task(ABC):
         if needed is not None:
             given = f"of {len(arm.sections)} sections and {muscles.count(arm)} muscles"
             raise InputError(f"arm for {self.name}", given, needed)
-        self.arm, self.actions = arm, Actions(arm, mode)
+        self.arm, self.actions = arm, Actions(arm, mode, self.half_turns)
 
     @classmethod
     def needs(cls, arm: Arm) -> str | None:
         """Say what arm the task is for, if not for this one."""
         return None
+
+    @classmethod
+    def usual(cls) -> Arm:
+        """Return the arm of a task that is asked for without one."""
+        return Arm()
 
     @cached_property
     def resting(self) -> Resting:
@@ -77,6 +95,10 @@ class Task(ABC):
             InputError: a value, from a variation, that cannot be.
         """
 
+    def staged(self, values: dict[str, Any], arm: Arm) -> Arm:
+        """Return the arm of the episode among the objects that were drawn."""
+        return arm
+
     @abstractmethod
     def quantities(self, goals: Goals, state: State, tick: Array) -> dict[str, Array]:
         """Return what the task lets be seen besides the arm's state, in SI units, each of shape (B, ...).
@@ -97,6 +119,22 @@ class Task(ABC):
     def quality(self, goals: Goals, state: State) -> Array | float:
         """Return what the arms do besides being in place, shape (B,): 1 is all that is asked for, 0 nothing."""
         return 1.0
+
+    def reward(self, goals: Goals, state: State, error: Array) -> Array:
+        """Return the shaped reward, from 0 to 1, shape (B,)."""
+        near = NEAR * self.arm.length
+        return near / (near + error) * self.quality(goals, state)
+
+    def solved(self, goals: Goals, state: State, error: Array) -> NDArray[np.bool_]:
+        """Tell of which arms nothing more is asked for, shape (B,)."""
+        return (error <= TOLERANCE * self.arm.length) & (self.quality(goals, state) >= 1.0)
+
+    def follow(self, goals: Goals, state: State, stepped: NDArray[np.bool_]) -> None:  # noqa: B027  most remember nothing
+        """Remember in the goals what the arms did that stepped, shape (B,)."""
+
+    def lost(self, goals: Goals, state: State) -> NDArray[np.bool_] | None:
+        """Tell which arms cannot solve the task any more, shape (B,), whose episodes end; None: all always can."""
+        return None
 
     def force(self, goals: Goals) -> Array | None:
         """Return what pulls and turns the tip, base frame [N, N m], shape (B, 6), or None."""

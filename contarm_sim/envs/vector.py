@@ -41,8 +41,8 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
     Args:
         num_envs: arms.
         threads: that step them; 0: one a processor.
-        task, arm, actions, reward, variations, time_limit, gravity, payload: as of `ArmEnv`. A variation that has a
-            memory of its own is shared by all arms.
+        task, arm, actions, reward, variations, time_limit, gravity, payload, contact: as of `ArmEnv`. A variation that
+            has a memory of its own is shared by all arms.
         render_mode: rgb_array or None.
         width, height, camera: of pictures, as of `ArmEnv`.
         max_episode_steps: Gymnasium's name of the time limit, in actions.
@@ -72,6 +72,7 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
         width: int = 640,
         height: int = 480,
         camera: str = "front",
+        contact: bool | None = None,
     ) -> None:
         for name, value, least in (("num_envs", num_envs, 1), ("threads", threads, 0)):
             if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
@@ -83,7 +84,7 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
                 raise InputError("max_episode_steps", max_episode_steps, "a whole number, at least 1")
             time_limit = float(max_episode_steps * CONTROL_PERIOD) if abs(max_episode_steps) < 1e9 else np.inf
         self._sight = Sight(width, height, camera)
-        self.definition = define(task, arm, actions, reward, variations, time_limit, gravity, payload)
+        self.definition = define(task, arm, actions, reward, variations, time_limit, gravity, payload, contact)
         self.num_envs, self.render_mode = int(num_envs), render_mode
         self.single_observation_space, self.single_action_space = spaces(self.definition)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
@@ -140,7 +141,7 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
         outcome = self._episodes.advance(self._physics.state, stepped, diverged)
         self._ended = outcome.ended.copy()
         info = self._info(outcome, np.ones(self.num_envs, dtype=bool))
-        return self._observe(), outcome.reward, np.zeros(self.num_envs, dtype=bool), outcome.ended, info
+        return self._observe(), outcome.reward, outcome.lost, outcome.ended & ~outcome.lost, info
 
     @property
     def failed(self) -> dict[int, DivergenceError]:
@@ -153,12 +154,13 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
             return None
         if self._picture is None:
             self._picture = picture(self.render_mode, self.definition.arm, self._sight)
-        drawn, qpos = [], self._physics.state["joint_angles"]
+        drawn, positions = [], self._physics.positions
         for place in range(self.num_envs):
             goals = {name: value[place] for name, value in self._episodes.goals.items()}
             tick = int(self._episodes.tick[place])
             target = self.definition.task.target(goals, tick) if goals else None
-            drawn.append(self._picture.draw(qpos[place], target, tick / self.definition.ticks))
+            share, arm = tick / self.definition.ticks, self._episodes.arms[place]
+            drawn.append(self._picture.draw(positions[place], target, share, arm))
         return tuple(drawn)
 
     def _require_open(self) -> None:
@@ -183,8 +185,9 @@ class ArmVectorEnv(VectorEnv[Array, Array, Any]):
         for place in places.tolist():
             random = self._random[place]
             assert random is not None
-            arms[place] = self._episodes.vary(place, random)
+            self._episodes.vary(place, random)
             self._episodes.begin(place, random)
+            arms[place] = self._episodes.arms[place]
         self._physics.use(arms)
         self._physics.reset(places, self.definition.task.force(self._episodes.goals))
         self._ended[mask] = False

@@ -28,6 +28,10 @@ SOLREF = (0.01, 1.0)
 """Time constant [s] and damping ratio: no bounce, as of silicone, and as fast as the default step can be, which is two
 steps. Slower contact lets what hits at speed sink deeper."""
 
+FREE_SOLREF = (0.01, 2.0)
+"""The same of free objects, which have no damping of their own: at a ratio of 1 one in five that merely lie in a groove
+gain energy and jump; at 2 none does."""
+
 IMPEDANCE = 0.999
 """Share of a rigid contact's force that a contact has, the same at all depths: a link gives way by 0.001 mm/N. The
 remainder makes both contact soft and friction creep; nearer to 1, the engine's line search fails now and then."""
@@ -92,6 +96,7 @@ def make_touchable(spec: mujoco.MjSpec, arm: Arm) -> None:
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = IMPRATIO
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND  # they take 1 to 3 us a step, and save nothing here
+    option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE  # chains fill their matrices: sparse ones gain nothing
     option.solver, option.tolerance = mujoco.mjtSolver.mjSOL_NEWTON, TOLERANCE
     _damp_by_armature(spec)
     add_feelers(spec, arm)
@@ -140,10 +145,10 @@ def leave_out_what_is_drawn(spec: mujoco.MjSpec, arm: Arm) -> None:
             spec.delete(geom)
 
 
-def soften(geom: mujoco.MjsGeom) -> None:
-    """Give a geom the contact of the arm."""
+def soften(geom: mujoco.MjsGeom, free: bool = False) -> None:
+    """Give a geom the contact of the arm, or of a free object."""
     geom.condim = CONDIM
-    geom.solref[:2] = SOLREF
+    geom.solref[:2] = FREE_SOLREF if free else SOLREF
     geom.solimp[:5] = SOLIMP
 
 

@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from contarm_sim.mjcf.ground import floor_plane, patch
+from contarm_sim.mjcf.objects import geom_size
 from contarm_sim.mjcf.scene import base_position, base_quaternion, base_rotation
 from contarm_sim.mjcf.surfaces import turned
 
@@ -40,6 +41,23 @@ def dress_objects(spec: mujoco.MjSpec, arm: Arm) -> None:
             geom.pos = own.T @ (middle - each.position)
             mujoco.mju_mat2Quat(geom.quat, np.ascontiguousarray(own.T @ axes).ravel())
             geom.size[:2] = sides
+
+
+def restage(model: mujoco.MjModel, drawn: Arm, arm: Arm) -> None:
+    """Give the objects of a compiled scene the sizes and places that those of another arm have; planes stay.
+
+    Args:
+        drawn: the arm of the scene.
+        arm: one with the same objects.
+    """
+    for each in arm.world.objects:
+        if each.shape == "plane":
+            continue
+        pose = to_scene(drawn, np.array([[*each.position, *each.quaternion]]))
+        body = model.body(each.name)
+        body.pos, body.quat = pose[:3], pose[3:]
+        if each.shape != "mesh":
+            model.geom(each.name).size[:] = geom_size(each)
 
 
 def to_scene(arm: Arm, poses: np.ndarray, body: Any = None) -> np.ndarray:

@@ -59,9 +59,9 @@ def _add_geom(spec: mujoco.MjSpec, body: mujoco.MjsBody, each: Object, arm: Arm)
         more["mass"] = each.mass
     geom = body.add_geom(
         name=each.name, type=GEOMS[each.shape], rgba=[*each.colour, 1.0], contype=LINKS, conaffinity=LINKS,
-        friction=[each.friction, 0.005, 0.0001], priority=1, **more,
+        friction=[each.friction, 0.005, 0.0001], priority=2 if each.free else 1, **more,
     )  # fmt: skip
-    soften(geom)
+    soften(geom, each.free)
 
 
 def place_objects(spec: mujoco.MjSpec, arm: Arm, position: np.ndarray, quat: np.ndarray) -> None:

@@ -18,15 +18,14 @@ Triangles = tuple[np.ndarray, NDArray[np.intp]]
 """Vertices [m], shape (K, 3), and the three of each triangle, shape (F, 3), outwards."""
 
 
-@lru_cache(maxsize=64)
 def surface(each: Object) -> Triangles:
     """Return the surface of an object that has an end, in its own frame.
 
     Raises:
-        InputError: a mesh that cannot be read.
+        OSError, ValueError: a mesh that cannot be read.
     """
     if each.file is not None:
-        return _mesh(each.file, each.scale)
+        return _mesh(each.file, each.scale, Path(each.file).stat().st_mtime_ns)
     if each.size is not None:
         return _box(np.array(each.size))
     radius, half = each.radius or 0.0, 0.5 * (each.length or 0.0)
@@ -67,8 +66,13 @@ def _revolved(outline: list[tuple[float, float]]) -> Triangles:
     return vertices, np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
 
 
-def _mesh(file: str, scale: float) -> Triangles:
-    """Return a mesh as its file has it; the engine keeps it about its own middle, and says where that is."""
+@lru_cache(maxsize=64)
+def _mesh(file: str, scale: float, changed: int) -> Triangles:
+    """Return a mesh as its file has it; the engine keeps it about its own middle, and says where that is.
+
+    Args:
+        changed: tells a file that was written again.
+    """
     spec = mujoco.MjSpec()
     spec.add_mesh(name="mesh", file=str(Path(file).resolve()), scale=[scale] * 3)
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")

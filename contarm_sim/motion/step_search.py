@@ -129,17 +129,18 @@ class Motion:
         difference, and where that no longer falls, shorter steps are not tried.
         """
         run = yield from self.run(substeps)
-        limit = self.arm.length * _WANTED * (2 if self._rubs else 1)
+        touches = bool(run.contacts)
+        rubs = touches or self._rubs
+        limit = self.arm.length * _WANTED * (2 if rubs else 1)
         if run.status == "interrupted":
             return run
         error, whole = yield from self._in_a_window(run, substeps)
         if not whole:
             return replace(run, status="interrupted", step_error=error)
         quiet = np.nanmax(error, initial=0.0) <= self.arm.length * _QUIET
-        if quiet and not self._rubs:
+        if quiet and not rubs:
             return replace(run, step_error=error)
         before = np.full(len(run), np.inf)
-        touches = self.arm.world.touchable
         shortest = _REFINED * substeps if touches else _MOST_STEPS
         while True:
             ratio = int(np.clip(math.ceil(np.nanmax(error) / limit), 2, 8)) if refine and not touches else 2
@@ -150,20 +151,20 @@ class Motion:
                 return replace(run, status="interrupted", step_error=error)
             off = np.linalg.norm(run.tip - finer.tip, axis=-1)
             if not refine:
-                return replace(run, step_error=2 * off if self._rubs else off * ratio / (ratio - 1))
-            run, error, substeps = finer, 2 * off if self._rubs else off / (ratio - 1), substeps * ratio
+                return replace(run, step_error=2 * off if rubs else off * ratio / (ratio - 1))
+            run, error, substeps = finer, 2 * off if rubs else off / (ratio - 1), substeps * ratio
             if error.max() <= limit:
                 return replace(run, step_error=error)
-            if self._rubs and error.max() > 0.7 * before.max():
+            if rubs and error.max() > 0.7 * before.max():
                 return replace(run, step_error=np.maximum(error, before))
             before = error
 
     @property
     def _rubs(self) -> bool:
-        """Whether dry friction and contact, which stick and slip, make a window tell little of the whole."""
+        """Whether dry friction, which sticks and slips, makes a window tell little of the whole."""
         joints = any(section.joint_friction is not None for section in self.arm.sections)
         muscles = any(group.law.dry_friction is not None for group in self.arm.groups)
-        return joints or muscles or self.arm.world.touchable
+        return joints or muscles
 
     def _in_a_window(self, run: Trajectory, substeps: int) -> Flight:
         """Estimate the step's error [m] where the tip accelerates most, by simulating that again in half the step.

@@ -21,6 +21,12 @@ from contarm_sim.statics.solver import Solver
 GAP = 1e-8
 """Largest overlap at rest, and gap that a force acts across [lengths]."""
 
+ROUNDING = 1e-12
+"""Overlap that has no price, and gap of a contact that is closed [lengths]: less comes and goes with rounding."""
+
+TINY, CALM = 1e-5, 1e3
+"""Change of joint angles [rad] and forces left [tolerances] below which closed contacts do no work but rounding."""
+
 LEFT = 1e-6
 """Largest overlap between stations of an arm that lies flat on an object [lengths]."""
 
@@ -55,7 +61,7 @@ class Leaning:
         self._flat: set[tuple[int, int]] = set()
         self.press = self._gaps = np.zeros(0)
         self.slopes = np.zeros((0, len(solver.forces)))
-        self._matrix = np.zeros((0, 0))
+        self._left, self._calm, self._matrix = solver.forces, False, np.zeros((0, 0))
         self._price, self._expected, self._overlap = 0.0, 0.0, 0.0
 
     @property
@@ -101,14 +107,16 @@ class Leaning:
             closed = self._gaps < reach * length
             self.press = np.zeros(len(self.nears))
             self.press[closed] = pressing(self.slopes[closed], forces, self._gaps[closed], self.solver.scale)
-            left = float(np.abs(forces + self.press @ self.slopes).max())
+            self._left = forces + self.press @ self.slopes
+            left = float(np.abs(self._left).max())
             if left <= self.tolerance:
                 break
         deepest = {near.number: 0.0 for near in self.nears}
         for near in self.nears:
-            deepest[near.number] = max(deepest[near.number], -near.gap)
+            deepest[near.number] = max(deepest[near.number], -near.gap - ROUNDING * length)
         self._overlap = sum(deepest.values())  # of each object
         across = float(np.abs(self._gaps[self.press > 0]).max(initial=0.0))
+        self._calm = left < CALM * self.tolerance and max(self.deepest, across) < ROUNDING * length
         off = max(self.deepest, across) / (GAP * length) * self.tolerance
         return max(left, off)
 
@@ -133,7 +141,8 @@ class Leaning:
         share = min(solver.share(step), self._share(step))
         if damping <= 1 or not self._price:  # beyond, the damping is what presses
             self._price = max(self._price, DEAR * largest)
-        fall = share * float(solver.forces @ step) - 0.5 * share**2 * float(step @ self._matrix @ step)
+        pull = self._left if self._calm and np.abs(step).max() < TINY else solver.forces
+        fall = share * float(pull @ step) - 0.5 * share**2 * float(step @ self._matrix @ step)
         self._expected = max(fall + share * self._price * self._overlap, 1e-300)
         return share * step
 
@@ -151,11 +160,20 @@ class Leaning:
 
     def state(self) -> tuple[Any, ...]:
         """Return what `restore` needs."""
-        return self.solver.state(), self.nears, self.press, self._gaps, self.slopes, self._overlap
+        return (
+            self.solver.state(),
+            self.nears,
+            self.press,
+            self._gaps,
+            self.slopes,
+            self._left,
+            self._calm,
+            self._overlap,
+        )
 
     def restore(self, state: tuple[Any, ...]) -> None:
         """Go back to a state."""
-        before, self.nears, self.press, self._gaps, self.slopes, self._overlap = state
+        before, self.nears, self.press, self._gaps, self.slopes, self._left, self._calm, self._overlap = state
         self.solver.restore(before)
         self.solver.plant.pose()
 
@@ -165,8 +183,12 @@ class Leaning:
 
     def released(self, before: tuple[Any, ...], step: Array) -> tuple[float, float]:
         """Return the energy that a step released and what was expected [J], overlaps counted by their price."""
-        work, _ = self.solver.released(before[0], step)
-        return work + self._price * (before[-1] - self._overlap), self._expected
+        *_, left, calm, overlap = before
+        if calm and self._calm and np.abs(step).max() < TINY:
+            work = 0.5 * float((left + self._left) @ step)
+        else:
+            work, _ = self.solver.released(before[0], step)
+        return work + self._price * (overlap - self._overlap), self._expected
 
     # What there is to say at rest.
 

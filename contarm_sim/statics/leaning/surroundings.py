@@ -9,6 +9,7 @@ import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf import TIMESTEP, arm_spec, names
+from contarm_sim.mjcf.backbone import links
 from contarm_sim.mjcf.contact import LINKS
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.host import Host
@@ -38,11 +39,11 @@ class Surroundings:
 
     Attributes:
         objects: of them, the arm's own first; a body of the host has one for each of its geoms.
-        radii: of what touches at the arm's stations [m], shape (K,), as the model has them.
+        radii: of what touches at the arm's stations [m], shape (K,).
     """
 
     def __init__(self, arm: Arm) -> None:
-        spec = arm_spec(arm, "none", TIMESTEP)
+        spec = arm_spec(arm.without_memory, "none", TIMESTEP)
         spec.worldbody.add_geom(
             name=_PROBE, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[_PROBE_RADIUS, 0, 0], contype=0, conaffinity=0
         )
@@ -51,7 +52,7 @@ class Surroundings:
         self._data = mujoco.MjData(model)
         mujoco.mj_resetDataKeyframe(model, self._data, 0)
         mujoco.mj_kinematics(model, self._data)
-        self.radii = np.array([model.geom(f"{name}_collision").size[0] for name in names.stations(arm)])
+        self.radii = np.array([link.contact_radius for link in links(arm)])
         if arm.world.host is not None:
             self._into_base_frame()
         self._probe = self._data.geom_xpos[model.geom(_PROBE).id]

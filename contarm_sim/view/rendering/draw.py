@@ -241,6 +241,12 @@ class ArmRenderer:
             qpos[hinges] = sign * (bends[:, part] / links)[number]
         return qpos
 
+    def among(self, arm: Arm) -> None:
+        """Draw the objects of another arm's world from now on, which has the same, of other sizes, elsewhere."""
+        from contarm_sim.mjcf.object_looks import restage
+
+        restage(self._model, self.arm, arm)
+
     def to_world(self, points: Array) -> Array:
         """Turn points of the base frame [m], shape (..., 3), into points of the world that is drawn."""
         return placed(self._data.body("base"), points)
