@@ -7,8 +7,11 @@ from contarm_sim.cli.demo import NAMES, shot
 from contarm_sim.view.rendering.video import write_gif
 
 IMAGES = Path(__file__).parents[1] / "docs" / "images"
-SIZES = {"grasp": (480, 480, 1.5), "reach-around": (800, 400, 1.0), "lean": (800, 400, 1.0)}
+SIZES = {"grasp": (400, 600, 1.5), "reach-around": (640, 440, 1.0), "lean": (640, 440, 1.0)}
 """Width and height [pixels], and simulated over shown time."""
+
+LETTERS = 14.5
+"""Size of the letters [pixels]: to be read on a telephone too."""
 
 FPS = 10.0
 
@@ -17,4 +20,4 @@ for name in NAMES:
     found = import_module(f"contarm_sim.demos.{name.replace('-', '_')}").demonstrate()
     target = IMAGES / f"{name}.gif"
     target.unlink(missing_ok=True)
-    write_gif(shot(found, width, height, FPS, speed), target)
+    write_gif(shot(found, (width, height), FPS, speed, LETTERS / height), target)

@@ -113,14 +113,20 @@ def _film(folder: Path, found: Any) -> None:
         say(f"no video: {error}")
 
 
-def shot(found: Any, width: int = 1280, height: int = 720, fps: float = 30.0, speed: float = 1.0) -> Any:
-    """Return what a film of a demonstration shows: the arm, what it touches, and the forces on it."""
+def shot(found: Any, size: tuple[int, int] = (0, 0), fps: float = 30.0, speed: float = 1.0, letters: float = 0.024) -> Any:
+    """Return what a film of a demonstration shows: the arm, what it touches, and the forces on it.
+
+    Args:
+        size: width and height [pixels]; default the demonstration's own.
+        letters: their size, in heights of the picture.
+    """
     from contarm_sim.view.rendering.draw import Overlays
     from contarm_sim.view.rendering.look import Look
     from contarm_sim.view.rendering.video import Shot
 
     overlays = Overlays(path=False, trace=False, target=found.aims, ghost=False, frames=False)
-    look = Look(width, height, plots=False, captions=found.beside is not None, overlays=overlays)
+    width, height = size if all(size) else found.size
+    look = Look(width, height, found.camera, plots=False, overlays=overlays, letters=letters)
     return Shot(found.run, look, fps, speed, found.beside, found.names)
 
 

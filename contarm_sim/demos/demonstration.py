@@ -23,6 +23,8 @@ class Demonstration:
         beside: the motion that it is compared with, or None.
         names: of both, for films.
         aims: whether the tip has a target that films show.
+        camera: where films of it are seen from: a name, or azimuth and elevation [deg].
+        size: width and height of a film [pixels].
     """
 
     run: Trajectory
@@ -31,6 +33,8 @@ class Demonstration:
     beside: Trajectory | None = None
     names: tuple[str, str] = ("", "")
     aims: bool = False
+    camera: str | tuple[float, float] = "front"
+    size: tuple[int, int] = (1280, 720)
 
     @property
     def passed(self) -> bool:

@@ -34,7 +34,7 @@ def demonstrate(on_tick: OnTick | None = None) -> Demonstration:
         f"{len(np.unique(top.station))} links hold the log, {found[0].value:.0f} mm above its forks, and press it with "
         f"{top.normal_force.sum():.0f} N in all"
     )
-    return Demonstration(motion, found, said)
+    return Demonstration(motion, found, said, camera=(-85.0, 5.0), size=(720, 1000))
 
 
 def run(arm: Arm, on_tick: Callable[[int], object] | None = None) -> Trajectory:

@@ -82,8 +82,8 @@ def line_spacing(arm: Arm) -> float:
 def base_position(arm: Arm) -> np.ndarray:
     """Return where the base is in the world [m]: above the floor by what the arm can reach down to.
 
-    A level plane that it can touch is the floor. Objects below what is reached stand on the floor, unless they lie
-    deeper by more than the arm's length. In a host it is where that says.
+    A level plane that it can touch is the floor. Objects that go deeper than the arm can stand on the floor, unless they
+    lie deeper by more than the arm's length. In a host it is where that says.
     """
     if arm.world.host is not None:
         return np.array(arm.world.host.base.position)
@@ -91,10 +91,11 @@ def base_position(arm: Arm) -> np.ndarray:
     floor = floor_plane(arm, turn)
     if floor is not None:
         return np.array([0.0, 0.0, -float(turn[2] @ floor.position)])
-    high = arm.length * (CLEARANCE - _outlined(arm)[:, 2].min())
+    reached = -arm.length * float(_outlined(arm)[:, 2].min())
+    high = reached + CLEARANCE * arm.length
     ends = (placed_surface(each) for each in arm.world.objects if each.shape != "plane")
     deepest = max((-float((points @ turn[2]).min()) for points in ends), default=high)
-    return np.array([0.0, 0.0, deepest if high < deepest < high + arm.length else high])
+    return np.array([0.0, 0.0, deepest if reached < deepest < high + arm.length else high])
 
 
 def floor_colour(arm: Arm) -> tuple[float, ...]:

@@ -64,7 +64,7 @@ _STYLE = {
     "lines.markersize": 3.5,
     "figure.constrained_layout.use": True,
     "figure.constrained_layout.w_pad": 0.02,
-    "figure.constrained_layout.h_pad": 0.02,
+    "figure.constrained_layout.h_pad": 0.035,
     "savefig.dpi": _FINE,
     "svg.hashsalt": "contarm",
     "svg.fonttype": "none",  # text stays text: it can be searched and edited

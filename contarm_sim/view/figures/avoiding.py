@@ -11,7 +11,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.inverse.limits import angles_of
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
-from contarm_sim.view.colours import ANALYTIC, FAINT, LIMIT, ORANGE, SKY, TARGET
+from contarm_sim.view.colours import BLACK, LIMIT, NOTE, ORANGE, SKY, TARGET
 from contarm_sim.view.sections import section_body, section_hex, section_places
 from contarm_sim.view.space import Space, add_space
 from contarm_sim.view.style import Sheet
@@ -20,7 +20,7 @@ from contarm_sim.view.wireframes import draw_object
 _POINTS, _DRAWN = 121, 30
 """Samples of a branch, and how many poses of a curve are drawn."""
 
-_CLEAR = SKY
+_CLEAR, _BLOCKED = SKY, "#A3A3A3"
 _CHOSEN: dict[str, Any] = {"color": ORANGE, "linestyle": "", "marker": "D", "zorder": 3}
 _MARGIN: dict[str, Any] = {"color": LIMIT, "linestyle": ":", "linewidth": 1.0, "zorder": 1}
 _JOINED = 0.7  # poses of a curve are no farther apart [rad]
@@ -42,16 +42,17 @@ def avoiding(
     for curve, clear in curves:
         for bends, free in zip(*(x[:: max(len(curve) // _DRAWN, 1)] for x in (curve, clear)), strict=True):
             line = shape.position(bends.reshape(-1), arm, np.linspace(0, 1, 60))
-            look = {"color": _CLEAR, "zorder": 2.1} if free >= found.margin else {"color": FAINT, "zorder": 2}
+            look = {"color": _CLEAR, "zorder": 2.1} if free >= found.margin else {"color": _BLOCKED, "zorder": 2}
             ax.trace(line, linewidth=0.6, **look)
     _chosen(ax, arm, found)
     ax.trace(np.asarray(target)[None], color=TARGET, linestyle="", marker="o", markersize=5, label="target", zorder=5)
     nearest = np.array([found.nearest.place, found.nearest.point])
-    ax.trace(nearest, color=ANALYTIC, linewidth=1.2, label="nearest", zorder=5)
-    ax.plot([], [], color=FAINT, label="blocked")
+    ax.trace(nearest, color=BLACK, linewidth=1.6, label="shortest distance", zorder=6)
+    ax.plot([], [], color=_BLOCKED, label="blocked")
     ax.plot([], [], color=_CLEAR, label="clear")
-    ax.plot([], [], **_CHOSEN, label="chosen")
-    ax.plot([], [], **_MARGIN, label="margin")
+    bend = found.bends.reshape(-1)
+    ax.trace(shape.position(bend, arm, np.array([0.5])), **_CHOSEN | {"zorder": 7}, label="chosen pose")
+    ax.plot([], [], **_MARGIN, label=f"margin, {1e3 * found.margin:.3g} mm")
     ax.settle(legend=False)
     names = {name: handle for handle, name in zip(*ax.get_legend_handles_labels(), strict=True)}
     sheet.legend(names.values(), names.keys(), loc="outside lower center", ncols=5 if sheet.wide else 3)
@@ -77,10 +78,15 @@ def _clear_by_bend(ax: Any, curves: list[tuple[Array, Array]], found: planning.A
         apart = np.sqrt((np.diff(bends, axis=0) ** 2).sum(axis=(-1, -2)))
         joined = len(bends) > 1 and apart.max() < _JOINED
         dots = {} if joined else {"linestyle": "", "marker": "o", "markersize": 3}
-        for kept, colour in ((True, LIMIT), (clear >= found.margin, _CLEAR)):
+        for kept, colour in ((True, _BLOCKED), (clear >= found.margin, _CLEAR)):
             ax.plot(total, np.where(kept, 1e3 * clear, np.nan), color=colour, linewidth=2, **dots)
     chosen = (float(np.degrees(angles_of(found.bends).sum())), 1e3 * found.clearance)
     ax.plot(*chosen, **_CHOSEN)
     ax.axhline(1e3 * found.margin, **_MARGIN)
     ax.set_xlabel("sum of bend angles [deg]")
+    low, high = ax.get_ylim()
+    if low < 0:
+        ax.axhspan(low, 0.0, color=BLACK, alpha=0.06, linewidth=0, zorder=0)
+        ax.set_ylim(low, high)
+        ax.text(0.98, 0.02, "inside an object", transform=ax.transAxes, ha="right", va="bottom", color=NOTE)
     ax.set_ylabel("clearance [mm]")

@@ -21,6 +21,9 @@ FIXED = ("front", "side", "top")
 MOVING = ("orbit", "tip")
 CAMERAS = FIXED + MOVING
 
+Angles = tuple[float, float]
+"""Azimuth and elevation of a camera that stands still [deg]."""
+
 _ELEVATION = 14.0
 _AZIMUTH = 118.0
 """Of the moving cameras [deg]: the circle starts where `front` stands."""
@@ -36,13 +39,13 @@ _HOLDER = np.array([[x, y, z] for x in (-0.2, 0.2) for y in (-0.2, 0.2) for z in
 """Points about what holds the base in a host [lengths], base frame."""
 
 
-def check_camera(name: str) -> str:
-    """Return a camera's name.
+def check_camera(name: str | Angles) -> str | Angles:
+    """Return a camera's name, or its angles.
 
     Raises:
         InputError: there is no such camera.
     """
-    if name not in CAMERAS:
+    if isinstance(name, str) and name not in CAMERAS:
         raise InputError("camera", repr(name), ", ".join(CAMERAS))
     return name
 
@@ -87,12 +90,12 @@ class Camera:
     `cut_away` says that the mount stands between it and a hanging arm.
 
     Args:
-        name: front, side, top, orbit (one turn a film) or tip.
+        name: front, side, top, orbit (one turn a film) or tip; or azimuth and elevation [deg].
         seen: points of the world [m], shape (T, 3); None: all that the arm can touch.
         frame: the picture, an `mjcf.framing.Frame`.
     """
 
-    def __init__(self, name: str, arm: Arm, seen: Array | None, frame: Any) -> None:
+    def __init__(self, name: str | Angles, arm: Arm, seen: Array | None, frame: Any) -> None:
         import mujoco
 
         from contarm_sim.mjcf.framing import axes, place
@@ -111,8 +114,8 @@ class Camera:
             seen = np.vstack([seen, base, [base[0], base[1], 0.0]])
         else:
             seen = np.vstack([seen, base - 0.1 * arm.length * along])
-        if name in FIXED:
-            azimuth, elevation = ANGLES[name]
+        if not isinstance(name, str) or name in FIXED:
+            azimuth, elevation = ANGLES[name] if isinstance(name, str) else name
             self._look_from(place(seen, radius, axes(azimuth, elevation), frame), azimuth, elevation, seen.mean(axis=0))
         elif name == "orbit":
             middle = 0.5 * (seen.min(axis=0) + seen.max(axis=0))

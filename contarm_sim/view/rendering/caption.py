@@ -38,17 +38,20 @@ class Caption:
         numbers: of each run the widest texts that will be written, one after the other. Runs stand side by side.
         legend: lines to explain.
         notes: a line of each run that is the same in all pictures; parts are three spaces apart.
+        letters: the largest size of the letters, in heights of the picture.
     """
 
     def __init__(
-        self, width: int, height: int, numbers: Sequence[Sequence[str]], legend: Legend, notes: Sequence[str] = ()
-    ) -> None:
+        self, width: int, height: int, numbers: Sequence[Sequence[str]], legend: Legend, notes: Sequence[str] = (),
+        letters: float = LARGEST,
+    ) -> None:  # fmt: skip
         from PIL import Image, ImageDraw
 
         said = [[part for part in note.split("   ") if part] for note in notes]
         said = said if any(said) else []
-        least = min(max(SMALLEST * height, _TINY), max(LARGEST * height, _READABLE))
-        sizes = np.linspace(max(LARGEST * height, _READABLE), least, 6)
+        most = max(letters * height, _READABLE)
+        least = min(max(SMALLEST / LARGEST * letters * height, _TINY), most)
+        sizes = np.linspace(most, least, 6)
         for notes_left, legend_left in ((said, legend), ([], legend), ([], {})):
             rows = [_Rows(width, size, numbers, legend_left, notes_left) for size in sizes]
             chosen = next(each for each in rows if each.count == rows[-1].count)
@@ -98,7 +101,10 @@ class _Rows:
         widths = [(_SWATCH + _GAP) * size + self._font.getlength(name) for name in legend]
         self._legend_at = self._flow(widths, width - 2 * self._margin, after)
         self.count = after + (1 + self._legend_at[-1][0] - after if legend else 0)
-        if self._runs == 1 and legend:
+        if self._runs > 1 and legend and self._legend_at[-1][0] == after:  # it is of all runs: in the middle
+            left = 0.5 * (width - (self._legend_at[-1][1] + widths[-1] - self._margin)) - self._margin
+            self._legend_at = [(row, x + left) for row, x in self._legend_at]
+        elif self._runs == 1 and legend:
             self._join(width - self._margin, widths, numbers[0], first, after)
 
     @property

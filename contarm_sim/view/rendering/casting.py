@@ -13,8 +13,8 @@ from contarm_sim.model.objects import Object
 Balls = tuple[Array, Array, Array]
 """Centres [m], shape (K, 3), radii [m] and the lengths that they stand for [m], shape (K,) each."""
 
-_MOST = 5
-"""Balls along an edge of an object, at most."""
+_MOST, _ALL = 24, 400
+"""Balls along an edge of an object, and in all of it, at most: few ones show."""
 
 
 class Casting:
@@ -45,6 +45,8 @@ def _balls(each: Object) -> Balls:
         edges = 0.7 * edges
     narrow = float(edges.min())
     counts = np.clip(np.rint(edges / narrow).astype(int), 1, _MOST)
+    while np.prod(counts) > _ALL:
+        counts = np.maximum(counts * 3 // 4, 1)
     places = [middle + width * ((np.arange(count) + 0.5) / count - 0.5)
               for middle, width, count in zip(0.5 * (low + high), edges, counts, strict=True)]  # fmt: skip
     points = np.stack(np.meshgrid(*places, indexing="ij"), axis=-1).reshape(-1, 3)

@@ -16,7 +16,7 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.view import colours
 from contarm_sim.view.colours import error_colours, rgb
 from contarm_sim.view.rendering.alpha import clear_away, cut_out
-from contarm_sim.view.rendering.cameras import Camera, check_camera
+from contarm_sim.view.rendering.cameras import Angles, Camera, check_camera
 from contarm_sim.view.rendering.cloud import Cloud
 from contarm_sim.view.rendering.context import open_renderer
 from contarm_sim.view.rendering.formats import check_size
@@ -82,7 +82,7 @@ class ArmRenderer:
     Args:
         arm: its parameters.
         width, height: size of the picture [pixels].
-        camera: front, side, top, orbit (one turn a film) or tip (follows it).
+        camera: front, side, top, orbit (one turn a film) or tip (follows it); or azimuth and elevation [deg].
         seen: points of the base frame that the camera shows [m], shape (T, 3), such as `cameras.extent` of what is
             filmed; default all that the arm can touch.
         frame: what covers the picture, whose aspect does not count.
@@ -94,7 +94,7 @@ class ArmRenderer:
     """
 
     def __init__(
-        self, arm: Arm, width: int = 1280, height: int = 720, camera: str = "front", seen: Array | None = None,
+        self, arm: Arm, width: int = 1280, height: int = 720, camera: str | Angles = "front", seen: Array | None = None,
         frame: Frame | None = None, transparent: bool = False,
     ) -> None:  # fmt: skip
         check_size(width, height)

@@ -95,7 +95,7 @@ def _framed(
     Where a run's part of the picture is narrow, the plots would hide the arm: then they have a strip of their own.
     """
     count, width = len(runs[0].indices), look.width // len(runs)
-    said = [texts(run.samples, run.indices, run.name, speed) for run in runs]
+    said = [texts(run.samples, run.indices, run.name, speed, look.overlays) for run in runs]
     around = caption(look, said, scale, [run.note for run in runs])
     part = replace(look, width=width)
     cards = [_cards(run.samples, part, scale) for run in runs]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from contarm_sim.errors import InputError
+from contarm_sim.view.rendering.caption import LARGEST
 from contarm_sim.view.rendering.draw import ALL, Overlays
 from contarm_sim.view.rendering.formats import SIZES, USUAL
 from contarm_sim.view.rendering.touch import metres_per_newton
@@ -23,22 +24,24 @@ class Look:
 
     Attributes:
         width, height: size [pixels].
-        camera: where it is seen from.
+        camera: where it is seen from: a name, or azimuth and elevation [deg].
         plots: whether error and pressure are plotted in the lower corners.
         note: what is said of the whole run, a line below the numbers of the moment.
         captions: whether numbers and note are written along the top, and what colours mean.
         overlays: what is drawn besides the arm.
         transparent: neither floor nor sky nor shadow, captions and plots; frames have red, green, blue and opacity.
+        letters: size of the caption's letters, in heights of the picture, at most.
     """
 
     width: int = SIZES[USUAL][0]
     height: int = SIZES[USUAL][1]
-    camera: str = "front"
+    camera: str | tuple[float, float] = "front"
     plots: bool = True
     note: str = ""
     captions: bool = True
     overlays: Overlays = ALL
     transparent: bool = False
+    letters: float = LARGEST
 
     def plain(self) -> Look:
         """Return the look of the arm alone: without words, plots and anything drawn over it."""

@@ -1,4 +1,4 @@
-"""The objects that a camera shows: those near the arm, as far as they are near."""
+"""The objects that a camera shows: those near the arm, whole where they end near it, else as far as they are near."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ import numpy as np
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 
-_NEAR, _WAY = 0.25, 0.6
-"""How far beyond all else what is fixed, and what moves, is shown [lengths]."""
+_NEAR, _WAY, _WHOLE = 0.25, 0.6, 1.0
+"""How far beyond all else what is fixed, and what moves, is shown [lengths]; all of what is nowhere farther than the
+last."""
 
 
 def with_objects(points: Array, arm: Arm, poses: Array | None = None) -> Array:
@@ -31,7 +32,10 @@ def with_objects(points: Array, arm: Arm, poses: Array | None = None) -> Array:
             corners = corners @ turned(each).T + each.position
         free += each.free
         room = most * arm.length
-        if np.all(corners.min(axis=0) <= high + room) and np.all(corners.max(axis=0) >= low - room):
+        whole = _WHOLE * arm.length
+        if np.all(corners.max(axis=0) <= high + whole) and np.all(corners.min(axis=0) >= low - whole):
+            found.append(corners)
+        elif np.all(corners.min(axis=0) <= high + room) and np.all(corners.max(axis=0) >= low - room):
             found.append(corners.clip(low - room, high + room))
     return np.vstack(found)
 

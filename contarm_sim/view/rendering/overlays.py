@@ -82,7 +82,7 @@ def add_disk(scene: Any, centre: Array, frame: Array, radius: float, half: float
 
     size = np.array([radius, half, 0.0])
     geom = _add(scene, mujoco.mjtGeom.mjGEOM_CYLINDER, size, centre, np.ascontiguousarray(frame).ravel(), colour)
-    geom.emission = 0.3
+    geom.emission = 0.15
 
 
 def add_ring(scene: Any, centre: Array, frame: Array, radius: float, width: float, colour: Colour) -> None:

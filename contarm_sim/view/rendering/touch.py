@@ -15,7 +15,13 @@ if TYPE_CHECKING:
     from contarm_sim.model.arm import Arm
     from contarm_sim.results.trajectory import Trajectory
 
-LIT: Colour = (*rgb(CONTACT), 1.0)
+FORCE: Colour = (*rgb(CONTACT), 1.0)
+"""Of the arrows of forces, which have a white edge."""
+
+LIT: Colour = (1.0, 0.72, 0.88, 1.0)
+"""Of links that touch: pale, so that arrows are seen before them."""
+
+_EDGE: Colour = (1.0, 1.0, 1.0, 1.0)
 
 _LONGEST = 0.32
 """Length of the arrow of a large force [of the arm's length]: of all but the largest 2 %, which blows have."""
@@ -23,8 +29,11 @@ _LONGEST = 0.32
 _CLOSER = 0.5
 """Share of the way to the eye at which arrows are drawn, and so much smaller: over all else, at the same pixels."""
 
-_THICK, _BALL, _LEAST = 0.006, 0.010, 0.02
+_THICK, _BALL, _LEAST = 0.0055, 0.008, 0.02
 """Radius of an arrow and of the ball at its foot, and the shortest arrow that is drawn [of the arm's length]."""
+
+_WIDER, _BEHIND = 0.003, 0.98
+"""How much wider the edge is [of the arm's length], and how much less close to the eye: it is behind all arrows."""
 
 
 def metres_per_newton(*runs: Trajectory) -> float:
@@ -57,13 +66,12 @@ def scale_words(scale: float) -> str:
 
 
 def contact_words(contacts: Contacts) -> str:
-    """Return what the arm touches in one sample, in a few words: links, net force, depth."""
+    """Return what the arm touches in one sample, in a few words: links and net force."""
     if not len(contacts):
         return "no contact"
     links = len(np.unique(contacts.station))
     net = float(np.linalg.norm(contacts.force.sum(axis=0)))
-    depth = max(1e3 * float(contacts.depth.max()), 0.0)
-    return f"contact: {links} link{'s' * (links > 1)}, net {net:.1f} N, {depth:.2f} mm deep"
+    return f"contact: {links} link{'s' * (links > 1)}, net force {net:.1f} N"
 
 
 def add_contacts(
@@ -77,10 +85,14 @@ def add_contacts(
         closer: how far towards the eye they are drawn, and so much smaller; 0 where there is no one eye.
     """
     eye = np.mean([camera.pos for camera in scene.camera], axis=0) if closer else np.zeros(3)
-    length = (1 - closer) * arm.length
-    ends = contacts.point + scale * contacts.force
-    for start, end in zip(placed(base, contacts.point), placed(base, ends), strict=True):
-        foot, head = start + closer * (eye - start), end + closer * (eye - end)
-        add_ball(scene, foot, _BALL * length, LIT)
-        if np.linalg.norm(head - foot) > _LEAST * length:
-            add_arrow(scene, foot, head, _THICK * length, LIT)
+    starts, ends = placed(base, contacts.point), placed(base, contacts.point + scale * contacts.force)
+    looks = ((closer, 0.0, FORCE), (_BEHIND * closer, _WIDER, _EDGE)) if closer else ((0.0, 0.0, FORCE),)
+    for near, wider, colour in looks:
+        length = (1 - near) * arm.length
+        for start, end in zip(starts, ends, strict=True):
+            foot, head = start + near * (eye - start), end + near * (eye - end)
+            add_ball(scene, foot, (_BALL + wider) * length, colour)
+            along = head - foot
+            if np.linalg.norm(along) > _LEAST * length:
+                beyond = 2 * wider * length * along / np.linalg.norm(along)
+                add_arrow(scene, foot, head + beyond, (_THICK + wider) * length, colour)

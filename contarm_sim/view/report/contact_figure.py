@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -10,14 +11,18 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf import names
 from contarm_sim.results.touched import link_forces, object_depths, object_forces
 from contarm_sim.results.trajectory import Trajectory
-from contarm_sim.view.colours import LIMIT, contact_map, things
+from contarm_sim.view.colours import LIMIT, NOTE, contact_map, things
 from contarm_sim.view.style import Sheet
 
 _COLUMNS = 500
 """Times that the map shows, at most: more than print can tell apart."""
 
-_USUAL = 99.0
-"""Percentile of the forces on links that the map's colours reach to: a blow would make all else pale."""
+_USUAL, _BLOW = 99.0, 1.5
+"""Percentile of the forces on links that the map's colours reach to where the largest is so many times as large: a
+blow would make all else pale."""
+
+_BEFORE, _LATE = 0.1, 0.3
+"""Share of the time of contact that is shown before it, where it begins later than at a share of the run."""
 
 
 def draw_contact(sheet: Sheet, samples: Trajectory) -> None:
@@ -29,7 +34,7 @@ def draw_contact(sheet: Sheet, samples: Trajectory) -> None:
     found, count = samples.contacts, len(samples)
     if found is None:
         raise ValueError("nothing can be touched")
-    sheet.tall(125)
+    sheet.tall(128)
     force, depth, links = sheet.subplots(3, 1, sharex=True, height_ratios=[36, 24, 40])
     forces, depths = np.linalg.norm(object_forces(found, count), axis=2), object_depths(found, count)
     for look, place in zip(things(), np.unique(found.partner), strict=False):
@@ -37,16 +42,27 @@ def draw_contact(sheet: Sheet, samples: Trajectory) -> None:
         force.plot(samples.time, forces[:, place], label=found.names[place], **style)
         depth.plot(samples.time, 1e3 * depths[:, place], **style)
     _draw_links(sheet, links, samples)
-    force.set_ylabel("force on the\narm [N]")
+    force.set_ylabel("net force on\nthe arm [N]")
     depth.set_ylabel("depth\n[mm]")
     links.set_xlabel("time [s]")
-    links.set_xlim(float(samples.time[0]), float(samples.time[-1]))
+    links.set_xlim(*_shown(samples))
     for ax, values in ((force, forces), (depth, 1e3 * depths)):
         ax.set_ylim(0, 1.08 * float(values.max(initial=0.0)) or 1.0)
-    if len(found):
+    if len(np.unique(found.partner)) > 1:
         force.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5 if sheet.wide else 3)
+    elif len(found):
+        force.set_ylabel(f"net force\nof {found.names[found.partner[0]]} [N]")
     sheet.align_ylabels([force, depth, links])
     sheet.heading("What the arm touches: forces on it, how far links and objects overlap, and which links touch")
+
+
+def _shown(samples: Trajectory) -> tuple[float, float]:
+    """Return from when to when the figure shows a run [s]: all of it, or a little more than contact where that is late.
+    """
+    start, end = float(samples.time[0]), float(samples.time[-1])
+    found = samples.contacts
+    first = float(samples.time[found.sample.min()]) if found is not None and len(found) else start
+    return (max(start, first - _BEFORE * (end - first)) if first - start > _LATE * (end - start) else start), end
 
 
 def _draw_links(sheet: Sheet, ax: Any, samples: Trajectory) -> None:
@@ -56,19 +72,28 @@ def _draw_links(sheet: Sheet, ax: Any, samples: Trajectory) -> None:
     forces = link_forces(found, len(samples), arm.links + 1)
     edges, binned = _binned(samples.time, forces)
     acting = binned[binned > 0]
-    most = float(np.percentile(acting, _USUAL)) if len(acting) else 1.0
+    most = float(acting.max()) if len(acting) else 1.0
+    usual = float(np.percentile(acting, _USUAL)) if len(acting) else 1.0
+    blows = most > _BLOW * usual
+    most = usual if blows else most
     drawn = ax.pcolormesh(
         edges, np.arange(arm.links + 2) - 0.5, np.ma.masked_equal(binned, 0.0).T, cmap=contact_map(), vmin=0.0,
         vmax=most, rasterized=True,
     )  # fmt: skip
     for end in names.section_stations(arm)[1:-1]:
-        ax.axhline(end, color=LIMIT, linewidth=0.8, linestyle="--")
-    ax.set_ylabel(f"link (0: base,\n{arm.links}: tip)")
-    ax.set_ylim(-0.5, arm.links + 0.5)
+        ax.axhline(end + 0.5, color=LIMIT, linewidth=0.8, linestyle="--")
+    for number, (start, end) in enumerate(pairwise(names.section_stations(arm)), 1):
+        if len(arm.sections) > 1:
+            ax.text(
+                1.005, 0.5 * (start + end + 1), f"section {number}" if len(arm.sections) < 4 else f"{number}",
+                transform=ax.get_yaxis_transform(), rotation=270, va="center", color=NOTE,
+            )  # fmt: skip
+    base = float(forces[:, 0].max(initial=0.0)) > 0
+    ax.set_ylabel(f"link ({'0: base, ' if base else ''}{arm.links}: tip)")
+    ax.set_ylim(-0.5 if base else 0.5, arm.links + 0.5)
     ax.yaxis.get_major_locator().set_params(integer=True)
-    beyond = "max" if len(acting) and acting.max() > 1.001 * most else "neither"
-    bar = sheet.colorbar(drawn, ax=ax, location="bottom", extend=beyond, aspect=50, pad=0.04)
-    bar.set_label("contact force on a link [N]")
+    bar = sheet.colorbar(drawn, ax=ax, location="bottom", extend="max" if blows else "neither", aspect=50, pad=0.04)
+    bar.set_label(f"contact force on a link [N]{f', the largest is {acting.max():.3g} N' if blows else ''}")
 
 
 def _binned(time: Array, values: Array) -> tuple[Array, Array]:
