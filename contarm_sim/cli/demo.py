@@ -113,7 +113,9 @@ def _film(folder: Path, found: Any) -> None:
         say(f"no video: {error}")
 
 
-def shot(found: Any, size: tuple[int, int] = (0, 0), fps: float = 30.0, speed: float = 1.0, letters: float = 0.024) -> Any:
+def shot(
+    found: Any, size: tuple[int, int] = (0, 0), fps: float = 30.0, speed: float = 1.0, letters: float = 0.024
+) -> Any:
     """Return what a film of a demonstration shows: the arm, what it touches, and the forces on it.
 
     Args:

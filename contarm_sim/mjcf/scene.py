@@ -82,8 +82,8 @@ def line_spacing(arm: Arm) -> float:
 def base_position(arm: Arm) -> np.ndarray:
     """Return where the base is in the world [m]: above the floor by what the arm can reach down to.
 
-    A level plane that it can touch is the floor. Objects that go deeper than the arm can stand on the floor, unless they
-    lie deeper by more than the arm's length. In a host it is where that says.
+    A level plane that it can touch is the floor. Objects that go deeper than the arm can
+    stand on the floor, unless they lie deeper by more than the arm's length. In a host it is where that says.
     """
     if arm.world.host is not None:
         return np.array(arm.world.host.base.position)

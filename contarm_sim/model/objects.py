@@ -79,7 +79,7 @@ class Object(Told):
     mass: float | None = number(None, "kg", "of a free object; omitted: fixed to the base frame", least=LEAST_MASS)
     friction: float = number(0.8, "-", "coefficient of sliding friction of whatever touches it", least=0)
     colour: Vector = field(
-        default=(0.80, 0.52, 0.25), metadata={"unit": "-", "help": "red, green and blue, 0 to 1 each"}
+        default=(0.48, 0.57, 0.66), metadata={"unit": "-", "help": "red, green and blue, 0 to 1 each"}
     )
 
     def __post_init__(self) -> None:

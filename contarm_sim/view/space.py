@@ -103,6 +103,7 @@ class Space(Axes):
         Args:
             poses: of the free objects, see `Trajectory.objects`, shape (F, 7); default where they begin.
         """
+        names: dict[str, list[str]] = {}
         for each, points, _ in placed_objects(self._arm, poses):
             placed = self.world(points)
             if each.shape == "plane":
@@ -113,19 +114,23 @@ class Space(Axes):
             low, high = every.min(axis=0) - room, every.max(axis=0) + room
             if np.all(placed.min(axis=0) <= high) and np.all(placed.max(axis=0) >= low):
                 self._seen.append(placed.clip(low, high))
-                self._outline(each, placed)
+                if self._outline(each, placed):
+                    names.setdefault(hex_colour(each.colour), []).append(each.name)
+        for colour, alike in names.items():
+            self.fill([], [], facecolor=colour, alpha=0.35, linewidth=0, label=", ".join(alike))
 
-    def _outline(self, each: Object, placed: Array) -> None:
-        """Fill the outline of an object with points of the world [mm], shape (K, 3), which is convex."""
+    def _outline(self, each: Object, placed: Array) -> bool:
+        """Fill the outline of an object with points of the world [mm], shape (K, 3), which is convex, if it has one."""
         flat = placed @ _SCREEN.T
         if len(flat) < 3 or np.linalg.matrix_rank(flat - flat[0], tol=1e-6 * MM) < 2:
-            return
+            return False
         from scipy.spatial import ConvexHull
 
         rim = flat[ConvexHull(flat).vertices]
         colour = hex_colour(each.colour)
-        self.fill(*rim.T, facecolor=colour, alpha=0.35, linewidth=0, zorder=1.2, label=each.name)
+        self.fill(*rim.T, facecolor=colour, alpha=0.35, linewidth=0, zorder=1.2)
         self.plot(*np.vstack([rim, rim[:1]]).T, color=colour, linewidth=0.8, zorder=1.2)
+        return True
 
     def note(self, point: Array, words: str, away: Array, **look: Any) -> None:
         """Write words beside a point [m], in a direction from it; `look` as matplotlib's texts take it."""

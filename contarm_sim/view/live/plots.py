@@ -15,6 +15,9 @@ from contarm_sim.view.colours import CONTACT, ERROR
 from contarm_sim.view.live.session import Reading
 from contarm_sim.view.sections import pressure_limits, section_hex
 
+_LOWER = 0.8
+"""Height of plots where there is one more, over their usual one: all are seen at once."""
+
 _SHOWN, _EVERY = 10.0, 0.05
 """Time that the plots show, and between their points [s]."""
 
@@ -32,10 +35,11 @@ class Plots:
         self._points: deque[tuple[float, ...]] = deque(maxlen=round(_SHOWN / _EVERY))
         self._rows: list[slice] = []
         self._plots: list[Any] = []
-        self._add(gui, "tip error [mm]", {"tip error": ERROR}, 1.0, 135)
         self._touchable = arm.world.touchable
+        self._share = _LOWER if self._touchable else 1.0
+        self._add(gui, "tip error [mm]", {"tip error": ERROR}, 1.0, 135)
         if self._touchable:
-            self._add(gui, "contact force [N]", {"contact force": CONTACT}, 1.0, 120)
+            self._add(gui, "contact force [N]", {"contact force": CONTACT}, 1.0, 135)
         for group, own in zip(arm.groups, self._groups, strict=True):
             muscles = {f"muscle {i + 1}": muscle_hex(i) for i in range(own.stop - own.start)}
             self._add(
@@ -56,7 +60,8 @@ class Plots:
         self._rows.append(slice(first, first + len(lines)))
         self._plots.append(
             gui.add_uplot(
-                (np.zeros(1),) * len(series), tuple(series), title=title, height=height, padding=(10, 24, 0, 0),
+                (np.zeros(1),) * len(series), tuple(series), title=title, height=round(self._share * height),
+                padding=(10, 24, 0, 0),
                 scales={"x": uplot.Scale(time=False, auto=True), "y": {"range": _from_zero(least)}},
                 axes=(uplot.Axis(label="t [s]", labelSize=16, size=34), uplot.Axis(size=44)),
                 legend=uplot.Legend(show=len(lines) > 1, live=False),

@@ -17,7 +17,7 @@ from contarm_sim.model.arm import Arm
 from contarm_sim.view.colours import SIMULATED
 from contarm_sim.view.notebook import studies
 from contarm_sim.view.notebook.page import card, grid, pairs
-from contarm_sim.view.notebook.sketch import Line, curve, side_view, tip_line
+from contarm_sim.view.notebook.sketch import Line, Things, curve, side_view, tip_line
 
 POSES = 5
 """Poses of a motion that are drawn."""
@@ -56,7 +56,7 @@ def _arm(arm: Arm) -> str:
     places = shape.stations(arm)
     straight, bent = (shape.position(pose, arm, places) for pose in (0 * bends, bends))
     lines = [Line(straight, opacity=0.4, width=2.0, dashes="5 5"), Line(bent, width=4.0), *_ends(bent, arm)]
-    picture = side_view(lines, "The arm straight and bent by 90 degrees, from the side", arm.world)
+    picture = side_view(lines, "The arm straight and bent by 90 degrees, from the side", arm.world, things=_things(arm))
     below = grid(["section", *_SECTION], [[str(i + 1), *own] for i, own in enumerate(each)]) if count > 1 else ""
     title = "Arm of one section" if count == 1 else f"Arm of {count} sections"
     return card(title, pairs(rows), picture, below)
@@ -94,10 +94,20 @@ def _trajectory(samples: Any) -> str:
     if samples.moving:
         lines += [Line(samples.target, width=1.2, opacity=0.7, dashes="4 3"), tip_line(samples.tip)]
     lines += [Line(samples.stations[-1], width=4.0), *_ends(samples.stations[-1], arm)]
+    things = _things(arm, None if samples.objects is None else samples.objects[-1])
     seen = "The arm at some moments, the tip's path and its targets, from the side"
     title = f"Trajectory, {samples.status}"
     legend = f'<br><small><span style="color:{SIMULATED}">━</span> tip &nbsp; ┅ its targets</small>'
-    return card(title, pairs(rows), side_view(lines, seen, arm.world) + (legend if samples.moving else ""))
+    return card(
+        title, pairs(rows), side_view(lines, seen, arm.world, things=things) + (legend if samples.moving else "")
+    )
+
+
+def _things(arm: Arm, poses: Any = None) -> Things:
+    """Return what is drawn of the objects of an arm's world: those that have an end."""
+    from contarm_sim.view.outlines import placed_objects
+
+    return [(each.colour, points) for each, points, _ in placed_objects(arm, poses) if each.shape != "plane"]
 
 
 def _touched(samples: Any) -> str:

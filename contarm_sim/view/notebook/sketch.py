@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.colours import hex_colour
 from contarm_sim.model.world import World
 from contarm_sim.view.colours import SIMULATED
 
@@ -20,6 +21,9 @@ POINTS = 120
 
 _ROOM = 14
 """Space around what is drawn [pixels]."""
+
+_BESIDE = 0.2
+"""How far beside all else objects are drawn, in its size."""
 
 _ABOVE = math.radians(15)
 """How far above the horizon the eye is: circles are seen as such."""
@@ -38,13 +42,19 @@ class Line:
 
 FREE = World()
 
+Things = Sequence[tuple[Any, Array]]
+"""Colours of objects, red, green and blue from 0 to 1, and their vertices in the base frame [m], shape (K, 3)."""
 
-def side_view(lines: Sequence[Line], words: str, world: World = FREE, width: int = 220, height: int = 190) -> str:
+
+def side_view(
+    lines: Sequence[Line], words: str, world: World = FREE, width: int = 220, height: int = 190, things: Things = ()
+) -> str:
     """Return lines from the side from which they are widest, a little above, with the base, a scale and gravity.
 
     Args:
         words: what the picture shows, for those who hear it.
         world: says what is up, and where gravity points.
+        things: objects, of which what is near is drawn.
     """
     up = np.array(world.up)
     points = np.concatenate([line.points for line in lines])
@@ -57,12 +67,15 @@ def side_view(lines: Sequence[Line], words: str, world: World = FREE, width: int
     away = np.cross(up, right)
     view = np.stack([right, -math.cos(_ABOVE) * up - math.sin(_ABOVE) * away], axis=1)
     seen = np.concatenate([points @ view, np.zeros((1, 2))])
+    flats = [(colour, _near(vertices @ view, seen)) for colour, vertices in things]
+    seen = np.concatenate([seen, *(flat for _, flat in flats)])
     low, span = seen.min(axis=0), np.maximum(np.ptp(seen, axis=0), 1e-9)
     room = np.array([width - 2 * _ROOM, height - 2 * _ROOM - 16.0])
     scale = float((room / span).min())
     start = _ROOM + (room - scale * span) / 2 - scale * low
 
     drawn = [_base(start, np.array([0.0, 0.0, 1.0]) @ view)]
+    drawn += [_area(start + scale * flat, colour) for colour, flat in flats if len(flat)]
     drawn += [_path(start + scale * (line.points @ view), line) for line in lines]
     drawn.append(_scale(scale, span.max(), height))
     if any(world.gravity):
@@ -94,6 +107,25 @@ def _path(places: Array, line: Line) -> str:
     more = f' stroke-opacity="{line.opacity:g}"' if line.opacity < 1 else ""
     more += f' stroke-dasharray="{line.dashes}"' if line.dashes else ""
     return f'<path d="{d}" stroke="{line.colour}" stroke-width="{line.width:g}"{more}/>'
+
+
+def _near(flat: Array, seen: Array) -> Array:
+    """Return the part of an object's vertices that is near what is seen, shape (K, 2); none of what is far off."""
+    room = _BESIDE * float(np.ptp(seen, axis=0).max())
+    low, high = seen.min(axis=0) - room, seen.max(axis=0) + room
+    far = np.any(flat.min(axis=0) > high) or np.any(flat.max(axis=0) < low)
+    return flat[:0] if far else flat.clip(low, high)
+
+
+def _area(places: Array, colour: Any) -> str:
+    """Return the outline of an object, filled."""
+    from scipy.spatial import ConvexHull
+
+    if np.ptp(places, axis=0).min() < 1e-6:
+        return ""
+    d = "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in places[ConvexHull(places).vertices]) + "Z"
+    tint = hex_colour(colour)
+    return f'<path d="{d}" fill="{tint}" fill-opacity=".35" stroke="{tint}" stroke-width="1"/>'
 
 
 def _base(at: Array, axis: Array) -> str:

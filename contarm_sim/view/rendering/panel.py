@@ -136,8 +136,11 @@ def card(size: tuple[int, int], letters: float, plot: Plot, curves: bool = True)
         for curve in plot.curves if curves else ():
             ax.plot(plot.course, curve.values, color=curve.colour, linewidth=0.11 * letters)
         ax.set_xlim(float(plot.course[0]), float(plot.course[-1]))
-        ax.set_ylim(0, _draw_limits(ax, plot, letters, inside))
+        top, crossed = _draw_limits(ax, plot, letters, inside)
+        ax.set_ylim(0, top)
         fig.text(0.8 * letters / width, 1 - letters / height, title, color=_INK, va="center")
+        if crossed and not legend:
+            _name_above(fig, measure(title) + 2 * letters, letters, crossed)
         if legend:
             row = letters if beside else 2.3 * letters
             _draw_legend(fig, width - 0.8 * letters - legend if beside else 0.8 * letters, height - row, letters, plot)
@@ -152,8 +155,13 @@ def card(size: tuple[int, int], letters: float, plot: Plot, curves: bool = True)
     return fig, ax
 
 
-def _draw_limits(ax: Any, plot: Plot, letters: float, inside: tuple[float, float]) -> float:
-    """Draw lines at limits that curves come near, each with its name off the curves; return the top of the axes."""
+def _draw_limits(ax: Any, plot: Plot, letters: float, inside: tuple[float, float]) -> tuple[float, str]:
+    """Draw lines at limits that curves come near, each with its name off the curves.
+
+    Returns:
+        the top of the axes, and a name that has no place there: the head of the card has one if it has no legend.
+    """
+    left_out = ""
     from matplotlib.patheffects import withStroke
 
     near = [(limit, name) for limit, name in plot.limits if plot.top > 0.6 * limit]
@@ -164,11 +172,27 @@ def _draw_limits(ax: Any, plot: Plot, letters: float, inside: tuple[float, float
         width = min(1.0, (font(letters).getlength(name) + 0.8 * letters) / inside[0])
         places = [(x, y) for y in (limit / top, limit / top - height) if y >= 0 for x in np.linspace(0, 1 - width, 9)]
         x, y = min(places, key=lambda place: _crowded(plot, top, place[0], place[1], width, height))
+        if not plot.names and _crowded(plot, top, x, y, width, height):
+            left_out = name
+            continue
         ax.text(
             x + 0.4 * letters / inside[0], y + 0.5 * height, name, transform=ax.transAxes, color=_INK, va="center",
             path_effects=[withStroke(linewidth=0.25 * letters, foreground="white")],
         )  # fmt: skip
-    return top
+    return top, left_out
+
+
+def _name_above(fig: Any, left: float, letters: float, name: str) -> None:
+    """Write the name of a limit behind a piece of its line, at the right of a card's head, if it has room there."""
+    from matplotlib.lines import Line2D
+
+    width, height = fig.bbox.width, fig.bbox.height
+    start = width - 0.8 * letters - font(letters).getlength(name) - 2.6 * letters
+    if start < left:
+        return
+    row, ends = 1 - letters / height, np.array([start, start + 2.1 * letters]) / width
+    fig.add_artist(Line2D(ends, [row, row], color=_SOFT, linewidth=0.07 * letters, linestyle=(0, (5, 3))))
+    fig.text((start + 2.6 * letters) / width, row, name, color=_INK, va="center")
 
 
 def _crowded(plot: Plot, top: float, x: float, y: float, width: float, height: float) -> int:

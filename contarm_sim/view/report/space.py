@@ -89,7 +89,7 @@ def _near(samples: Trajectory) -> tuple[Array, Array]:
     """Return corners of a box about that [m], shape (3,) each."""
     tips = reachable_tips(samples.arm, 9, 25).reshape(-1, 3)
     every = np.concatenate([tips, samples.stations.reshape(-1, 3), samples.target])
-    room = 0.4 * samples.arm.length
+    room = 0.2 * samples.arm.length
     return every.min(axis=0) - room, every.max(axis=0) + room
 
 
