@@ -1,5 +1,6 @@
 """Films of `contarm demo` for the docs: docs/images/grasp.gif, reach-around.gif and lean.gif."""
 
+import sys
 from importlib import import_module
 from pathlib import Path
 
@@ -15,7 +16,7 @@ LETTERS = 14.5
 
 FPS = 10.0
 
-for name in NAMES:
+for name in sys.argv[1:] or NAMES:
     width, height, speed = SIZES[name]
     found = import_module(f"contarm_sim.demos.{name.replace('-', '_')}").demonstrate()
     target = IMAGES / f"{name}.gif"

@@ -57,7 +57,7 @@ def draw_contact(sheet: Sheet, samples: Trajectory) -> None:
 
 
 def _shown(samples: Trajectory) -> tuple[float, float]:
-    """Return from when to when the figure shows a run [s]: all of it, or a little more than contact where that is late."""
+    """Return from when to when a run is shown [s]: all of it, or a little more than contact where that is late."""
     start, end = float(samples.time[0]), float(samples.time[-1])
     found = samples.contacts
     first = float(samples.time[found.sample.min()]) if found is not None and len(found) else start
