@@ -109,6 +109,14 @@ def test_objects_below_the_reach_stand_on_the_floor_and_names_of_the_scene_are_f
     assert base_position(hanging())[2] == base_position(hanging(replace(low, position=(0, 0, 5))))[2]
 
 
+def test_objects_stand_on_the_floor_though_the_arm_comes_nearer_to_it_than_usual():
+    bare = base_position(hanging())[2]
+    foot = replace(POST, axis=(0, 0, 1), position=(0.2, 0, bare - 0.01 - 0.15))  # ends 10 mm above that floor
+    assert base_position(hanging(foot))[2] == pytest.approx(bare - 0.01)
+    shelf = replace(foot, position=(0.2, 0, 0.1))
+    assert base_position(hanging(shelf))[2] == pytest.approx(bare)
+
+
 def test_a_camera_shows_objects_near_the_arm_but_none_far_off(run):
     bare = extent(replace(run, arm=hanging(TABLE), contacts=None, objects=None))
     seen = extent(run)
@@ -179,9 +187,27 @@ def test_captions_tell_of_contact_where_something_can_be_touched(run):
     assert not any("contact" in text for text in texts(bare, [80], "", 1.0)[0])
 
 
+def test_captions_say_how_far_objects_moved_and_nothing_of_what_is_not_drawn(run):
+    still = run.objects * 0 + run.objects[0]
+    moved = still.copy()
+    moved[80, 0, :3] += [0.03, 0, -0.04]  # +Z points down
+    bare = texts(replace(run, objects=moved), [0, 80], "", 1.0, TOUCHING)
+    assert [text for text in bare[0] + bare[1] if "moved" in text] == ["ball moved 0 mm", "ball moved 50 mm, 40 mm up"]
+    words = " ".join(texts(replace(run, objects=still), [80], "", 1.0, TOUCHING)[0])
+    assert not any(word in words for word in ("moved", "tip error", "bend"))
+    assert "tip error" in " ".join(texts(run, [80], "", 1.0)[0])
+
+
 @pytest.mark.parametrize(("force", "words"), [(6.0, "1 N = 10 mm"), (80.0, "1 N = 1 mm"), (2e4, "1000 N = 5 mm")])
 def test_arrows_have_a_round_scale(force, words):
     assert scale_words(arrow_scale(force, 0.37)) == words
+
+
+def test_the_figure_of_contact_begins_a_little_before_a_late_touch(run):
+    first = run.time[run.contacts.sample.min()]
+    start, end = drawn(lambda sheet: draw_contact(sheet, run)).axes[0].get_xlim()
+    assert start == 0 if first < 0.3 * run.time[-1] else 0 < start < first
+    assert end == pytest.approx(run.time[-1])
 
 
 def test_the_figure_of_contact_has_each_object_and_each_link(run):

@@ -146,14 +146,20 @@ def test_a_limit_far_above_all_curves_is_left_out():
 def test_the_name_of_a_limit_is_beside_the_curve():
     time = np.linspace(0, 1, 101)
     for values in (time, 1 - time, np.full(101, 0.2)):
-        from contarm_sim.view.rendering.panel import Curve
-
         plot = Plot(["x [-]"], time, [Curve(values, "#000000")], 1.0, limits=[(0.5, "half")])
         fig, ax = card((346, 194), 15.0, plot)
         box = next(box for (text, _), (box, _) in text_boxes(fig).items() if text == "half")
         places = ax.transData.transform(np.column_stack([time, values]))
         inside = np.all((places > [box.x0, box.y0]) & (places < [box.x1, box.y1]), axis=1)
         assert not inside.any()
+
+
+def test_the_name_of_a_limit_that_every_place_is_crossed_at_is_in_the_head_of_the_card():
+    time = np.linspace(0, 1, 401)
+    plot = Plot(["x [mm]"], time, [Curve(np.abs(np.sin(40 * time)), "#000000")], 1.0, limits=[(0.1, "limit")])
+    fig, ax = card((346, 194), 15.0, plot)
+    box = next(box for (text, _), (box, _) in text_boxes(fig).items() if text == "limit")
+    assert box.y0 > ax.get_window_extent().y1
 
 
 def test_poses_at_rest_are_plotted_over_their_number(arm):
