@@ -6,8 +6,8 @@ tip, with its middle r behind it along the tip's tangent. A contact force N alon
 
 - on a post (a cylinder across the plane) at an unknown arc length s where the tube touches: 4 unknowns, the curvature
   at the clamp, N, s and the angle there, for the post's surface (2), the angle at s, and the couple at the tip;
-- on a plane likewise at s where the rod runs along the plane, or, where it meets the plane, at the ball, with the couple
-  of that lever, or at the tube's end, which a curled rod touches with before the ball.
+- on a plane likewise at s where the rod runs along the plane, or, where it meets the plane, at the ball, with the
+  couple of that lever, or at the tube's end, which a curled rod may touch with before the ball.
 
 Each is followed from the free rod, which the obstacle touches without force, to where the obstacle is pushed to. It
 imports nothing of the package.
@@ -53,7 +53,7 @@ class Obstacle:
         return np.array([-np.cos(self.tilt), np.sin(self.tilt)])
 
     def gaps(self, points, radius):
-        """Return the gap [m] between a tube about points, shape (P, 2), and the obstacle, shape (P,); or of one point."""
+        """Return the gap [m] between a tube about points, shape (P, 2), and the obstacle, shape (P,)."""
         if self.radius is None:
             return (points - self.at) @ self.normal - radius
         return np.linalg.norm(points - self.at, axis=-1) - self.radius - radius
@@ -61,7 +61,7 @@ class Obstacle:
 
 @dataclass(frozen=True)
 class Leaning:
-    """A solution: tip [m], contact force [N], its arc length [m], and what touches: `tube`, its `end`, or the `ball`."""
+    """A solution: tip [m], contact force [N], its arc length [m], and what touches, of `PARTS`."""
 
     tip: np.ndarray
     angle: float

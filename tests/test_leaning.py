@@ -168,10 +168,10 @@ def test_a_wall_holds_an_arm_that_would_buckle():
 def test_an_arm_that_lies_flat_on_a_wall_leans_where_it_is_pushed_to():
     """No moment is in it between two loads: the wall bears each load where it is."""
     arm = Arm(objects=(replace(WALL, position=(0.027, 0, 0), axis=(-1, 0, 0)),))
-    pushed = (0.4, 0.6, 0.8, 0.9)
+    pushed = (0.4, 0.6, 0.8)
     at_rest = equilibrium(arm, Load(wrenches=tuple(Wrench(xi=xi, force=(2.0, 0, 0)) for xi in pushed)))
     np.testing.assert_allclose([touch.xi for touch in at_rest.contacts[1:]], pushed[1:], atol=0.01)
-    np.testing.assert_allclose([touch.force for touch in at_rest.contacts[1:]], 2.0, rtol=0.06)
+    np.testing.assert_allclose([touch.force for touch in at_rest.contacts[1:]], 2.0, rtol=0.02)
     assert min(touch.gap for touch in at_rest.contacts) > -1e-6 * arm.length
 
 

@@ -7,6 +7,7 @@ import mujoco
 from contarm_sim.mjcf.backbone import add_backbone, add_defaults
 from contarm_sim.mjcf.contact import make_touchable
 from contarm_sim.mjcf.muscles import ACTUATORS, Actuation, add_muscles, add_sensors, straight_controls
+from contarm_sim.mjcf.nose import add_nose
 from contarm_sim.mjcf.object_looks import dress_objects
 from contarm_sim.mjcf.objects import add_objects, place_objects
 from contarm_sim.mjcf.scene import add_scene, base_quaternion, world_gravity
@@ -126,6 +127,7 @@ def scene_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
     base.quat = base_quaternion(arm)
     place_objects(scene, arm, base.pos, base.quat)
     dress_objects(scene, arm)
+    add_nose(scene, arm)
     return scene
 
 

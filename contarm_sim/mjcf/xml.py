@@ -68,6 +68,8 @@ def _bring(spec: mujoco.MjSpec, root: ElementTree.Element, folder: Path) -> None
     """Copy the files of a spec's meshes into a folder, each under its mesh's name, and name them so in its MJCF."""
     files = {mesh.name: Path(mesh.file) for mesh in spec.meshes}
     for element in root.iter("mesh"):
+        if element.get("file") is None:  # written out
+            continue
         file = files[element.get("name", "")]
         copied = f"{element.get('name')}{file.suffix.lower()}"
         shutil.copyfile(file, folder / copied)

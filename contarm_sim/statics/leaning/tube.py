@@ -19,8 +19,8 @@ Indices = NDArray[np.integer]
 NECK = 0.25
 """How far before the middle of the tip's ball the tube ends [radii].
 
-The ball is fixed to the tip, as in motion: in a curled arm its middle is off the backbone, by bend^2 of a radius over two,
-and a tube that went on up to there would touch what the tip is pressed on before the ball does.
+The ball is fixed to the tip, as in motion: in an arm of curvature k its middle is k r^2/2 off the backbone, and a tube
+that went on up to there would touch what a curled tip is pressed on before the ball does.
 """
 
 
