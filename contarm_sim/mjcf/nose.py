@@ -20,6 +20,9 @@ SILICONE = (0.90, 0.88, 0.84)
 _SUNK = 0.1
 """How far inside the cap spine and muscles end [radii]."""
 
+_WITHIN = 0.97
+"""Radius of disks inside the cap over its own at their height: they belong to links that turn against it."""
+
 _TINY = 1e-6
 """Half the length of what is all inside the cap [m]."""
 
@@ -71,7 +74,7 @@ def disk_in_nose(link: Link, radius: float, height: float, half: float) -> float
         height, half: of the disk's middle above its station, and half its thickness [m].
     """
     above = link.height + height + half - (link.arm.length - radius)
-    return math.inf if above <= 0 else math.sqrt(max(radius**2 - above**2, (0.02 * radius) ** 2))
+    return math.inf if above <= 0 else _WITHIN * math.sqrt(max(radius**2 - above**2, (0.02 * radius) ** 2))
 
 
 def _shorten(geom: mujoco.MjsGeom, end: float) -> None:
