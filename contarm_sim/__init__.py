@@ -4,6 +4,7 @@ The public names are few and load late, so that `import contarm_sim` costs nothi
 
     Arm                   the parameters (SI units): sections, muscles and the world they stand in
     Section, Routing, World   what an arm consists of, beside the law of its muscles
+    Host                  a user's own MJCF that it is attached to
     McKibben, Tendon, Ideal   the laws: pneumatic muscles, elastic cables, tensions as asked for
     presets               arms to begin with: paper, two, three, tendon
     load_arm              an Arm from TOML
@@ -70,6 +71,7 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
     from contarm_sim.model import presets as presets
     from contarm_sim.model.arm import Arm as Arm
     from contarm_sim.model.arm_file import load_arm as load_arm
+    from contarm_sim.model.host import Host as Host
     from contarm_sim.model.ideal import Ideal as Ideal
     from contarm_sim.model.load import Load as Load
     from contarm_sim.model.load import Muscles as Muscles
@@ -93,7 +95,7 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
 
 __all__ = [
     "Actuation", "Arm", "ContarmError", "Controller", "DivergenceError", "EquilibriumError", "Feedback", "Free",
-    "Ideal", "InputError", "Interrupted", "InterruptedMany", "Load", "Marker", "McKibben", "Muscles", "Plan",
+    "Host", "Ideal", "InputError", "Interrupted", "InterruptedMany", "Load", "Marker", "McKibben", "Muscles", "Plan",
     "Recording", "Reference", "Rig", "Routing", "Section", "Seen", "Tendon", "Trajectory", "World", "Wrench",
     "arm_spec", "compare", "covariance_of", "envs", "equilibria", "equilibrium", "excite", "fit", "kinematics",
     "load", "load_arm", "load_fit", "load_recording", "mechanics", "mjcf", "paths", "planning", "poses_at_rest",
@@ -102,6 +104,7 @@ __all__ = [
 
 _HOMES = {
     "Arm": "model.arm",
+    "Host": "model.host",
     "Ideal": "model.ideal",
     "McKibben": "model.mckibben",
     "Tendon": "model.tendon",

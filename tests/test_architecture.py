@@ -18,7 +18,7 @@ MAY = {
     "processors": set(),
     "files": {"stopping"},
     "inputs": {"errors"},
-    "model": {"brevity", "display", "errors", "inputs"},
+    "model": {"brevity", "display", "errors", "inputs", "libmujoco"},
     "kinematics": {"display", "errors"},
     "mechanics": {"errors", "model", "kinematics"},
     "mjcf": {"errors", "libmujoco", "model"},

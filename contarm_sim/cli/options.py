@@ -125,6 +125,14 @@ def _parameter_options() -> list[Callable[[Any], Any]]:
             "--self-contact/--no-self-contact", cls=ArmOption, default=None,
             help="Whether the arm's links touch one another; default no.",
         ),
+        click.option(
+            "--world", "world_file", cls=ArmOption, metavar="FILE.xml",
+            help="Attach the arm to a world of your own, an MJCF file, which says gravity.",
+        ),
+        click.option(
+            "--mount", cls=ArmOption, metavar="SITE",
+            help="Site of that world that the base goes to; omitted: its origin.",
+        ),
     ]  # fmt: skip
     groups: tuple[tuple[dict[str, Field[Any]], str, type[ArmOption]], ...] = (
         (PARAMETERS, "", ArmOption), (MUSCLE_PARAMETERS, _MUSCLE, MuscleOption),
@@ -160,11 +168,13 @@ def arm_options(function: Callable[..., Any]) -> Callable[..., Any]:
 
         own = {name: value for name in PARAMETERS if (value := given.pop(name)) is not None}
         muscle = {name: value for name in MUSCLE_PARAMETERS if (value := given.pop(_MUSCLE + name)) is not None}
-        file, name = given.pop("arm_file"), given.pop("preset")
+        file, name, world, mount = (given.pop(each) for each in ("arm_file", "preset", "world_file", "mount"))
         objects, itself = given.pop("objects_file"), given.pop("self_contact")
         if file is not None and name is not None:
             raise InputError("preset", repr(name), "either --preset or --arm")
         base = load_arm(file) if file is not None else PRESETS[name]() if name is not None else None
+        if world is not None or mount is not None:
+            base = _attached(base or Arm(), world, mount)
         arm = arm_from_dict({**own, "muscle": muscle}, base=base)
         if objects is not None:
             arm = replace(arm, objects=(*arm.world.objects, *load_objects(objects)))
@@ -177,6 +187,24 @@ def arm_options(function: Callable[..., Any]) -> Callable[..., Any]:
     for option in reversed(_parameter_options()):
         wrapped = option(wrapped)
     return wrapped
+
+
+def _attached(arm: Arm, file: str | None, mount: str | None) -> Arm:
+    """Return an arm in the world that flags name, which wins over that of its file.
+
+    Raises:
+        InputError: a mount without a world, or what cannot be a host.
+    """
+    from contarm_sim.model.host import Host
+
+    host = arm.world.host
+    if file is not None:
+        host = Host(file=file, site=mount)
+    elif host is not None:
+        host = Host(file=host.file, site=mount)
+    else:
+        raise InputError("mount", repr(mount), "beside --world FILE.xml")
+    return arm.in_world(arm.world.hosted(host))
 
 
 def controller_option(meaning: str) -> Callable[[Any], Any]:

@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -36,6 +37,8 @@ def say_objects(arm: Arm, instead: str = "") -> None:
     """
     if arm.world.touchable:
         names = ", ".join(each.name for each in arm.world.objects) or "self-contact"
+        if arm.world.host is not None:
+            names = f"the world {Path(arm.world.host.file).name}"
         say(f"not looked at: {names}; closed forms know nothing that the arm can touch{instead and '; ' + instead}")
 
 

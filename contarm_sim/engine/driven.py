@@ -47,11 +47,12 @@ class DrivenMuscles:
         self.model, self.data, self.index = model, data, index
         self.qpos = data.qpos[index.qpos]
         shape, every, tendons = index.actuators.shape, slice(0, 0), slice(0, 0)
-        if model.nu:
+        if index.actuators.size:
             every, tendons = rows(index.actuators.ravel()), rows(index.tendons)
         # Views into the engine's memory: they stay current, and cost nothing to look up in a loop.
         self.control = data.ctrl[every].reshape(shape)
-        self.pressure = data.act.reshape(-1 if model.na else 0, shape[1])
+        states = data.act[index.states]
+        self.pressure = states.reshape(-1 if states.size else 0, shape[1])
         self._length, self._velocity = data.ten_length[tendons], data.ten_velocity[tendons]
         self._force = data.actuator_force[every].reshape(shape)
         self.straight_lengths = np.array([group.length for group in arm.groups for _ in range(group.routing.count)])
@@ -61,7 +62,8 @@ class DrivenMuscles:
 
     def _follow(self, arm: Arm) -> None:
         self.arm = arm
-        self.damping = self.model.tendon_damping.copy() if self.model.ntendon else np.zeros(len(self._zero))
+        tendons = self.index.tendons
+        self.damping = self.model.tendon_damping[tendons] if tendons.size else np.zeros(len(self._zero))
         self.springs, self.twisted, self.helices = self.model.jnt_stiffness[self.index.joints].copy(), None, None
         if self._twisting.size:
             self.untwisting = np.array([
@@ -69,14 +71,14 @@ class DrivenMuscles:
                 for section in (arm.sections[number] for number in self.index.section_of_joint[self._twisting])
             ])  # fmt: skip
             self.springs[self._twisting] = self.untwisting
-            if not self.index.straight.all() and self.model.nu:
+            if not self.index.straight.all() and self.index.actuators.size:
                 self.helices = TwistedMuscles(arm, self.index, self.qpos)
                 self.twisted = None if self.actuation == "lengths" else self.helices
 
     @property
     def muscle_lengths(self) -> Array:
         """Muscle lengths [m], shape (M,), as the engine measures them, and what twist adds to parallel muscles."""
-        if not self.model.ntendon:
+        if not self.index.tendons.size:
             return self.straight_lengths + self._by_angle @ self.qpos
         lengths = self._length + self._zero
         return lengths if self.twisted is None else lengths + self.twisted.stretch().sum(axis=1)
@@ -86,9 +88,9 @@ class DrivenMuscles:
         """What muscle lengths gain by joint angles [m/rad], shape (M, dofs)."""
         if self.twisted is not None and self._parallel:
             return self.twisted.jacobian()
-        if self._parallel or not self.model.ntendon:  # straight spans that nothing pulls have no part in it
+        if self._parallel or not self.index.tendons.size:  # straight spans that nothing pulls have no part in it
             return self._by_angle
-        J = tendon_jacobian(self.model, self.data)
+        J = tendon_jacobian(self.model, self.data)[self.index.tendons, self.index.dofs]
         if self.twisted is not None:
             J[~self.index.straight] = self.twisted.jacobian()[~self.index.straight]
         return J
@@ -96,7 +98,7 @@ class DrivenMuscles:
     @property
     def muscle_tensions(self) -> Array:
         """Muscle tensions [N], pulling > 0, shape (M,): `actuator_tensions` and what stretched silicone pulls with."""
-        if not self.model.ntendon:
+        if not self.index.tendons.size:
             return np.zeros(len(self._zero))
         engine = self._length + self._zero
         tensions = self.actuator_tensions + passive_tension(engine, self.arm)
@@ -121,15 +123,16 @@ class DrivenMuscles:
     def muscle_slopes(self) -> Array:
         """What tensions gain by length [N/m], shape (M,), controls and pressures as they are."""
         model, data = self.model, self.data
-        if not model.ntendon:
+        if not self.index.tendons.size:
             return np.zeros(len(self._zero))
         lengths = self.muscle_lengths
         silicone = passive_slope(lengths, self.arm)
         if len(self.pressure):
             return force_slope(self.pressure[0], lengths, self.arm) + silicone
-        low, high = model.actuator_forcerange.T
-        at_limit = (model.actuator_forcelimited != 0) & ((data.actuator_force <= low) | (data.actuator_force >= high))
-        return np.where(at_limit, 0.0, -model.actuator_biasprm[:, 1]) + silicone
+        own = self.index.actuators.ravel()
+        (low, high), force = model.actuator_forcerange[own].T, data.actuator_force[own]
+        at_limit = (model.actuator_forcelimited[own] != 0) & ((force <= low) | (force >= high))
+        return np.where(at_limit, 0.0, -model.actuator_biasprm[own, 1]) + silicone
 
     def stiffen_twist(self) -> None:
         """Let twisted parallel muscles stiffen the engine's joints by their present tensions, as fixed tendons do not.
@@ -163,7 +166,7 @@ class DrivenMuscles:
     def muscle_paths(self) -> Array:
         """Points that muscles run through, one a station [m], shape (M, links + 1, 3); NaN where a muscle is not."""
         local = np.array([[*point, 0.0] for group in self.arm.groups for point in group.routing.points])
-        rotations = self.data.xmat[self.index.stations].reshape(-1, 3, 3)
+        rotations, base = self.data.xmat[self.index.stations].reshape(-1, 3, 3), self.data.xpos[self.index.base]
         points = self.data.xpos[self.index.stations] + np.einsum("sij,mj->msi", rotations, local.reshape(-1, 3))
         axes, starts = rotations[:, :, 2], section_stations(self.arm)
         for group, muscles in zip(self.arm.groups, self.index.groups, strict=True):
@@ -173,4 +176,6 @@ class DrivenMuscles:
                     own = slice(starts[number], starts[number + 1])
                     points[muscles, own] += self.arm.sections[number].guide_height * axes[own]
             points[muscles, :first] = points[muscles, last + 1 :] = np.nan
+        if self.index.base_pose.size:  # in a host
+            points = (points - base) @ rotations[0]
         return points

@@ -40,7 +40,10 @@ class ArmIndex:
         lengths, velocities, forces: columns of the muscles' sensors, shape (M,).
         angles: columns of the joints' sensors, shape (D,).
         tip_position, tip_orientation: columns of the sensors of the tip's pose, shape (3,) and (4,).
+        base_pose: columns of the sensors of the base's position and orientation in a host, shape (7,); else (0,).
+        host: columns of the sensors of a host's own joint positions, in its order.
         joints, qpos, dofs: the arm's joints in the engine's arrays of joints, positions and velocities.
+        states: the states of the arm's actuators in the engine's.
         touch, depth: columns of the sensors of what stations feel of P partners (see `mjcf.names.partners`): how many
             contacts, their force [N] on the partner and where it acts [m], shape (P, K, 7); the deepest one's distance
             [m] and normal, (P, K, 4). P is 0 where the arm cannot touch anything.
@@ -70,9 +73,12 @@ class ArmIndex:
     angles: Indices
     tip_position: Indices
     tip_orientation: Indices
+    base_pose: Indices
+    host: Indices
     joints: slice
     qpos: slice
     dofs: slice
+    states: slice
     touch: Indices
     depth: Indices
     poses: Indices
@@ -97,7 +103,7 @@ class ArmIndex:
         of_axis = {axis: np.flatnonzero([hinge.axis == axis for hinge in by_dof]) for axis in "xyz"}
         stations = np.array([hinge.station for hinge in by_dof])
         columns = _Columns(model)
-        driven = muscles if model.ntendon else []
+        driven = muscles if muscles and mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_TENDON, muscles[0]) >= 0 else []
         return cls(
             base=int(bodies[0]),
             tip=int(bodies[-2]),
@@ -119,9 +125,12 @@ class ArmIndex:
             angles=columns([names.angle_sensor(hinge.name) for hinge in by_dof]),
             tip_position=columns([names.TIP_POSITION]),
             tip_orientation=columns([names.TIP_ORIENTATION]),
+            base_pose=columns(_base_sensors(arm, in_world)),
+            host=columns(_host_sensors(model, arm, in_world)),
             joints=rows(np.array([model.joint(hinges[i].name).id for i in np.argsort(order)])),
             qpos=rows(np.array([model.joint(hinges[i].name).qposadr[0] for i in np.argsort(order)])),
             dofs=rows(np.sort(order)),
+            states=_states(model, _actuators(model, muscles)),
             touch=_felt(columns, arm, names.TOUCH, 7, in_world),
             depth=_felt(columns, arm, names.DEPTH, 4, in_world),
             poses=columns([
@@ -158,6 +167,33 @@ def _felt(columns: _Columns, arm: Arm, felt: str, width: int, in_world: bool) ->
     return found.reshape(len(partners), len(stations), width)
 
 
+def _base_sensors(arm: Arm, in_world: bool) -> list[str]:
+    """Return the sensors of where the base is in a host."""
+    hosted = in_world and arm.world.host is not None
+    return [names.sensor(names.BASE, what) for what in (names.POSITION, names.ORIENTATION)] if hosted else []
+
+
+def _host_sensors(model: mujoco.MjModel, arm: Arm, in_world: bool) -> list[str]:
+    """Return the sensors of the positions of a host's own joints, as they come in the engine's."""
+    if not in_world or arm.world.host is None:
+        return []
+    own, found = {hinge.name for hinge in names.joints(arm)} | set(names.free_objects(arm)), []
+    for joint in range(model.njnt):
+        name, kind = model.joint(joint).name, int(model.jnt_type[joint])
+        if name not in own:
+            found += names.host_sensors(name, _POSITIONS.get(kind, 1))
+    return found
+
+
+_POSITIONS = {int(mujoco.mjtJoint.mjJNT_FREE): 7, int(mujoco.mjtJoint.mjJNT_BALL): 4}
+
+
+def _states(model: mujoco.MjModel, actuators: Indices) -> slice:
+    """Return which of the engine's actuator states are those of these actuators."""
+    adr = model.actuator_actadr[actuators.ravel()]
+    return rows(adr[adr >= 0])
+
+
 def rows(indices: Indices) -> slice:
     """Return indices that follow one another as a slice, whose selections are views that stay current.
 
@@ -174,7 +210,11 @@ def _actuators(model: mujoco.MjModel, muscles: list[str]) -> Indices:
     """Return the actuators of the muscles, shape (R, M), the first of each muscle in the first row."""
     if not model.nu:
         return np.zeros((0, len(muscles)), dtype=int)
-    pulled = [model.tendon(int(tendon)).name for tendon in model.actuator_trnid[:, 0]]
+    by_tendon = model.actuator_trntype == mujoco.mjtTrn.mjTRN_TENDON
+    pulled = [
+        model.tendon(int(number)).name if tendon else ""
+        for number, tendon in zip(model.actuator_trnid[:, 0], by_tendon, strict=True)
+    ]
     return np.stack([np.flatnonzero([name == muscle for name in pulled]) for muscle in muscles], axis=1)
 
 

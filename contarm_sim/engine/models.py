@@ -11,6 +11,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from threading import Lock
 from typing import Any
 
@@ -18,11 +19,14 @@ import mujoco
 import numpy as np
 
 from contarm_sim.engine.index import ArmIndex
-from contarm_sim.mjcf import TIMESTEP, Actuation, arm_spec
+from contarm_sim.errors import InputError
+from contarm_sim.mjcf import TIMESTEP, Actuation, arm_spec, contact, host
 from contarm_sim.mjcf.backbone import inertia, links, payload_radius, twist_stiffness
 from contarm_sim.mjcf.contact import leave_out_what_is_drawn, set_step
 from contarm_sim.mjcf.muscles import ACTUATORS
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.host import Host
+from contarm_sim.model.host_file import quiet
 
 KEPT = 16
 """Most models kept."""
@@ -42,6 +46,23 @@ class Built:
 
     model: mujoco.MjModel
     index: ArmIndex
+
+    @property
+    def hosted(self) -> bool:
+        """Whether the arm is in a host, whose options stay as they are."""
+        return bool(self.index.base_pose.size)
+
+    def step_by(self, timestep: float) -> None:
+        """Set the engine's step [s], and what goes with it."""
+        if self.hosted:
+            host.set_step(self.model, timestep, self.index.dofs, self.index.tendons)
+        else:
+            contact.set_step(self.model, timestep)
+
+    def unlimit(self) -> None:
+        """Let the arm's servos push, and be set to any length."""
+        own = self.index.actuators.ravel()
+        self.model.actuator_forcelimited[own] = self.model.actuator_ctrllimited[own] = 0
 
     def write(self, arm: Arm, actuation: Actuation) -> None:
         """Write an arm's parameters that are not in its `structure`, which must be this model's."""
@@ -117,14 +138,32 @@ def built_in_world(arm: Arm, actuation: Actuation) -> Built:
     """Return the model of an arm with all that it can touch, compiled anew; of an arm alone where that is nothing.
 
     Raises:
-        InputError: an unknown actuation, or objects that the engine cannot make.
+        InputError: an unknown actuation, objects that the engine cannot make, or a host that changes the arm.
     """
     if not arm.world.touchable:
         return built(arm, actuation)
     spec = arm_spec(arm.without_memory, actuation, TIMESTEP)
-    leave_out_what_is_drawn(spec)
-    model = spec.compile()
-    return Built(model, ArmIndex.of(model, arm, in_world=True))
+    leave_out_what_is_drawn(spec, arm)
+    with quiet():
+        model = spec.compile()
+    found = Built(model, ArmIndex.of(model, arm, in_world=True))
+    if arm.world.host is not None:
+        _check_unchanged(found, built(arm, actuation), arm.world.host)
+    return found
+
+
+def _check_unchanged(found: Built, alone: Built, host: Host) -> None:
+    """Refuse a host whose compiler gives the arm's links other masses, or inertias.
+
+    Raises:
+        InputError: says so.
+    """
+    for name in ("body_mass", "body_inertia"):
+        own, usual = (getattr(each.model, name)[each.index.bodies] for each in (found, alone))
+        if not np.allclose(own, usual, rtol=1e-9, atol=0):
+            given = f"{Path(host.file).name!r}, whose <compiler> changes the masses of the arm"
+            allowed = "no settotalmass, boundmass, boundinertia, balanceinertia or inertiafromgeom"
+            raise InputError("world", given, allowed)
 
 
 def structure(arm: Arm, actuation: Actuation) -> tuple[Any, ...]:

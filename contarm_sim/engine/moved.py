@@ -51,7 +51,8 @@ class MovedArms(SeenArms):
         """Put arms at rest with joint angles [rad], shape (P, D), controls, shape (P, M), sent and reached."""
         at = self._every(places)
         self._clear(at)
-        self.batch.reset(at, stage=int(mujoco.mjtStage.mjSTAGE_NONE))
+        start = {"keyframe": 0} if self._own[0].hosted else {}  # a host starts from its own
+        self.batch.reset(at, stage=int(mujoco.mjtStage.mjSTAGE_NONE), **start)
         self.qpos[at] = qpos
         self.send(control, at)
         if self.pressure.size:

@@ -10,19 +10,20 @@ import numpy as np
 from contarm_sim.engine.divergence import FATAL as FATAL
 from contarm_sim.engine.divergence import any_fatal, divergence
 from contarm_sim.engine.driven import DrivenMuscles
-from contarm_sim.engine.index import ArmIndex
+from contarm_sim.engine.index import ArmIndex, rows
 from contarm_sim.engine.models import built, built_in_world
 from contarm_sim.engine.room import engine_room as engine_room
 from contarm_sim.engine.room import quiet_engine as quiet_engine
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.routing import section_angles
 from contarm_sim.mjcf import TIMESTEP, Actuation
-from contarm_sim.mjcf.contact import set_step
 from contarm_sim.model.arm import Arm
 
 
 class Plant(DrivenMuscles):
-    """A simulated arm and its `DrivenMuscles`. The base frame is the engine's world frame; gravity is the arm's.
+    """A simulated arm and its `DrivenMuscles`. The base frame is the engine's world frame, but in a host.
+
+    Gravity is the arm's.
 
     Args:
         arm: its parameters.
@@ -32,13 +33,16 @@ class Plant(DrivenMuscles):
         integrator: engine integrator; default the model's.
         actuation: `lengths` (servos), `pressures` (pneumatic muscles behind valves), `tensions` (plain forces) or
             `none` (a bare backbone).
-        in_world: with all that the arm can touch; otherwise the arm is alone.
+        in_world: with all that the arm can touch, in its host if it has one; otherwise the arm
+            is alone.
 
     Attributes:
         model, data: the engine's.
         index: where the arm's parts are in them.
         own: the model and the index, in one.
         pull_only, integrator: as given.
+        hosted: whether the arm is in a host: `centres` are then in its world, all else is in the base frame.
+        tip_seen: the tip in the base frame [m], a view that stays current, shape (3,).
         centres: what `stations` copies, as a view into the engine's memory that stays current.
         gravity: the engine's [m/s^2], likewise.
     """
@@ -55,15 +59,16 @@ class Plant(DrivenMuscles):
         self.own = own = built_in_world(arm, actuation) if in_world else built(arm, actuation)
         self.model, self.index = own.model, own.index
         self.pull_only, self.integrator = pull_only, integrator
+        self.hosted = own.hosted
         if not pull_only:
-            self.model.actuator_forcelimited[:] = 0
-            self.model.actuator_ctrllimited[:] = 0
+            own.unlimit()
         if integrator is not None:
             self.model.opt.integrator = integrator
-        set_step(self.model, timestep or TIMESTEP)
+        own.step_by(timestep or TIMESTEP)
         self.data = mujoco.MjData(self.model)
         # Views into the engine's memory: they stay current, and cost nothing to look up in a loop.
         self.centres, self.gravity = self.data.xpos[self.index.stations], self.model.opt.gravity
+        self.tip_seen = self.data.sensordata[rows(self.index.tip_position)] if self.hosted else self.centres[-1]
         self.mass = self.model.body_mass[self.index.bodies]
         self._warnings = self.data.warning.number
         self.warned = memoryview(self._warnings)
@@ -72,12 +77,12 @@ class Plant(DrivenMuscles):
     @property
     def stations(self) -> Array:
         """Centres of base plate, disks and tip plate [m], shape (links + 1, 3)."""
-        return self.centres.copy()
+        return self.to_base(self.centres) if self.hosted else self.centres.copy()
 
     @property
     def tip(self) -> Array:
         """Tip position [m], shape (3,)."""
-        return self.centres[-1].copy()
+        return self.tip_seen.copy()
 
     @property
     def tip_rotation(self) -> Array:
@@ -87,7 +92,13 @@ class Plant(DrivenMuscles):
     @property
     def rotations(self) -> Array:
         """Orientations of base plate, links and tip, shape (links + 1, 3, 3)."""
-        return self.data.xmat[self.index.stations].reshape(-1, 3, 3).copy()
+        found = self.data.xmat[self.index.stations].reshape(-1, 3, 3)
+        return self.data.xmat[self.index.base].reshape(3, 3).T @ found if self.hosted else found.copy()
+
+    def to_base(self, points: Array) -> Array:
+        """Return points of the engine's world [m], shape (..., 3), in the base frame."""
+        base = self.data.xpos[self.index.base]
+        return np.asarray((points - base) @ self.data.xmat[self.index.base].reshape(3, 3))
 
     def become(self, arm: Arm) -> None:
         """Take an arm's parameters, which must be of the same structure, see `models`; reset afterwards."""
@@ -105,7 +116,10 @@ class Plant(DrivenMuscles):
 
     def restart(self, qpos: Array, control: Array) -> None:
         """Put the arm at rest with joint angles [rad], shape (dofs,), controls, shape (M,), sent and reached."""
-        mujoco.mj_resetData(self.model, self.data)
+        if self.hosted:
+            mujoco.mj_resetDataKeyframe(self.model, self.data, 0)
+        else:
+            mujoco.mj_resetData(self.model, self.data)
         self.qpos[:] = qpos
         self.control[:] = control
         if len(self.pressure):

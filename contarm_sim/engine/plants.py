@@ -18,7 +18,6 @@ from contarm_sim.engine.threads import thread_count
 from contarm_sim.errors import DivergenceError, InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf import TIMESTEP, Actuation
-from contarm_sim.mjcf.contact import set_step
 from contarm_sim.model.arm import Arm
 
 
@@ -121,11 +120,10 @@ class Plants(MovedArms):
     def _adopt(self, place: int) -> None:
         model = self.models[place]
         if not self._pull_only:
-            model.actuator_forcelimited[:] = 0
-            model.actuator_ctrllimited[:] = 0
+            self._own[place].unlimit()
         if self._integrator is not None:
             model.opt.integrator = self._integrator
-        set_step(model, self._steps[place])
+        self._own[place].step_by(self._steps[place])
 
     def __len__(self) -> int:
         return len(self.arms)
@@ -138,8 +136,8 @@ class Plants(MovedArms):
     @timestep.setter
     def timestep(self, given: float | ArrayLike) -> None:
         self._steps = self._each(given)
-        for model, step in zip(self.models, self._steps, strict=True):
-            set_step(model, step)
+        for own, step in zip(self._own, self._steps, strict=True):
+            own.step_by(step)
         self.batch.set_models(self.models)
 
     def _each(self, timestep: float | ArrayLike) -> Array:

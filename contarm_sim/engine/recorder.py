@@ -22,7 +22,7 @@ class Recorder:
 
     Attributes:
         sensed: sensors of the samples, shape (count, sensors).
-        stations: of the samples [m], shape (count, links + 1, 3).
+        stations: of the samples in the engine's world [m], shape (count, links + 1, 3).
         muscles: where lengths [m], velocities [m/s] and forces [N] of the muscles are among the sensors.
     """
 
@@ -46,14 +46,37 @@ class Recorder:
         lengths = sensed[:, index.lengths] + index.zero
         pulled = passive_tension(lengths, self._arm) + sensed[:, index.velocities] * self._damping
         pulled = pulled - sensed[:, index.forces]
-        return {
+        arrays = {
             "muscle_lengths": lengths,
             "muscle_tensions": pulled,
             "pressure": pressure_for(pulled, lengths, self._arm),
-            "stations": self.stations[:count],
+            "stations": self.backbones(count),
             "tip_rotation": _rotations(sensed[:, index.tip_orientation]),
             "qpos": sensed[:, index.angles],
-        } | touched(sensed, index, self._arm)
+        }
+        return arrays | moved(sensed, index, self._arm) | touched(sensed, index, self._arm)
+
+    def backbones(self, count: int) -> Array:
+        """Return the stations of the first `count` samples in the base frame [m], shape (count, links + 1, 3)."""
+        stations = self.stations[:count]
+        if not self._index.base_pose.size:
+            return stations
+        position, rotation = _base(self.sensed[:count], self._index)
+        return np.asarray((stations - position[:, None]) @ rotation)
+
+
+def moved(sensed: Array, index: ArmIndex, arm: Arm) -> dict[str, Any]:
+    """Return where the base was in a host, where it can move, and the positions of the host's joints.
+
+    Args:
+        sensed: all sensors of T samples, shape (T, sensors).
+    """
+    host, found = arm.world.host, dict[str, Any]()
+    if index.base_pose.size and host is not None and host.moves:
+        found["base"] = sensed[:, index.base_pose]
+    if index.host.size:
+        found["host"] = sensed[:, index.host]
+    return found
 
 
 def touched(sensed: Array, index: ArmIndex, arm: Arm) -> dict[str, Any]:
@@ -67,13 +90,25 @@ def touched(sensed: Array, index: ArmIndex, arm: Arm) -> dict[str, Any]:
         touch, depth = sensed[:, index.touch], sensed[:, index.depth]
         sample, partner, station = np.nonzero(touch[..., 0] > 0)
         felt, deepest = touch[sample, partner, station], depth[sample, partner, station]
+        point, force, normal = felt[:, 4:7], -felt[:, 1:4], -deepest[:, 1:4]
+        if index.base_pose.size:
+            position, rotation = (part[sample] for part in _base(sensed, index))
+            point, force, normal = (
+                np.einsum("ci,cij->cj", each, rotation) for each in (point - position, force, normal)
+            )
         found["contacts"] = Contacts(
-            sample, station, partner, point=felt[:, 4:7], force=-felt[:, 1:4], normal=-deepest[:, 1:4],
+            sample, station, partner, point=point, force=force, normal=normal,
             depth=-deepest[:, 0], names=contact_names(arm),
         )  # fmt: skip
     if len(index.poses):
         found["objects"] = sensed[:, index.poses]
     return found
+
+
+def _base(sensed: Array, index: ArmIndex) -> tuple[Array, Array]:
+    """Return the base's positions [m], (T, 3), and rotations, (T, 3, 3), in a host."""
+    pose = sensed[:, index.base_pose]
+    return pose[:, :3], _rotations(pose[:, 3:])
 
 
 def _rotations(quaternions: Array) -> Array:

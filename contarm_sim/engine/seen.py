@@ -45,11 +45,11 @@ class SeenArms:
     _laws: dict[Any, list[int]]
 
     def _views(self) -> None:
-        batch, index, model = self.batch, self.index, self.models[0]
+        batch, index = self.batch, self.index
         self._fields = {name: batch.bind(name) for name in FIELDS}
         shape = (len(self.arms), *index.actuators.shape)
-        every = rows(index.actuators.ravel()) if model.nu else slice(0, 0)
-        self._tendons = rows(index.tendons) if model.nu else slice(0, 0)
+        every = rows(index.actuators.ravel())
+        self._tendons = rows(index.tendons) if index.actuators.size else slice(0, 0)
         every_control, every_force = batch.bind("ctrl")[:, every], self._fields["actuator_force"][:, every]
         self.control, self._force = every_control.reshape(shape), every_force.reshape(shape)
         if shape[1] == 1:
@@ -61,9 +61,9 @@ class SeenArms:
         """Bring what is kept of all arms up to date with them."""
         self.batch.set_models(self.models)
         self.zero = np.stack([own.index.zero for own in self._own])
-        self.damping = np.stack([model.tendon_damping for model in self.models]) if self.index.actuators.size else (
-            np.zeros(self.zero.shape)
-        )  # fmt: skip
+        self.damping = np.zeros(self.zero.shape)
+        if self.index.actuators.size:
+            self.damping = np.stack([model.tendon_damping[self._tendons] for model in self.models])
         self._laws: dict[Any, list[int]] = {}
         for place, arm in enumerate(self.arms):
             self._laws.setdefault(tuple((group.law, group.rest_length) for group in arm.groups), []).append(place)
@@ -112,9 +112,9 @@ class SeenArms:
     @property
     def pressure(self) -> Array:
         """Pressures behind the valves [Pa], a view of the form of `control`; empty for servos."""
-        model, (several, count) = self.models[0], self.index.actuators.shape
-        shape = (several if model.na else 0, count)
-        return self.batch.bind("act").reshape(len(self.arms), *(shape[1:] if several == 1 and model.na else shape))
+        states, (several, count) = self.index.states, self.index.actuators.shape
+        shape = (several, count) if states.stop > states.start else (0, count)
+        return self.batch.bind("act")[:, states].reshape(len(self.arms), *(shape[1:] if shape[0] == 1 else shape))
 
     def one(self, place: int) -> DrivenMuscles:
         """Return what `Plant` has of its muscles, of one of the arms; views that stay current until `become`."""
@@ -144,7 +144,7 @@ class SeenArms:
     @property
     def muscle_lengths(self) -> Array:
         """Muscle lengths [m], shape (B, M), as of `Plant`."""
-        if not self.models[0].ntendon:
+        if not self.index.tendons.size:
             return np.stack([self.one(place).muscle_lengths for place in range(len(self.arms))])
         lengths = self._fields["ten_length"][:, self._tendons] + self.zero
         return lengths if self.twisted is None else lengths + self.twisted.stretch().sum(axis=-1)
@@ -152,7 +152,7 @@ class SeenArms:
     @property
     def muscle_tensions(self) -> Array:
         """Muscle tensions [N], pulling > 0, shape (B, M), as of `Plant`."""
-        if not self.models[0].ntendon:
+        if not self.index.tendons.size:
             return np.zeros(self.zero.shape)
         if self.twisted is not None:  # what tensions gain by length depends on actuators in many ways
             return np.stack([self.one(place).muscle_tensions for place in range(len(self.arms))])

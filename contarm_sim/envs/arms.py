@@ -27,6 +27,9 @@ def as_arm(arm: ArmLike | None = None, gravity: Any = None, payload: Any = None)
         InputError: none of these, a file that holds no arm, or a load that cannot be.
     """
     found = _found(Arm() if arm is None else arm)
+    if found.world.host is not None:
+        allowed = "none: environments have arms on a base of their own; in Python, step the model of arm_spec(arm)"
+        raise InputError("world", repr(found.world.host.file), allowed)
     given = {name: value for name, value in (("gravity", gravity), ("payload", payload)) if value is not None}
     return found.in_world(replace(found.world, **given)) if given else found
 

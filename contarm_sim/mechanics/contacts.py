@@ -36,7 +36,8 @@ class Contacts:
         force: on the arm, summed [N], shape (C, 3).
         normal: of the deepest, out of the object towards the arm, shape (C, 3).
         depth: how far link and object overlap there [m], shape (C,).
-        names: of what can be touched: the world's objects, and `itself`.
+        names: of what can be touched: the world's objects, `itself`, and the bodies of a host; of a host of too many
+            bodies `world`, which stands for all.
     """
 
     sample: NDArray[np.intp]
@@ -124,5 +125,8 @@ class Contacts:
 
 def contact_names(arm: Arm) -> tuple[str, ...]:
     """Return the names of what an arm can touch, as `Contacts.names`."""
-    own = (ITSELF,) if arm.world.self_contact else ()
-    return (*(each.name for each in arm.world.objects), *own)
+    world = arm.world
+    own, host = (ITSELF,) if world.self_contact else (), world.host
+    if host is not None and host.lumped:
+        return host.partners
+    return (*(each.name for each in world.objects), *own, *(host.partners if host is not None else ()))

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import mujoco
+import numpy as np
 
 from contarm_sim.mjcf.backbone import add_backbone, add_defaults
-from contarm_sim.mjcf.contact import make_touchable
+from contarm_sim.mjcf.contact import add_feelers, make_touchable
+from contarm_sim.mjcf.host import add_host_sensors, add_keys, attach, damp, exclude_mount
 from contarm_sim.mjcf.muscles import ACTUATORS, Actuation, add_muscles, add_sensors, straight_controls
 from contarm_sim.mjcf.nose import add_nose
 from contarm_sim.mjcf.object_looks import dress_objects
 from contarm_sim.mjcf.objects import add_objects, place_objects
-from contarm_sim.mjcf.scene import add_scene, base_quaternion, world_gravity
+from contarm_sim.mjcf.scene import add_scene, add_to_host, base_quaternion, world_gravity
 from contarm_sim.mjcf.stability import longest_step
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.host import Host
 
 TIMESTEP = 0.005
 """Longest time step [s]: errs by at most 0.02 % of length along the default arm's spiral, hanging with 100 g too."""
@@ -80,7 +83,8 @@ def arm_spec(arm: Arm, actuation: Actuation = "lengths", timestep: float | None 
     """Return the arm alone, ready to compile: `spec` with base at the world's origin, options and a keyframe.
 
     Gravity is the arm's own, in the base frame, which is the world frame here. The keyframe `straight` is an
-    equilibrium without gravity.
+    equilibrium without gravity. An arm whose world has a host is in that: see `Host`. Options and keyframes are then
+    the host's, with the straight arm in the keyframes; the time step is less than the host's where the arm needs that.
 
     Args:
         actuation: as in `spec`.
@@ -89,7 +93,9 @@ def arm_spec(arm: Arm, actuation: Actuation = "lengths", timestep: float | None 
     Raises:
         InputError: an unknown actuation, or an arm that no time step suits.
     """
-    alone = spec(arm.alone, actuation)
+    alone, host = spec(arm.alone, actuation), arm.world.host
+    if host is not None:
+        return _in_host(alone, arm, host, actuation, timestep)
     alone.option.timestep = timestep or longest_step(alone.compile(), arm, actuation, TIMESTEP)
     alone.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     alone.option.gravity = arm.gravity
@@ -98,17 +104,33 @@ def arm_spec(arm: Arm, actuation: Actuation = "lengths", timestep: float | None 
     if arm.world.touchable:
         add_objects(alone, arm)
         make_touchable(alone, arm)
-    each = straight_controls(arm, actuation)
-    straight = each * (len(alone.actuators) // len(each)) if each else []
-    state = straight if actuation != "none" and ACTUATORS[actuation].states else []
+    straight, state = _straight(alone, arm, actuation)
     alone.add_key(name="straight", qpos=[0.0] * joints + _free(arm), ctrl=straight, act=state)
     alone.stat.extent = 1.2 * arm.length
     alone.stat.center = [0.0, 0.0, 0.5 * arm.length]
     return alone
 
 
+def _in_host(part: mujoco.MjSpec, arm: Arm, host: Host, actuation: Actuation, timestep: float | None) -> mujoco.MjSpec:
+    """Return a host with the arm in it, ready to compile."""
+    compiled = part.compile()
+    step = timestep or longest_step(compiled, arm, actuation, host.read.timestep)
+    joints, (straight, state) = len(part.joints), _straight(part, arm, actuation)
+    whole = attach(part, arm, host)
+    whole.option.timestep = step
+    add_objects(whole, arm)
+    place_objects(whole, arm, np.array(host.base.position), np.array(host.base.quaternion))
+    add_feelers(whole, arm)
+    exclude_mount(whole, arm, host)
+    add_host_sensors(whole, arm)
+    damp(whole, arm)
+    free = [x for each in arm.world.objects if each.free for x in _pose(whole.body(each.name))]
+    add_keys(whole, host, [0.0] * joints, free, straight, state)
+    return whole
+
+
 def scene_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
-    """Return the arm on its mount above a floor, with light and cameras.
+    """Return the arm on its mount above a floor, with light and cameras; in a host, that, and what it lacks of these.
 
     The base is turned by `arm.base_orientation`; if omitted, so that gravity points down the picture.
 
@@ -119,6 +141,10 @@ def scene_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
         InputError: an unknown actuation.
     """
     scene = arm_spec(arm, actuation)
+    if arm.world.host is not None:
+        scene = add_to_host(scene, arm)
+        add_nose(scene, arm)
+        return scene
     scene.modelname = "contarm_scene"
     scene.option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     scene.option.gravity = world_gravity(arm)
@@ -129,6 +155,17 @@ def scene_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
     dress_objects(scene, arm)
     add_nose(scene, arm)
     return scene
+
+
+def _straight(part: mujoco.MjSpec, arm: Arm, actuation: Actuation) -> tuple[list[float], list[float]]:
+    """Return the controls and the states of the actuators that hold the straight arm."""
+    each = straight_controls(arm, actuation)
+    straight = each * (len(part.actuators) // len(each)) if each else []
+    return straight, straight if actuation != "none" and ACTUATORS[actuation].states else []
+
+
+def _pose(body: mujoco.MjsBody) -> list[float]:
+    return [*body.pos.tolist(), *body.quat.tolist()]
 
 
 def _free(arm: Arm) -> list[float]:

@@ -99,6 +99,11 @@ def make_touchable(spec: mujoco.MjSpec, arm: Arm) -> None:
     option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE  # chains fill their matrices: sparse ones gain nothing
     option.solver, option.tolerance = mujoco.mjtSolver.mjSOL_NEWTON, TOLERANCE
     _damp_by_armature(spec)
+    add_feelers(spec, arm)
+
+
+def add_feelers(spec: mujoco.MjSpec, arm: Arm) -> None:
+    """Give the arm in a spec its contact, and sensors of it; options stay as they are."""
     for body in names.stations(arm):
         geom = spec.geom(f"{body}_collision")
         soften(geom)
@@ -132,10 +137,11 @@ def _damp_by_armature(spec: mujoco.MjSpec) -> None:
         each.armature = spec.option.timestep * each.damping[0]
 
 
-def leave_out_what_is_drawn(spec: mujoco.MjSpec) -> None:
-    """Delete the geoms that touch nothing: the engine looks for their places before it looks for contact."""
+def leave_out_what_is_drawn(spec: mujoco.MjSpec, arm: Arm) -> None:
+    """Delete the arm's geoms that touch nothing: the engine looks for their places before it looks for contact."""
+    own = {*names.stations(arm), names.PAYLOAD}
     for geom in spec.geoms:
-        if not geom.contype and not geom.conaffinity:
+        if not geom.contype and not geom.conaffinity and geom.parent.name in own:
             spec.delete(geom)
 
 
@@ -165,7 +171,8 @@ def _exclude_neighbours(spec: mujoco.MjSpec, arm: Arm) -> None:
 def _add_sensors(spec: mujoco.MjSpec, arm: Arm) -> None:
     """Add sensors of what each link feels of each object, and of the arm itself."""
     body, tree = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_XBODY
-    partners = names.partners(arm)
+    partners, host = names.partners(arm), arm.world.host
+    lumped = host is not None and host.lumped
     for felt, (reduce, fields) in _FELT.items():
         bits = sum(1 << int(field) for field in fields)
         for partner in partners:
@@ -173,7 +180,7 @@ def _add_sensors(spec: mujoco.MjSpec, arm: Arm) -> None:
                 spec.add_sensor(
                     name=names.touch_sensor(station, partner, felt), type=mujoco.mjtSensor.mjSENS_CONTACT,
                     objtype=body, objname=station, intprm=[bits, reduce, 1],
-                    reftype=tree if partner == names.BASE else body, refname=partner,
+                    **({} if lumped else {"reftype": tree if partner == names.BASE else body, "refname": partner}),
                 )  # fmt: skip
 
 

@@ -96,13 +96,26 @@ def angle_sensor(joint: str) -> str:
 
 
 def partners(arm: Arm) -> list[str]:
-    """Return the bodies that the arm can touch: its world's objects, and `BASE` where it can touch itself."""
-    return [*(each.name for each in arm.world.objects), *([BASE] if arm.world.self_contact else [])]
+    """Return the bodies that the arm can touch: objects, `BASE` where it can touch itself, and those of its host.
+
+    They are in the order of `mechanics.contacts.contact_names`. A host of too many bodies is one, see `Host.partners`.
+    """
+    world, host = arm.world, arm.world.host
+    if host is not None and host.lumped:
+        return [*host.partners]
+    own = [BASE] if world.self_contact else []
+    return [*(each.name for each in world.objects), *own, *(host.partners if host is not None else ())]
 
 
 def touch_sensor(station: str, partner: str, felt: str) -> str:
     """Return the name of the sensor of `TOUCH` or `DEPTH` of a station's body and what it touches."""
     return f"{station}_{felt}_{partner}"
+
+
+def host_sensors(joint: str, width: int) -> list[str]:
+    """Return the names of the sensors of a host's joint that has so many positions: 7 of a free one, 4 of a ball, 1."""
+    parts = ["position", "orientation"] if width == 7 else ["angle"]
+    return [f"world_{joint}_{part}" for part in parts]
 
 
 def free_objects(arm: Arm) -> list[str]:

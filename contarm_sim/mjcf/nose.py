@@ -7,8 +7,7 @@ import math
 import mujoco
 
 from contarm_sim.mjcf import names
-from contarm_sim.mjcf.backbone import VISUAL, Link, links
-from contarm_sim.mjcf.scene import part_name
+from contarm_sim.mjcf.backbone import Link, links
 from contarm_sim.mjcf.surfaces import cap
 from contarm_sim.model.arm import Arm
 
@@ -57,12 +56,13 @@ def add_nose(spec: mujoco.MjSpec, arm: Arm) -> None:
                 if link.above is None:
                     disk.pos[2], disk.size[0] = -radius, radius
                 disk.size[0] = min(disk.size[0], disk_in_nose(link, radius, disk.pos[2], disk.size[1]))
-    name = part_name(spec, NOSE)
+    taken = any(find(NOSE) is not None for find in (spec.body, spec.geom, spec.mesh, spec.material))
+    name = f"scene/{NOSE}" if taken else NOSE
     spec.add_material(name=name, rgba=[*SILICONE, 1.0], specular=0.2, shininess=0.3)
     spec.add_mesh(name=name, uservert=cap(radius)[0].ravel())  # the engine takes their hull
     spec.body(names.TIP).add_geom(
-        spec.find_default(VISUAL), name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, pos=[0.0, 0.0, -radius],
-        material=name,
+        name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, pos=[0.0, 0.0, -radius], material=name, group=2,
+        contype=0, conaffinity=0,
     )  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
@@ -60,16 +60,19 @@ def restage(model: mujoco.MjModel, drawn: Arm, arm: Arm) -> None:
             model.geom(each.name).size[:] = geom_size(each)
 
 
-def to_scene(arm: Arm, poses: np.ndarray) -> np.ndarray:
+def to_scene(arm: Arm, poses: np.ndarray, body: Any = None) -> np.ndarray:
     """Return positions and orientations of free objects as joints of the scene have them.
 
     Args:
         poses: in the base frame, position [m] and quaternion w x y z, shape (F, 7).
+        body: the engine's view of the base where a host has moved it.
 
     Returns:
         likewise in the scene, shape (7 F,).
     """
     base, quat, turn = base_position(arm), base_quaternion(arm), base_rotation(arm)
+    if body is not None:
+        base, quat, turn = body.xpos, body.xquat, body.xmat.reshape(3, 3)
     out = np.array(poses, dtype=float)
     out[:, :3] = base + out[:, :3] @ turn.T
     for row, given in zip(out, np.asarray(poses), strict=True):

@@ -39,7 +39,7 @@ def add_objects(spec: mujoco.MjSpec, arm: Arm) -> None:
     taken = {body.name for body in spec.bodies} | {geom.name for geom in spec.geoms}
     for each in arm.world.objects:
         if each.name in taken:
-            allowed = "another: parts of the arm have it"
+            allowed = "another: parts of the arm have it, or of its world"
             raise InputError("name", repr(each.name), allowed, said_of_object(each.name))
         body = spec.worldbody.add_body(name=each.name, pos=each.position, quat=each.quaternion)
         if each.free:

@@ -26,17 +26,21 @@ class Overlap:
     depth: float
 
 
-def overlaps(model: mujoco.MjModel, data: mujoco.MjData) -> list[Overlap]:
+def overlaps(model: mujoco.MjModel, data: mujoco.MjData, own: set[str] | None = None) -> list[Overlap]:
     """Return the bodies that overlap by more than `MOST` in a state whose contacts are found, the deepest first.
 
     Bodies that do not move, objects or the base, may overlap one another.
+
+    Args:
+        own: bodies of which one must be one; default any.
     """
     contact, deepest = data.contact, dict[tuple[int, int], float]()
     for pair, distance in zip(np.asarray(contact.geom).tolist(), np.asarray(contact.dist).tolist(), strict=True):
         one, other = sorted(int(model.geom_bodyid[geom]) for geom in pair)
         deepest[one, other] = max(deepest.get((one, other), 0.0), -distance)
     found = [Overlap(model.body(b).name, model.body(a).name, depth) for (a, b), depth in deepest.items()]
-    return sorted((each for each in found if each.depth > MOST), key=lambda each: -each.depth)
+    found = [each for each in found if each.depth > MOST and (own is None or own & {each.body, each.other})]
+    return sorted(found, key=lambda each: -each.depth)
 
 
 def refuse_overlaps(arm: Arm, model: mujoco.MjModel, data: mujoco.MjData, when: str) -> None:
@@ -48,7 +52,8 @@ def refuse_overlaps(arm: Arm, model: mujoco.MjModel, data: mujoco.MjData, when: 
     Raises:
         InputError: the deepest overlap: of what, how deep, and what would help.
     """
-    found = overlaps(model, data)
+    stations = names.stations(arm)  # bodies of a host may overlap one another as they like
+    found = overlaps(model, data, {*stations, *(each.name for each in arm.world.objects)})
     if not found:
         return
     objects = {each.name: each for each in arm.world.objects}
@@ -58,6 +63,9 @@ def refuse_overlaps(arm: Arm, model: mujoco.MjModel, data: mujoco.MjData, when: 
     deep = f"{1e3 * found[0].depth:.3g} mm deep in {_said(other, objects)} {when}"
     deep += f" (the deepest of {len(found)} overlaps)" if len(found) > 1 else ""
     most = f"at most {1e3 * MOST:g} mm"
+    if one not in objects and not {one, other} <= set(stations):
+        allowed = f"{most}: mount the arm elsewhere, begin with other bends, or move that body"
+        raise InputError("world", f"one that puts {_said(one, objects)} {deep}", allowed)
     if one not in objects:
         allowed = f"{most}: begin with other bends, or without self-contact"
         raise InputError("self_contact", f"on, with {_said(one, objects)} {deep}", allowed)

@@ -83,8 +83,10 @@ def base_position(arm: Arm) -> np.ndarray:
     """Return where the base is in the world [m]: above the floor by what the arm can reach down to.
 
     A level plane that it can touch is the floor. Objects below what is reached stand on the floor, unless they lie
-    deeper by more than the arm's length.
+    deeper by more than the arm's length. In a host it is where that says.
     """
+    if arm.world.host is not None:
+        return np.array(arm.world.host.base.position)
     turn = base_rotation(arm)
     floor = floor_plane(arm, turn)
     if floor is not None:
@@ -109,6 +111,8 @@ def part_name(spec: mujoco.MjSpec, name: str) -> str:
 def workspace(arm: Arm) -> np.ndarray:
     """Return points of the world about all that an arm can touch, and its foot [m], shape (T, 3)."""
     base = base_position(arm)
+    if arm.world.host is not None:
+        return base + arm.length * _outlined(arm)
     return np.vstack([base + arm.length * _outlined(arm), [0.0, 0.0, max(0.0, base[2] - 0.4 * arm.length)]])
 
 
@@ -128,6 +132,20 @@ def add_scene(spec: mujoco.MjSpec, arm: Arm) -> np.ndarray:
     depth = max(_add_camera(spec, name, seen, *angles) for name, angles in CAMERAS.items())
     spec.visual.map.zfar = max(8.0, math.ceil(depth / (CLEAR * spec.stat.extent)))
     return base
+
+
+def add_to_host(spec: mujoco.MjSpec, arm: Arm) -> mujoco.MjSpec:
+    """Add what a host lacks to be filmed: a large buffer, cameras, and a light; return it."""
+    lighten(spec)
+    buffer, seen = spec.visual.global_, workspace(arm)
+    buffer.offwidth, buffer.offheight = max(buffer.offwidth, OFFSCREEN[0]), max(buffer.offheight, OFFSCREEN[1])
+    taken = {camera.name for camera in spec.cameras}
+    for name, angles in CAMERAS.items():
+        if name not in taken:
+            _add_camera(spec, name, seen, *angles)
+    if not len(spec.lights):
+        _add_lights(spec, seen.mean(axis=0), arm.length)
+    return spec
 
 
 def lighten(spec: mujoco.MjSpec) -> None:

@@ -6,6 +6,7 @@ by the spec's exact one; a value that does not agree with the rounded one is lef
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -15,9 +16,14 @@ import mujoco
 import numpy as np
 
 from contarm_sim.mjcf.build import arm_spec, scene_spec
+from contarm_sim.mjcf.host import CLASS
 from contarm_sim.mjcf.muscles import Actuation
+from contarm_sim.mjcf.names import BASE
 from contarm_sim.mjcf.overlaps import refuse_overlaps
 from contarm_sim.model.arm import Arm
+
+_MUSCLE = re.compile(r"(section_\d+_)?muscle_\d+")
+"""Names of what belongs to the arm's muscles."""
 
 _RENAMED = {"diaginertia": "inertia"}
 _ATTRIBUTES_OF = {"general": "actuator", "spatial": "tendon", "fixed": "tendon", "inertial": "body"}
@@ -38,6 +44,7 @@ def exact_xml(spec: mujoco.MjSpec, folder: Path | None = None) -> str:
     if option is not None:
         _restore(option, spec.option)
     _restore_section(root, spec)
+    _tell_classes_apart(root)
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="unicode") + "\n"
 
@@ -65,15 +72,37 @@ def _refuse_overlaps(arm: Arm, spec: mujoco.MjSpec) -> None:
 
 
 def _bring(spec: mujoco.MjSpec, root: ElementTree.Element, folder: Path) -> None:
-    """Copy the files of a spec's meshes into a folder, each under its mesh's name, and name them so in its MJCF."""
-    files = {mesh.name: Path(mesh.file) for mesh in spec.meshes}
+    """Copy the files of a spec's meshes into a folder, each under its mesh's name, and name them so in its MJCF.
+
+    In a host, whose own files stay where they are, all are named by their whole paths.
+    """
+    files, hosted = {mesh.name: Path(mesh.file) for mesh in spec.meshes}, bool(spec.meshdir)
     for element in root.iter("mesh"):
-        if element.get("file") is None:  # written out
+        file = files.get(element.get("name", ""), Path())
+        if element.get("file") is None or (hosted and not file.is_absolute()):
             continue
-        file = files[element.get("name", "")]
         copied = f"{element.get('name')}{file.suffix.lower()}"
         shutil.copyfile(file, folder / copied)
-        element.set("file", copied)
+        if not hosted:
+            element.set("file", copied)
+
+
+def _tell_classes_apart(root: ElementTree.Element) -> None:
+    """Rename the arm's defaults classes where its host has classes of these names, such as `collision`."""
+    every = {element.get("class"): element for element in root.iter("default")}
+    if CLASS not in every:
+        return
+    own = [element.get("class") for element in every[CLASS] if element.tag == "default"]
+    taken = [element.get("class") for element in root.iter("default") if element not in list(every[CLASS])]
+    renamed = {name: f"{CLASS}_{name}" for name in own if name in taken}
+    muscles = [*root.findall("actuator"), *root.findall("tendon")]
+    parts = [each for kind in muscles for each in kind if _MUSCLE.match(each.get("name", ""))]
+    for body in root.iter("body"):
+        if body.get("name") == BASE:
+            parts += body.iter()
+    for part in [*every[CLASS], *parts]:
+        if part.get("class") in renamed:
+            part.set("class", renamed[part.get("class")])
 
 
 def _restore_section(element: ElementTree.Element, spec: mujoco.MjSpec) -> None:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from contarm_sim.display import Shown
 from contarm_sim.errors import InputError
 from contarm_sim.model.flat import FlatArm
+from contarm_sim.model.host import Host
 from contarm_sim.model.law import MuscleLaw
 from contarm_sim.model.mckibben import McKibben
 from contarm_sim.model.muscle_group import MuscleGroup
@@ -55,7 +56,7 @@ class Arm(FlatArm, Shown):
         sections: from the base to the tip.
         routings: where the muscles run, one routing for each section; default the paper's for every section.
         laws: how the muscles pull, one law for each section; default the paper's for every section.
-        world: gravity, base and payload.
+        world: gravity, base, payload, what the arm can touch, and a host.
 
     The other arguments change the only section, its muscles, or the world: they are the fields of `Section`, `World`,
     and of `Routing` (`muscle_radius`, `path`); `muscle` is the law. Properties of the same names read them, see
@@ -90,6 +91,7 @@ class Arm(FlatArm, Shown):
         payload: InitVar[float] = OMITTED
         objects: InitVar[tuple[Object, ...]] = OMITTED
         self_contact: InitVar[bool] = OMITTED
+        host: InitVar[Host | None] = OMITTED
 
     def __init__(
         self,
@@ -117,6 +119,7 @@ class Arm(FlatArm, Shown):
         payload: float = OMITTED,
         objects: tuple[Object, ...] = OMITTED,
         self_contact: bool = OMITTED,
+        host: Host | None = OMITTED,
     ) -> None:
         of_section = _given(
             length=length, links=links, mass=mass, bending_stiffness=bending_stiffness,
@@ -127,7 +130,7 @@ class Arm(FlatArm, Shown):
         of_routing = _given(radius=muscle_radius, path=path)
         of_world = _given(
             gravity=gravity, base_orientation=base_orientation, payload=payload, objects=objects,
-            self_contact=self_contact,
+            self_contact=self_contact, host=host,
         )  # fmt: skip
         parts = _tuple("sections", sections, Section, 1 if sections is OMITTED else None)
         lines = _tuple("routings", routings, Routing, len(parts))
@@ -213,8 +216,8 @@ class Arm(FlatArm, Shown):
 
     @property
     def unloaded(self) -> Arm:
-        """The same arm without gravity and payload."""
-        return self.in_world(replace(self.world, gravity=(0.0, 0.0, 0.0), payload=0.0))
+        """The same arm without gravity and payload, and without a host, which says gravity."""
+        return self.in_world(replace(self.world, host=None, gravity=(0.0, 0.0, 0.0), payload=0.0))
 
     @property
     def alone(self) -> Arm:
@@ -256,7 +259,7 @@ class Arm(FlatArm, Shown):
                 raise InputError("muscle.friction_coefficient", given, allowed, self._said_of(number))
 
     def refuse_objects(self, what: str) -> None:
-        """Refuse objects and self-contact, where they would be left out without a word.
+        """Refuse objects, self-contact and a host, where they would be left out without a word.
 
         Args:
             what: would leave them out.
@@ -267,6 +270,8 @@ class Arm(FlatArm, Shown):
         if self.world.touchable:
             names = ", ".join(each.name for each in self.world.objects)
             name, given = ("objects", names) if names else ("self_contact", "on")
+            if self.world.host is not None:
+                name, given = "world", repr(self.world.host.file)
             allowed = f"none: {what} without anything that the arm can touch; leave it out (in Python, arm.alone)"
             raise InputError(name, given, allowed)
 

@@ -15,6 +15,7 @@ from contarm_sim.errors import InputError, one_line
 from contarm_sim.inputs import read_text
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.flat import PARAMETERS
+from contarm_sim.model.host_table import HOST_UNITS, host_from_table, host_to_table
 from contarm_sim.model.laws import LAWS
 from contarm_sim.model.muscle_table import (
     law_to_table,
@@ -35,7 +36,7 @@ MOST_BYTES = 2**20
 WORLD = list(WORLD_PARAMETERS)
 """Keys of the world, which stand at the top of every file."""
 
-TOUCHED = ("object", "self_contact")
+TOUCHED = ("object", "self_contact", "world")
 """Keys that say what the arm can touch."""
 
 
@@ -63,6 +64,8 @@ def _touching(arm: Arm, values: dict[str, Any], folder: Path | None) -> Arm:
     given: dict[str, Any] = {name: values[name] for name in TOUCHED if name in values}
     if "object" in given:
         given["objects"] = objects_from_tables(given.pop("object"), folder)
+    if "world" in given:
+        given["host"] = host_from_table(given.pop("world"), folder)
     return arm.in_world(replace(arm.world, **given)) if given else arm
 
 
@@ -124,6 +127,7 @@ def units() -> dict[str, str]:
     found = {name: item.metadata["unit"] for name, item in PARAMETERS.items()}
     for law in LAWS.values():
         found |= {f"muscle.{item.name}": item.metadata["unit"] for item in fields(law())}
+    found |= {f"world.{name}": unit for name, unit in HOST_UNITS.items()}
     return found | {"muscle.offset": "rad", "muscle.angles": "rad", "muscle_offset": "rad", "muscle_angles": "rad"}
 
 
@@ -134,7 +138,8 @@ def arm_to_dict(arm: Arm, beside: bool = False) -> dict[str, Any]:
         beside: name the files of meshes as copies that lie beside the arm's.
     """
     touched: dict[str, Any] = {"self_contact": True} if arm.world.self_contact else {}
-    objects = {"object": objects_to_tables(arm.world.objects, beside)} if arm.world.objects else {}
+    host = {"world": host_to_table(arm.world.host)} if arm.world.host is not None else {}
+    objects = host | ({"object": objects_to_tables(arm.world.objects, beside)} if arm.world.objects else {})
     if len(arm.sections) > 1:
         world = plain({name: getattr(arm.world, name) for name in WORLD})
         return world | touched | sections_to_tables(arm) | objects

@@ -56,12 +56,12 @@ def arm_template(arm: Arm) -> str:
     """Return the arm as TOML text to be edited, which `load_arm` reads back to an equal arm."""
     values = arm_to_dict(arm)
     muscle, sections = values.pop("muscle"), values.pop("section", None)
-    objects = values.pop("object", [])
+    objects, host = values.pop("object", []), values.pop("world", {})
     touched = ["", "# whether the arm's links touch one another; default: false"]
     touched += _short({"self_contact": True}) if values.pop("self_contact", False) else ["# self_contact ="]
     if sections is None:
         lines = [*_HEAD, *_entries(PARAMETERS, values), *touched, "", "[muscle]", *_muscle(arm.laws[0], muscle)]
-        return "\n".join([*lines, *_objects(objects)]) + "\n"
+        return "\n".join([*lines, *_objects(objects, host)]) + "\n"
     lines = [
         *_HEAD,
         *_SEVERAL,
@@ -75,12 +75,13 @@ def arm_template(arm: Arm) -> str:
         lines += ["", "[[section]]", *(_section(table) if number == 0 else _short(table))]
         if "muscle" in table:
             lines += ["", "[section.muscle]", *_short(table["muscle"])]
-    return "\n".join([*lines, *_objects(objects)]) + "\n"
+    return "\n".join([*lines, *_objects(objects, host)]) + "\n"
 
 
-def _objects(tables: list[dict[str, Any]]) -> list[str]:
-    """Return the lines of what the arm can touch; an example in comments where that is nothing."""
-    return [line for table in tables for line in ("", "[[object]]", *_short(table))] or ["", *_TOUCH]
+def _objects(tables: list[dict[str, Any]], host: dict[str, Any]) -> list[str]:
+    """Return the lines of what the arm can touch, an example in comments where that is nothing, and of its host."""
+    world = ["", "[world]", *_short(host)] if host else []
+    return world + ([line for table in tables for line in ("", "[[object]]", *_short(table))] or ["", *_TOUCH])
 
 
 def _muscle(law: MuscleLaw, table: dict[str, Any]) -> list[str]:

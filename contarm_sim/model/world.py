@@ -7,20 +7,27 @@ from dataclasses import dataclass, field, fields, replace
 
 from contarm_sim.brevity import Told
 from contarm_sim.errors import InputError, expect
+from contarm_sim.model.host import Host
 from contarm_sim.model.objects import Object, check_objects
 from contarm_sim.model.parameters import Quaternion, Vector, check_numbers, check_vector, number
+
+_AGREE = 1e-6
+"""How far gravity and the base's turn may be from those of a host, as shares."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class World(Told):
-    """Gravity, base, payload and objects. SI units, vectors in the base frame, checked at construction.
+    """Gravity, base, payload, objects and host. SI units, vectors in the base frame, checked at construction.
 
     Attributes:
         objects: what the arm can touch.
         self_contact: whether the arm's links touch one another.
+        host: a user's own MJCF that the arm is attached to. It says gravity and how the base is turned, both at the
+            start: given beside it, they must agree.
 
     Raises:
-        InputError: not finite numbers, a quaternion of zeros, or objects that do not go together.
+        InputError: not finite numbers, a quaternion of zeros, objects that do not go together, or gravity or a base
+            that are not those of the host.
     """
 
     gravity: Vector = field(
@@ -37,6 +44,7 @@ class World(Told):
     payload: float = number(0.0, "kg", "point mass at the tip", least=0)
     objects: tuple[Object, ...] = ()
     self_contact: bool = False
+    host: Host | None = None
 
     def __post_init__(self) -> None:
         check_numbers(self)
@@ -49,16 +57,39 @@ class World(Told):
             if norm == 0:
                 raise InputError("base_orientation", self.base_orientation, "a quaternion w x y z, not zero")
             object.__setattr__(self, "base_orientation", tuple(x / norm for x in self.base_orientation))
+        if self.host is not None:
+            expect("host", self.host, Host)
+            self._agree(self.host)
+
+    def _agree(self, host: Host) -> None:
+        """Take gravity and the base's turn from a host.
+
+        Raises:
+            InputError: others are given.
+        """
+        said = host.gravity
+        if any(self.gravity) and math.dist(self.gravity, said) > _AGREE * max(1.0, math.hypot(*said)):
+            allowed = f"omitted: the world has {' '.join(f'{x:.6g}' for x in said)} in the base frame"
+            raise InputError("gravity", " ".join(f"{x:.6g}" for x in self.gravity), allowed)
+        turn, given = host.base.quaternion, self.base_orientation
+        if given is not None and abs(sum(a * b for a, b in zip(turn, given, strict=True))) < 1 - _AGREE:
+            raise InputError("base_orientation", given, "omitted: the world says how the base is turned")
+        object.__setattr__(self, "gravity", said)
+        object.__setattr__(self, "base_orientation", turn)
+
+    def hosted(self, host: Host) -> World:
+        """Return the same world in a host, whose gravity and base take the place of its own."""
+        return replace(self, host=host, gravity=(0.0, 0.0, 0.0), base_orientation=None)
 
     @property
     def touchable(self) -> bool:
         """Whether there is anything that the arm can touch."""
-        return bool(self.objects) or self.self_contact
+        return bool(self.objects) or self.self_contact or self.host is not None
 
     @property
     def alone(self) -> World:
-        """The same world without anything that the arm can touch."""
-        return replace(self, objects=(), self_contact=False) if self.touchable else self
+        """The same world without anything that the arm can touch; gravity stays that of the start."""
+        return replace(self, objects=(), self_contact=False, host=None) if self.touchable else self
 
     @property
     def gravity_strength(self) -> float:

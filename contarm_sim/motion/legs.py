@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from contarm_sim.control.corrections import Corrections
 from contarm_sim.control.feedback import Seen
 from contarm_sim.engine.backends import together
+from contarm_sim.engine.index import rows
 from contarm_sim.engine.layout import layout
 from contarm_sim.engine.plants import Plants
 from contarm_sim.engine.recorder import Recorder
@@ -121,6 +122,8 @@ class Formation:
         first = legs[0].one.plant
         self._recorders = [Recorder(leg.one.plant, 0) for leg in legs]
         self._muscles, self._zero, self._damping = self._recorders[0].muscles, plants.zero.T, plants.damping.T
+        tip = rows(first.index.tip_position)
+        self._tips = plants.sensors[:, tip] if first.hosted else plants.centres[:, -1]
         most, count = int(self._ticks.max()), len(legs)
         self._sensed = np.empty((most, count, first.model.nsensordata))
         self._stations = np.empty((most, count, *first.centres.shape))
@@ -187,7 +190,7 @@ class Formation:
         sensed = np.ascontiguousarray(self._plants.sensors[:, self._muscles].T)
         lengths, speeds, forces = sensed.reshape(3, -1, len(self._legs))
         pulls = -forces
-        seen: Any = (lengths + self._zero, speeds, self._damping * speeds + pulls, pulls, self._plants.centres[:, -1])
+        seen: Any = (lengths + self._zero, speeds, self._damping * speeds + pulls, pulls, self._tips)
         return Seen(*seen)
 
     def _snapshots(self, tick: int, going: NDArray[np.bool_]) -> None:

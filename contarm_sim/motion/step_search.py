@@ -16,7 +16,6 @@ from contarm_sim.control.base import Controller
 from contarm_sim.control.feedback import Feedback, Memory
 from contarm_sim.engine.plant import Plant
 from contarm_sim.errors import DivergenceError
-from contarm_sim.mjcf.contact import set_step
 from contarm_sim.mjcf.overlaps import refuse_overlaps
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.legs import Flight, Leg
@@ -59,8 +58,8 @@ class Motion:
         alone.reset(reference.bend[0])
         Solver(alone)(self._plan.start)
         self._start = alone.qpos.copy()
-        touches = arm.world.touchable  # contact has an integrator of its own, see `mjcf.contact`
-        self._plant = Plant(arm, pulls, None, None, actuation, in_world=True) if touches else alone
+        touches = arm.world.touchable
+        self._plant = Plant(arm, pulls, None, integrator, actuation, in_world=True) if touches else alone
         if touches:
             self._plant.restart(self._start, self._plan.start)
             refuse_overlaps(arm, self._plant.model, self._plant.data, "where the motion starts")
@@ -71,7 +70,7 @@ class Motion:
         """Return the motion at its beginning."""
         plant, plan = self._plant, self._plan
         plant.restart(self._start, plan.start)
-        set_step(plant.model, 1 / (self._rate * substeps))
+        plant.own.step_by(1 / (self._rate * substeps))
         feedback = self._controller.checked_feedback(self.arm, self._reference, plan)
         if feedback is not None:  # one that a controller returns again would go on from what it summed up
             self._at_first = self._at_first or (feedback, tuple(part.copy() for part in feedback.memory))
@@ -112,6 +111,8 @@ class Motion:
         """
         farthest = self._bend[np.linalg.norm(self._bend, axis=1).argmax()]
         substeps = stable_substeps(self._alone, self._rate, farthest[None])
+        if self.arm.world.host is not None:
+            substeps = max(substeps, math.ceil(1 / (self._rate * self.arm.world.host.read.timestep) - 1e-9))
         while True:
             try:
                 return (yield from self.checked(substeps, refine=True))
@@ -186,7 +187,7 @@ class Motion:
         again.go_back(before)
         flown = yield Leg(again, window.start, window.stop)
         done = flown.count
-        off = np.linalg.norm(flown.recorder.stations[:done, -1] - tips[window][:done], axis=-1)
+        off = np.linalg.norm(flown.recorder.backbones(done)[:, -1] - tips[window][:done], axis=-1)
         damping = min(section.damping_time for section in self.arm.sections)
         rate = 0.5 * damping * self.arm.bend_frequency**2  # at which the slowest mode dies out
         remembered = min(1 / max(rate, 1e-9), count / self._rate)

@@ -14,6 +14,7 @@ import numpy as np
 from contarm_sim.control.feedback import Feedback, Memory, Seen
 from contarm_sim.control.plan import Plan
 from contarm_sim.engine.divergence import FATAL, stepping_settings
+from contarm_sim.engine.index import rows
 from contarm_sim.engine.moved import STATE
 from contarm_sim.engine.plant import Plant
 from contarm_sim.engine.recorder import Recorder
@@ -116,11 +117,11 @@ class Pass:
 
     def _hand(self) -> Callable[[list[float]], list[float]]:
         """Return a function that sends set-points, corrected and limited, to the engine and returns what it sent."""
-        control: Any = memoryview(self.plant.data.ctrl)
-        rows, count = self.plant.control.shape
+        control: Any = memoryview(self.plant.data.ctrl)[rows(self.plant.index.actuators.ravel())]
+        several, count = self.plant.control.shape
         value: Any = memoryview(np.zeros(count) if self.feedback is None else self.feedback.value)  # type: ignore[arg-type]
         low, high = (limit.tolist() for limit in self.limits)
-        muscles, more = range(count), [range(row * count, (row + 1) * count) for row in range(1, rows)]
+        muscles, more = range(count), [range(row * count, (row + 1) * count) for row in range(1, several)]
 
         def cut(control: float, muscle: int) -> float:
             if math.isnan(control):
@@ -156,7 +157,7 @@ class Pass:
                 pulls[i] = pull = -sensed[force]
                 tensions[i] = rate * speed + pull
 
-        return look, Seen(lengths, speeds, tensions, pulls, self.plant.centres[-1])
+        return look, Seen(lengths, speeds, tensions, pulls, self.plant.tip_seen)
 
     def _ramps(self, start: int, stop: int) -> Array:
         """Return the controls of every engine step before feedback, shape (ticks, substeps, n)."""

@@ -21,6 +21,7 @@ SAME = 1e-3
 def without_objects(run: Trajectory, controller: Controller | None = None) -> Trajectory:
     """Return what a motion would have been without objects and self-contact: the same path, controller and time step.
 
+    Of an arm on a base that its host may move, the motion itself is returned: what contact moves is not told there.
     Until the arm first touches something both are the same; a motion that touches nothing is returned as it is, of
     `arm.alone`.
 
@@ -35,8 +36,8 @@ def without_objects(run: Trajectory, controller: Controller | None = None) -> Tr
     expect("run", run, Trajectory)
     if not run.moving:
         raise InputError("run", "poses at rest", "a motion")
-    if run.contacts is None or not len(run.contacts):
-        return replace(run, arm=run.arm.alone, contacts=None, objects=None)
+    if run.contacts is None or not len(run.contacts) or run.base is not None:
+        return replace(run, arm=run.arm.alone, contacts=None, objects=None, base=None, host=None)
     if run.status == "interrupted":
         raise InputError("run", "interrupted", "a motion that was simulated to its end")
     assert run.timestep is not None

@@ -51,11 +51,14 @@ class Clearance:
     """Distances of an arm's tube from the objects of its world; free objects are where they start.
 
     Raises:
-        InputError: an arm without objects, or a mesh that cannot be read.
+        InputError: an arm without objects, one in a host, or a mesh that cannot be read.
     """
 
     def __init__(self, arm: Arm, chords: int = CHORDS) -> None:
         expect("arm", arm, Arm)
+        if arm.world.host is not None:
+            given = repr(arm.world.host.file)
+            raise InputError("world", given, "none: planning keeps clear of objects ([[object]] in TOML) alone")
         if not arm.world.objects:
             raise InputError("objects", "none", "an arm whose world has objects ([[object]] in TOML), to keep clear of")
         self.arm, self.backbone, self.tube = arm, shape.backbone(arm), Tube.of(arm, chords)

@@ -41,12 +41,14 @@ SHAPES: dict[str, Shape] = {
     "time": ("T",), "target": ("T", 3), "bend": ("T", "B"), "setpoint": ("T", "M"), "muscle_lengths": ("T", "M"),
     "muscle_tensions": ("T", "M"), "pressure": ("T", "M"), "stations": ("T", "S", 3), "tip_rotation": ("T", 3, 3),
     "qpos": ("T", "D"), "direction": ("T", 3), "step_error": ("T",), "objects": ("T", "F", 7),
+    "base": ("T", 7), "host": ("T", "H"),
 }  # fmt: skip
-"""Shapes of the arrays: T samples, B bend coordinates, M muscles, S stations, D joint angles."""
+"""Shapes of the arrays: T samples, B bend coordinates, M muscles, S stations, D joint angles, F free objects,
+H positions of a host."""
 
-_MOST = {"T": MOST_SAMPLES, "B": 12, "S": MAX_LINKS + 1, "D": 3 * MAX_LINKS, "M": 100, "F": 32, "C": 10**8}
+_MOST = {"T": MOST_SAMPLES, "B": 12, "S": MAX_LINKS + 1, "D": 3 * MAX_LINKS, "M": 100, "F": 32, "C": 10**8, "H": 10**4}
 """Largest sizes: samples T, bend coordinates B, stations S, degrees of freedom D, muscles M, free objects F,
-contacts C."""
+contacts C, positions H of a host."""
 
 _KNOWN = {"pressure": "or inf", "step_error": "inf or nan"}
 """What arrays may hold besides finite numbers."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics.contacts import ITSELF, Contacts
+from contarm_sim.mechanics.contacts import Contacts
 from contarm_sim.model.arm import Arm
 from contarm_sim.results.document import shown_if
 from contarm_sim.results.trajectory import Trajectory
@@ -137,9 +137,10 @@ def _longest(touching: NDArray[np.bool_], time: Array) -> float:
 
 
 def _friction(trajectory: Trajectory, own: Contacts) -> float | None:
-    if not len(own) or own.names[own.partner[0]] == ITSELF:
+    known = {each.name: each.friction for each in trajectory.arm.world.objects}
+    if not len(own) or own.names[own.partner[0]] not in known:  # itself, or a body of a host
         return None
-    limit = trajectory.arm.world.objects[own.partner[0]].friction * own.normal_force
+    limit = known[own.names[own.partner[0]]] * own.normal_force
     loaded = own.normal_force > _FAINT * own.normal_force.max()
     if not limit[loaded].any() or (limit[loaded] <= 0).any():
         return None

@@ -26,13 +26,13 @@ ARRAYS = (
 )  # fmt: skip
 """The arrays of a trajectory with one row a sample."""
 
-OPTIONAL = ("direction", "step_error", "objects")
+OPTIONAL = ("direction", "step_error", "objects", "base", "host")
 """Those that a trajectory may be without."""
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Trajectory(ReadOnly, Showing):
-    """T sampled states of an arm with N links and n muscles, in the base frame. Arrays are read-only.
+    """T sampled states of an arm with N links and n muscles, in the base frame, which may move. Arrays are read-only.
 
     Attributes:
         arm: the arm, and the world that it stands in.
@@ -60,6 +60,10 @@ class Trajectory(ReadOnly, Showing):
         contacts: what the arm touched; None where it can touch nothing, and for poses at rest.
         objects: where the F free objects of the world are, in its order: position [m] and quaternion w x y z, shape
             (T, F, 7); None where there are none.
+        base: where the base is in its host, where that can move it: position [m] and quaternion w x y z, shape (T, 7);
+            None where it stays.
+        host: positions of the host's own joints, as its engine has them [m, rad, or of free ones as `base`], shape
+            (T, H); None where there are none.
         extrapolated: whether the samples are those of infinitely many links, as two chains tell.
         real_time_factor: simulated over wall-clock time of the stepping loop; None at rest.
         versions: of what the numbers depend on, by name.
@@ -86,6 +90,8 @@ class Trajectory(ReadOnly, Showing):
     step_error: Array | None = None
     contacts: Contacts | None = None
     objects: Array | None = None
+    base: Array | None = None
+    host: Array | None = None
     extrapolated: bool = False
     real_time_factor: float | None = None
     versions: dict[str, str] = field(default_factory=dict)

@@ -63,7 +63,8 @@ def judge_run(run: Trajectory, poses: int = 100, controller: Controller | None =
     """Hold a recorded motion against the closed forms and an ideal rod.
 
     Of an arm that touched something, the motion is simulated again without objects: the difference is
-    `contact_error`, and the other parts, with what explains them, are of that motion.
+    `contact_error`, and the other parts, with what explains them, are of that motion. On a base that moves it is not
+    told apart.
 
     Args:
         poses: at about as many samples, evenly picked, the rod and the poses at rest are found.
@@ -72,7 +73,7 @@ def judge_run(run: Trajectory, poses: int = 100, controller: Controller | None =
     expect("run", run, Trajectory)
     check_count("poses", poses, 1)
     arm, interrupted, alone = run.arm, run.status == "interrupted", _alone(run, controller)
-    known = alone if alone is not None and arm.world.touchable else None
+    known = alone if alone is not None and arm.world.touchable and run.base is None else None
     free = _bare(run) if alone is None else alone
     comparison = compare(run, known)
     without = comparison if known is None else compare(free)
@@ -112,4 +113,4 @@ def _alone(run: Trajectory, controller: Controller | None) -> Trajectory | None:
 
 def _bare(run: Trajectory) -> Trajectory:
     """Return a motion as if the arm had touched nothing."""
-    return replace(run, arm=run.arm.alone, contacts=None, objects=None)
+    return replace(run, arm=run.arm.alone, contacts=None, objects=None, base=None, host=None)

@@ -109,7 +109,7 @@ def _clear_of_base(arm: Arm, surroundings: Surroundings, plant: Plant) -> None:
     """Check that no object overlaps the base plate, which does not give way."""
     ring = 2 * np.pi * np.arange(RING) / RING
     disc = np.stack([np.cos(ring), np.sin(ring), 0 * ring], axis=1) * surroundings.radii[0]
-    for number, each in enumerate(arm.world.objects):
+    for number, each in enumerate(surroundings.objects):
         depth = -float(surroundings.distances(number, np.concatenate([np.zeros((1, 3)), 0.5 * disc, disc]))[0].min())
         if depth > GAP * arm.length:
             raise NotConvergedError(
@@ -250,7 +250,7 @@ def _friction_range(leaning: Leaning, arm: Arm, J: Array) -> float:
         if force > 0:
             across = np.eye(3) - np.outer(near.normal, near.normal)
             moved = J @ C @ (across @ chain.surface_motion(near)).T
-            total += arm.world.objects[near.number].friction * force * float(np.linalg.svd(moved)[1][0])
+            total += leaning.surroundings.objects[near.number].friction * force * float(np.linalg.svd(moved)[1][0])
     return total if total < TRUSTED * arm.length else float("inf")
 
 

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import mujoco
 import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mjcf import TIMESTEP, arm_spec
+from contarm_sim.mjcf import TIMESTEP, arm_spec, names
 from contarm_sim.mjcf.backbone import links
+from contarm_sim.mjcf.contact import LINKS
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.host import Host
 
-_PROBE = "probe"
+_PROBE, _TIP = "probe", f"{names.TIP}_collision"
 _PROBE_RADIUS = 1e-9
 """Radius of the sphere that measures [m]."""
 
@@ -21,11 +25,20 @@ _APART = 1e-6
 """How far apart normals are compared, to find how the surface is curved [m]; a tenth of small distances."""
 
 
+@dataclass(frozen=True)
+class Obstacle:
+    """What an arm may lean on: its name, its coefficient of friction, and its geom in the model."""
+
+    name: str
+    friction: float
+    geom: int
+
+
 class Surroundings:
-    """The objects around an arm, held where they stand.
+    """What is around an arm, held where it stands: its objects, and the bodies of its host.
 
     Attributes:
-        objects: the arm's.
+        objects: of them, the arm's own first; a body of the host has one for each of its geoms.
         radii: of what touches at the arm's stations [m], shape (K,).
     """
 
@@ -39,14 +52,45 @@ class Surroundings:
         self._data = mujoco.MjData(model)
         mujoco.mj_resetDataKeyframe(model, self._data, 0)
         mujoco.mj_kinematics(model, self._data)
-        self.objects = arm.world.objects
         self.radii = np.array([link.contact_radius for link in links(arm)])
-        self._geoms = [model.geom(each.name).id for each in self.objects]
+        if arm.world.host is not None:
+            self._into_base_frame()
         self._probe = self._data.geom_xpos[model.geom(_PROBE).id]
         self._id = model.geom(_PROBE).id
+        self.objects = [Obstacle(each.name, each.friction, model.geom(each.name).id) for each in arm.world.objects]
+        if arm.world.host is not None:
+            self.objects += self._of_host(arm, arm.world.host)
+        self._geoms = [each.geom for each in self.objects]
         self._centres = self._data.geom_xpos[self._geoms].copy()
         bounds = model.geom_rbound[self._geoms]
         self._bounds = np.where(bounds > 0, bounds, np.inf)
+
+    def _into_base_frame(self) -> None:
+        """Move all geoms from the world of a host, far from whose origin distances would lose digits."""
+        base, data = self._data.body(names.BASE), self._data
+        turn = base.xmat.reshape(3, 3).copy()
+        data.geom_xpos[:] = (data.geom_xpos - base.xpos) @ turn
+        data.geom_xmat[:] = (turn.T @ data.geom_xmat.reshape(-1, 3, 3)).reshape(-1, 9)
+
+    def _of_host(self, arm: Arm, host: Host) -> list[Obstacle]:
+        """Return what the links can touch of a host, but for what of the mount's body the base stands on."""
+        model, own = self._model, {*names.stations(arm), names.PAYLOAD, *(each.name for each in arm.world.objects)}
+        found = []
+        for geom in range(model.ngeom):
+            body = model.body(int(model.geom_bodyid[geom])).name
+            if body in own or not model.geom_conaffinity[geom] & LINKS:
+                continue
+            if body == host.mount and self._away(geom, np.zeros(3))[0] < self.radii[0]:
+                continue
+            friction = max(float(model.geom_friction[each][0]) for each in (geom, model.geom(_TIP).id))
+            found.append(Obstacle(body, friction, geom))
+        return found
+
+    def _away(self, geom: int, point: Array) -> tuple[float, Array]:
+        """Return the distance [m] of a geom from a point of the base frame, and its ends there, shape (6,)."""
+        ends = np.zeros(6)
+        self._probe[:] = point
+        return mujoco.mj_geomDistance(self._model, self._data, self._id, geom, _FAR, ends), ends
 
     def reach(self, number: int, points: Array) -> Array:
         """Return what an object is at least away from points [m], shape (P,): quick, for what is far off."""
@@ -55,12 +99,9 @@ class Surroundings:
 
     def distances(self, number: int, points: Array) -> tuple[Array, Array]:
         """Return distances [m] of points, shape (P, 3), from an object, negative inside, and normals out of it."""
-        model, data, probe, geom, one = self._model, self._data, self._id, self._geoms[number], np.zeros(6)
         found, ends = np.zeros(len(points)), np.zeros((len(points), 6))
         for row, point in enumerate(points):
-            self._probe[:] = point
-            found[row] = mujoco.mj_geomDistance(model, data, probe, geom, _FAR, one)
-            ends[row] = one
+            found[row], ends[row] = self._away(self._geoms[number], point)
         away = ends[:, :3] - ends[:, 3:]
         away *= np.sign(found + _PROBE_RADIUS)[:, None]
         return found + _PROBE_RADIUS, away / np.maximum(np.linalg.norm(away, axis=1), 1e-300)[:, None]

@@ -36,6 +36,8 @@ class Loads:
             )
             self._gravity = slider(gui, "gravity [m/s²]", (0.0, max(9.81, strength)), 0.01, strength)
             self._payload = slider(gui, "payload [g]", (0, max(200.0, 2e3 * arm.payload)), 5, 1e3 * arm.payload)
+        self._hosted = arm.world.host is not None
+        self._mount.disabled = self._gravity.disabled = self._hosted  # its host says both
         self.controls = (self._mount, self._gravity, self._payload)
 
     def connect(self, on: Callable[[Any, Callable[[], None]], None], action: Callable[[], None]) -> None:
@@ -45,6 +47,8 @@ class Loads:
 
     def put_on(self, arm: Arm) -> Arm:
         """Return an arm under the load that the controls say."""
+        if self._hosted:
+            return replace(arm, payload=1e-3 * value(self._payload))
         # A hair of gravity keeps the picture's way down while it is turned off.
         x, y, z = (max(value(self._gravity), 1e-9) * part for part in self._ways[self._mount.value])
         base = self._world.base_orientation if self._mount.value == self._given else None

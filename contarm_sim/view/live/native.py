@@ -75,7 +75,10 @@ def _loop(session: Session, model: Any, data: Any, shown: Any, keys: queue.Simpl
         with shown.lock():
             joints = session.plant.index.qpos
             data.qpos[joints], data.time = session.plant.qpos, session.plant.data.time
-            data.qpos[joints.stop :] = to_scene(session.arm, session.poses)
+            if session.plant.hosted:
+                data.qpos[:] = session.plant.data.qpos
+            else:
+                data.qpos[joints.stop :] = to_scene(session.arm, session.poses)
             mujoco.mj_forward(model, data)
             _draw_over(session, data, shown.user_scn)
         shown.set_texts((None, mujoco.mjtGridPos.mjGRID_TOPLEFT, *_said(session, paused, chosen)))

@@ -20,6 +20,7 @@ from contarm_sim.mjcf.nose import SILICONE, disk_in_nose, drawn_length, nose_rad
 from contarm_sim.mjcf.scene import base_quaternion, base_rotation
 from contarm_sim.mjcf.surfaces import cap
 from contarm_sim.view.colours import ANALYTIC, CONTACT, TARGET, error_colours, rgb
+from contarm_sim.view.live.hosted import HostThings
 from contarm_sim.view.live.session import Reading, Session
 from contarm_sim.view.live.shapes import as_bytes, cylinder, from_upright, hoop, linear, tube
 from contarm_sim.view.live.surroundings import Surroundings, add_lights
@@ -66,6 +67,8 @@ class Scene:
         self._add_arm()
         self._add_target()
         self._things, self._lit = Things(self._server, arm, "/arm"), np.zeros(0, dtype=int)
+        plant = self._session.plant
+        self._host = HostThings(self._server, plant, "/arm") if plant.hosted else None
         self._payload = self._add.add_icosphere("/arm/payload", radius=1.0, color=as_bytes(_DARK))
         vertices, faces = self._ghost()
         # Only far sides of what is clear are drawn: they never cover the arm.
@@ -180,6 +183,8 @@ class Scene:
         """Draw what is touched now, and where free objects are."""
         contacts = self._session.contacts
         self._things.show(self._session.poses, contacts)
+        if self._host is not None:
+            self._host.show(self._session.plant)
         if contacts is None:
             return
         lit = np.unique(contacts.station)

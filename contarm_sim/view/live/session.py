@@ -21,7 +21,6 @@ from contarm_sim.mechanics.contacts import Contacts
 from contarm_sim.mechanics.muscles import each, slices
 from contarm_sim.mechanics.servos import servo_control
 from contarm_sim.mechanics.statics import cocontraction
-from contarm_sim.mjcf.contact import set_step
 from contarm_sim.mjcf.overlaps import refuse_overlaps
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.simulate import CONTROL_RATE
@@ -163,7 +162,7 @@ class Session:
             refuse_overlaps(arm, plant.model, plant.data, "where the arm is straight")
         self.period = PERIOD * -(-len(arm.sections) // _QUICK)
         self._substeps = stable_substeps(alone, 1 / self.period, np.empty((0, 2)))
-        set_step(plant.model, self.period / self._substeps)
+        plant.own.step_by(self.period / self._substeps)
         self.plant, self.arm, self.controller, self._driver = plant, arm, controller, driver
 
     def _end_recording(self) -> None:

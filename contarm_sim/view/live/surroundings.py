@@ -89,11 +89,13 @@ class Surroundings:
         base = add_scene(spec, arm)
         self._ground, self._width, self._turn = -float(base[2]), arm.disk_radius, base_rotation(arm)
         self._floor.position = (0.0, 0.0, self._ground)
+        self._hosted = arm.world.host is not None  # which has floors and mounts of its own
+        self._floor.visible = not self._hosted
         for node in self._mount:
             node.remove()
         colours = {material.name: as_bytes(material.rgba) for material in spec.materials}
         self._mount = [
-            node for geom in spec.worldbody.geoms
+            node for geom in ([] if self._hosted else spec.worldbody.geoms)
             if (node := self._part(geom, base, colours.get(geom.material, _DOME))) is not None
         ]  # fmt: skip
         eye, centre = view_of(arm, self.tips)
@@ -110,6 +112,8 @@ class Surroundings:
         Args:
             stations: of the arm [m], shape (N + 1, 3), in the base frame.
         """
+        if self._hosted:
+            return
         places = stations @ self._turn.T
         fallen = places[:, :2] + np.outer(places[:, 2] - self._ground, _SLANT)
         farthest = fallen[(fallen @ _ROUND.T).argmax(axis=0)]

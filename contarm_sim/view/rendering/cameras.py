@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
@@ -31,6 +32,10 @@ _MOMENTS, _AROUND = 60, 24
 """How many moments of a run, and how many places of the circle, cameras are placed by."""
 
 
+_HOLDER = np.array([[x, y, z] for x in (-0.2, 0.2) for y in (-0.2, 0.2) for z in (-0.15, 0.0)])
+"""Points about what holds the base in a host [lengths], base frame."""
+
+
 def check_camera(name: str) -> str:
     """Return a camera's name.
 
@@ -51,14 +56,29 @@ def extent(*runs: Trajectory, path: bool = True, ghost: bool = True) -> Array:
     found = []
     for run in runs:
         some = np.unique(np.linspace(0, len(run) - 1, _MOMENTS).round().astype(int))
-        points = [run.stations[some].reshape(-1, 3)]
+        points = [_carried(run, some, run.stations[some]).reshape(-1, 3)]
+        if run.arm.world.host is not None:
+            about = np.tile(run.arm.length * _HOLDER, (len(some), 1, 1))
+            points.append(_carried(run, some, about).reshape(-1, 3))
         if path:
-            points.append(run.target)
+            points.append(_carried(run, np.arange(len(run)), run.target[:, None])[:, 0])
         if ghost:
-            places = section_places(run.arm, 4)
-            points += [shape.position(bend, run.arm, xi) for bend in run.bend[some] for xi in places]
+            arcs = np.array([[shape.position(bend, run.arm, xi) for xi in section_places(run.arm, 4)]
+                             for bend in run.bend[some]])  # fmt: skip
+            points.append(_carried(run, some, arcs.reshape(len(some), -1, 3)).reshape(-1, 3))
         found.append(with_objects(np.vstack(points), run.arm, None if run.objects is None else run.objects[some]))
     return np.vstack(found)
+
+
+def _carried(run: Trajectory, samples: NDArray[np.intp], points: Array) -> Array:
+    """Return points of the base frame of samples, shape (T, K, 3), in that of the start: a host may have moved it."""
+    if run.base is None:
+        return points
+    from scipy.spatial.transform import Rotation
+
+    turns = Rotation.from_quat(run.base[:, [4, 5, 6, 3]]).as_matrix()
+    world = run.base[samples, None, :3] + points @ turns[samples].transpose(0, 2, 1)
+    return np.asarray((world - run.base[0, :3]) @ turns[0])
 
 
 class Camera:
@@ -87,7 +107,7 @@ class Camera:
         radius = 0.0 if seen is None else 1.3 * arm.disk_radius
         if seen is None:
             seen = workspace(arm)
-        elif along[2] > 0.1:
+        elif along[2] > 0.1 and arm.world.host is None:
             seen = np.vstack([seen, base, [base[0], base[1], 0.0]])
         else:
             seen = np.vstack([seen, base - 0.1 * arm.length * along])

@@ -114,27 +114,31 @@ class ArmRenderer:
         self.arm = arm
         spec = scene_spec(arm.without_memory)
         tell_sections_apart(spec, arm)
-        self._floor, self._ghost = Floor(spec, arm), Ghost(spec, arm)
+        host = arm.world.host
+        self._floor, self._ghost = None if host is not None else Floor(spec, arm), Ghost(spec, arm)
         self._backbone, self._muscles = Backbone(spec, arm), Muscles(spec, arm)
         world = None if seen is None else base_position(arm) + seen @ base_rotation(arm).T
         self._camera = Camera(camera, arm, world, replace(frame or Frame(), aspect=width / height))
-        if self._camera.cut_away:
+        if self._camera.cut_away and host is None:
             for part in ("flange", "mount", "elbow", "column"):
                 geom = spec.geom(part_name(spec, part))
                 if geom is not None:
                     hidden(geom)
         _set_quality(spec)
         spec.visual.global_.offwidth, spec.visual.global_.offheight, spec.visual.global_.fovy = width, height, FOVY
-        spec.visual.map.znear = _NEAREST
-        far = self._camera.reach / (CLEAR * spec.stat.extent)
-        spec.visual.map.zfar = max(spec.visual.map.zfar, math.ceil(far))
         self._model = spec.compile()
+        sight, near = self._model.vis.map, _NEAREST if host is None else _NEAREST * self._near_by(arm)
+        far = self._camera.reach / (CLEAR * self._model.stat.extent)
+        sight.znear, sight.zfar = near, max(sight.zfar, math.ceil(far))
         self._transparent = transparent
         self._free = np.array([(*each.position, *each.quaternion) for each in arm.world.objects if each.free])
         if transparent:
             clear_away(self._model)
         self._index, self._data = ArmIndex.of(self._model, arm), mujoco.MjData(self._model)
-        self._floor.compiled(self._model)
+        if host is not None:
+            mujoco.mj_resetDataKeyframe(self._model, self._data, 0)
+        if self._floor is not None:
+            self._floor.compiled(self._model)
         self._ghost.compiled(self._model)
         self._backbone.compiled(self._model, self._index)
         self._muscles.compiled(self._model, self._index)
@@ -158,7 +162,8 @@ class ArmRenderer:
         """
         tension = samples.muscle_tensions[index] / max(samples.muscle_tensions.max(), 1e-9)
         things = None if samples.objects is None else samples.objects[index]
-        self._show(samples.qpos[index], tension, index / max(len(samples) - 1, 1), things)
+        hosted = None if samples.host is None else samples.host[index]
+        self._show(samples.qpos[index], tension, index / max(len(samples) - 1, 1), things, hosted)
         scene = self._renderer.scene
         if overlays.path:
             add_line(scene, thin(self.to_world(samples.target)), self._pixels(1.6), ASKED)
@@ -254,38 +259,50 @@ class ArmRenderer:
         """Draw what is gathered."""
         return cut_out(self._renderer) if self._transparent else self._renderer.render()
 
-    def _pose(self, qpos: Array, things: Array | None = None) -> None:
+    def _pose(self, qpos: Array, things: Array | None = None, hosted: Array | None = None) -> None:
         """Place every body, light and muscle; no step is simulated.
 
         Args:
             things: where the free objects are in the base frame, see `Trajectory.objects`; default where they begin.
+            hosted: positions of the host's joints, see `Trajectory.host`; default as before.
         """
         import mujoco
 
         from contarm_sim.mjcf.object_looks import to_scene
 
-        self._data.qpos[self._index.qpos] = qpos
+        own, all_free = self._index.qpos, self._model.nq - 7 * len(self._free)
+        if hosted is not None:
+            self._data.qpos[: own.start], self._data.qpos[own.stop : all_free] = np.split(hosted, [own.start])
+            mujoco.mj_kinematics(self._model, self._data)
+        self._data.qpos[own] = qpos
         if len(self._free):
-            self._data.qpos[self._index.qpos.stop :] = to_scene(self.arm, self._free if things is None else things)
+            base = None if things is None or hosted is None else self._data.body("base")
+            self._data.qpos[all_free:] = to_scene(self.arm, self._free if things is None else things, base)
         for update in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_camlight, mujoco.mj_tendon):
             update(self._model, self._data)
 
-    def _show(self, qpos: Array, tension: Array, share: float, things: Array | None = None) -> None:
+    def _near_by(self, arm: Arm) -> float:
+        """Return the extent of the model of an arm by itself over that of this one, which a host may have made."""
+        return 1.2 * arm.length / float(self._model.stat.extent)
+
+    def _show(
+        self, qpos: Array, tension: Array, share: float, things: Array | None = None, hosted: Array | None = None
+    ) -> None:
         """Pose the arm, and gather what the camera sees of it and of the floor.
 
         Args:
             tension: of each muscle, over the largest.
             share: of the film that has passed.
-            things: where the free objects are, see `_pose`.
+            things, hosted: where the free objects and the host's joints are, see `_pose`.
         """
         from contarm_sim.mjcf.backbone import payload_radius
 
-        self._pose(qpos, things)
+        self._pose(qpos, things, hosted)
         self._muscles.look(tension, self._data)
         self._renderer.update_scene(self._data, self._camera.at(self._data.body("tip").xpos, share))
         self._backbone.place(self._renderer.scene, self._data)
         self._muscles.place(self._renderer.scene, self._data)
-        if not self._transparent:
+        if not self._transparent and self._floor is not None:
             self._floor.shade(
                 self._renderer, self._data.xpos[self._index.stations], payload_radius(self.arm), self._data
             )
