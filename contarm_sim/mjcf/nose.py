@@ -74,7 +74,8 @@ def disk_in_nose(link: Link, radius: float, height: float, half: float) -> float
         height, half: of the disk's middle above its station, and half its thickness [m].
     """
     above = link.height + height + half - (link.arm.length - radius)
-    return math.inf if above <= 0 else _WITHIN * math.sqrt(max(radius**2 - above**2, (0.02 * radius) ** 2))
+    share = 1.0 if link.above is None else _WITHIN
+    return math.inf if above <= 0 else share * math.sqrt(max(radius**2 - above**2, (0.02 * radius) ** 2))
 
 
 def _shorten(geom: mujoco.MjsGeom, end: float) -> None:
