@@ -51,7 +51,7 @@ def count() -> int:
 
 
 def checks(run: Trajectory) -> list[Check]:
-    """Return what the motion must show: lifted, carried, not slipped, no link in the log, put down, by tendons that can."""
+    """Return what the motion must show of log and arm: lifted, carried, not slipped, put down, by tendons that can."""
     assert run.objects is not None
     assert run.contacts is not None
     log, time = run.objects[:, 0], run.time
