@@ -8,9 +8,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import count
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree
 
 from contarm_sim import libmujoco
 from contarm_sim.errors import InputError, one_line
@@ -22,8 +24,8 @@ if TYPE_CHECKING:
 TOUCHES = 1
 """Bit of conaffinity of the geoms that the arm's links touch."""
 
-_NEEDED = ("ACTUATION", "SENSOR", "SPRING", "DAMPER", "CLAMPCTRL")
-"""What the arm does not work without."""
+_NEEDED = ("ACTUATION", "CONTACT", "SENSOR", "SPRING", "DAMPER", "CLAMPCTRL")
+"""What the arm does not work, or does not touch, without."""
 
 _lock = Lock()
 
@@ -65,33 +67,28 @@ class HostFile:
     Attributes:
         gravity: in the world [m/s^2].
         timestep: [s].
-        integrator: by the engine's name.
         sites, bodies: those with names.
         touched: the bodies with geoms that the arm's links touch; those without a name by their number.
         keys: its keyframes; where it has none, one that is what the engine starts from.
         ends: positions and velocities in the engine's arrays before what is attached to a body, by its name.
-        coordinates: positions in the engine's arrays.
     """
 
     gravity: Vector
     timestep: float
-    integrator: str
     sites: dict[str, Place]
     bodies: dict[str, Place]
     touched: tuple[str, ...]
     keys: tuple[Key, ...]
     ends: dict[str, tuple[int, int]]
-    coordinates: int
 
 
 def host_file(file: str) -> HostFile:
-    """Return what a file says; read anew where it has changed.
+    """Return what a file says; read anew where it, or a file that it includes, has changed.
 
     Raises:
         InputError: MuJoCo does not take it, or has options under which the arm cannot be simulated.
     """
-    status = os.stat(file)
-    return _read(file, status.st_mtime_ns, status.st_size)
+    return _read(file, tuple(_stamps(file, Path(file).parent, set())))
 
 
 def opened(file: str) -> mujoco.MjSpec:
@@ -109,9 +106,39 @@ def opened(file: str) -> mujoco.MjSpec:
     except (ValueError, UnicodeDecodeError) as error:
         raise _refused(file, error) from None
     for kind, every in (("body", spec.bodies), ("joint", spec.joints)):
+        taken = {part.name for part in every}
         for number, part in enumerate(every):
-            part.name = part.name or f"{kind}_{number}"
+            if not part.name:
+                free = (f"{kind}_{more}" for more in count(number))
+                part.name = next(name for name in free if name not in taken)
+                taken.add(part.name)
     return spec
+
+
+_Stamp = tuple[str, int, int]
+"""A file, when it was written [ns], and its size: tell one that was written again."""
+
+
+def _stamps(file: str, folder: Path, seen: set[str]) -> Iterator[_Stamp]:
+    """Yield the stamps of a file and of those that it includes, named from a folder, each once."""
+    seen.add(file)
+    status = os.stat(file)
+    stamp = (file, status.st_mtime_ns, status.st_size)
+    yield stamp
+    for name in _included(*stamp):
+        part = str(folder / name)
+        if part not in seen and os.path.isfile(part):
+            yield from _stamps(part, folder, seen)
+
+
+@lru_cache(maxsize=64)
+def _included(file: str, changed: int, size: int) -> tuple[str, ...]:
+    """Return the models that a file names: nothing of one that is no XML, which MuJoCo refuses."""
+    try:
+        tree = ElementTree.parse(file)
+    except (ElementTree.ParseError, ValueError):
+        return ()
+    return tuple(part.get("file", "") for part in tree.iter() if part.tag in ("include", "model"))
 
 
 @contextmanager
@@ -153,7 +180,7 @@ def _refused(file: str, error: Exception) -> InputError:
 
 
 @lru_cache(maxsize=16)
-def _read(file: str, changed: int, size: int) -> HostFile:
+def _read(file: str, stamps: tuple[_Stamp, ...]) -> HostFile:
     spec = opened(file)
     import mujoco
 
@@ -184,7 +211,6 @@ def _read(file: str, changed: int, size: int) -> HostFile:
     return HostFile(
         gravity=gravity,
         timestep=float(model.opt.timestep),
-        integrator=mujoco.mjtIntegrator(model.opt.integrator).name.removeprefix("mjINT_"),
         sites={
             model.site(i).name: place(int(model.site_bodyid[i]), data.site_xpos[i], data.site_xmat[i])
             for i in range(model.nsite)
@@ -194,7 +220,6 @@ def _read(file: str, changed: int, size: int) -> HostFile:
         touched=tuple(names[body] for body in sorted(touching)),
         keys=tuple(_keys(model, data)),
         ends={name: _end(model, body) for body, name in enumerate(names)},
-        coordinates=int(model.nq),
     )
 
 
@@ -234,8 +259,7 @@ def _end(model: mujoco.MjModel, body: int) -> tuple[int, int]:
         if not last >= int(model.body_parentid[other]) >= body:
             break
         last = other
-    joints = [joint for joint in range(model.njnt) if model.jnt_bodyid[joint] <= last]
-    if not joints:
-        return 0, 0
-    width = {0: (7, 6), 1: (4, 3)}.get(int(model.jnt_type[joints[-1]]), (1, 1))
-    return int(model.jnt_qposadr[joints[-1]]) + width[0], int(model.jnt_dofadr[joints[-1]]) + width[1]
+    joint = int((model.jnt_bodyid <= last).sum())  # the first after
+    if joint == model.njnt:
+        return int(model.nq), int(model.nv)
+    return int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])

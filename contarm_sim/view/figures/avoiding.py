@@ -10,6 +10,7 @@ from contarm_sim import planning
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.inverse.limits import angles_of
 from contarm_sim.mechanics import shape
+from contarm_sim.mjcf.surfaces import placed_surface
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.colours import ANALYTIC, FAINT, LIMIT, ORANGE, SKY, TARGET
 from contarm_sim.view.sections import section_body, section_hex, section_places
@@ -36,9 +37,8 @@ def avoiding(
     layout = {"width_ratios": [1.35, 1]} if sheet.wide else {"height_ratios": [1.5, 1]}
     grid = sheet.add_gridspec(*((1, 2) if sheet.wide else (2, 1)), **layout)  # type: ignore[arg-type]
     ax = add_space(sheet, arm, grid[0])
-    clearance = planning.Clearance(arm)
     for each in arm.world.objects:
-        draw_object(ax, each, 0.8 * arm.length, clearance.vertices(each.name) if each.shape == "mesh" else None)
+        draw_object(ax, each, 0.8 * arm.length, placed_surface(each) if each.shape == "mesh" else None)
     for curve, clear in curves:
         for bends, free in zip(*(x[:: max(len(curve) // _DRAWN, 1)] for x in (curve, clear)), strict=True):
             line = shape.position(bends.reshape(-1), arm, np.linspace(0, 1, 60))
