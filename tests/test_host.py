@@ -19,6 +19,7 @@ from contarm_sim.model.template import arm_template
 from contarm_sim.motion.time_step import Stepping
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.trajectory import Trajectory
+from contarm_sim.statics.leaning.surroundings import Surroundings
 
 CELL = """<mujoco model="cell">
   <compiler meshdir="meshes"/>
@@ -193,6 +194,16 @@ def test_an_arm_at_rest_leans_on_bodies_of_a_host_as_on_objects(folder):
     assert np.allclose(*forces, rtol=1e-6)
 
 
+@pytest.mark.parametrize(("geom", "friction"), [("friction='.2 .1 .1'", 1.0), ("friction='.2 .1 .1' priority='1'", 0.2),
+                                                ("priority='1' condim='1'", 0.0)])  # fmt: skip
+def test_friction_with_bodies_of_a_host_is_mixed_as_in_motion(folder, geom, friction):
+    post = POST.replace('type="cylinder"', f'type="cylinder" {geom}')
+    file = _written(folder, "rubbed", more=post)
+    arm = Arm(links=8, host=Host(file=file, position=(0, -3, 1), orientation=(0, 1, 0, 0)))
+    assert {each.friction for each in Surroundings(arm).objects if each.name == "post"} == {friction}
+    assert not arm.world.host.read.holds
+
+
 def test_the_body_that_holds_the_base_is_not_in_the_way_of_the_first_links(folder):
     """A plate at the base: capsules of the first links have round ends that reach into it."""
     box, site = '<geom type="box" size=".2 .2 .01" pos="0 0 .01"/>', '<site name="at" euler="180 0 0"/>'
@@ -272,8 +283,8 @@ def test_a_host_is_read_anew_where_a_file_that_it_includes_has_changed(tmp_path)
 
 
 TAKEN = {
-    "a mesh": ('<asset><mesh name="it" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>', "mesh it"),
-    "a joint": ('<worldbody><body><joint name="it"/><geom size=".1"/></body></worldbody>', "joint it"),
+    "a mesh": ('<asset><mesh name="it" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>', "mesh of that name"),
+    "a joint": ('<worldbody><body><joint name="it"/><geom size=".1"/></body></worldbody>', "joint of that name"),
     "a sensor": ('<sensor><clock name="base_position"/></sensor>', "sensor base_position"),
     "a joint's sensor": (
         '<worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody><sensor><clock name="world_j_angle"/>'

@@ -293,7 +293,9 @@ def test_the_command_says_clearance_and_draws(contarm, tmp_path):
     code, out, err = contarm(*given, "--margin", "15mm", "--figure", "around.svg", "--out", "s.csv")
     assert (code, "post" in (tmp_path / "s.csv").read_text()) == (0, True), err
     assert "15 mm" in out
-    assert {"blocked", "clear", "chosen", "margin"} <= words_of((tmp_path / "around.svg").read_text())
+    drawn = (tmp_path / "around.svg").read_text()
+    assert {"blocked", "clear", "chosen"} <= words_of(drawn)
+    assert ">margin, 15 mm<" in drawn
 
 
 def words_of(svg):

@@ -100,6 +100,7 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
     from contarm_sim.cli.path import parameters_of, path_of, reference_of
     from contarm_sim.cli.run_words import show_run
     from contarm_sim.cli.terminal import command_line, progress, say
+    from contarm_sim.model.host_file import HOLDING
     from contarm_sim.motion.simulate import simulate
     from contarm_sim.stopping import break_off, exit_code, unbroken
     from contarm_sim.view.report.output import OutputFolder, check_output, default_folder, to_json
@@ -158,6 +159,9 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
             click.echo(to_json(summary))
         else:
             show_run(summary, arm)
+        host = arm.world.host
+        if host is not None and not host.read.holds and recorded.contacts is not None and len(recorded.contacts):
+            say(f"friction creeps or buzzes under the options of {Path(host.file).name}; it holds with {HOLDING}")
         say(f"written: {opened.target}")
         if cut:
             said = f"{len(spread.status)} of {spread.uncertain.cases}"  # type: ignore[union-attr]

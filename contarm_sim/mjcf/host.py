@@ -17,6 +17,7 @@ from contarm_sim.mjcf.objects import OF_OBJECTS
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.host import Host
 from contarm_sim.model.host_file import Key, opened, quiet
+from contarm_sim.model.objects import said_of_object
 
 _NAMED = (
     "bodies", "joints", "geoms", "sites", "cameras", "lights", "meshes", "materials", "textures", "tendons",
@@ -141,11 +142,14 @@ def _name(spec: mujoco.MjSpec, key: Key) -> str:
 
 
 def _refuse_collisions(spec: mujoco.MjSpec, part: mujoco.MjSpec, arm: Arm, host: Host) -> None:
-    own = {one.name for one in arm.world.objects}
     found = []
     for kind in _NAMED:
         taken = {each.name for each in getattr(spec, kind)}
-        mine = {each.name for each in getattr(part, kind)} | (own if kind in OF_OBJECTS else set())
+        for one in arm.world.objects if kind in OF_OBJECTS else ():
+            if one.name in taken:
+                allowed = f"another: {Path(host.file).name} has a {_single(kind)} of that name"
+                raise InputError("name", repr(one.name), allowed, said_of_object(one.name))
+        mine = {each.name for each in getattr(part, kind)}
         found += [f"{_single(kind)} {name}" for name in sorted((taken & mine) - {"", "world"})]
     if found:
         more = f" and {len(found) - _SHOWN} more" if len(found) > _SHOWN else ""
