@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,10 +11,10 @@ from itertools import count
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any
-from xml.etree import ElementTree
 
 from contarm_sim import libmujoco
 from contarm_sim.errors import InputError, one_line
+from contarm_sim.model.host_stamps import Stamp, stamps
 from contarm_sim.model.parameters import Quaternion, Vector
 
 if TYPE_CHECKING:
@@ -97,7 +96,7 @@ def host_file(file: str) -> HostFile:
     Raises:
         InputError: MuJoCo does not take it, or has options under which the arm cannot be simulated.
     """
-    return _read(file, tuple(_stamps(file, Path(file).parent, set())))
+    return _read(file, stamps(file))
 
 
 def opened(file: str) -> mujoco.MjSpec:
@@ -122,32 +121,6 @@ def opened(file: str) -> mujoco.MjSpec:
                 part.name = next(name for name in free if name not in taken)
                 taken.add(part.name)
     return spec
-
-
-_Stamp = tuple[str, int, int]
-"""A file, when it was written [ns], and its size: tell one that was written again."""
-
-
-def _stamps(file: str, folder: Path, seen: set[str]) -> Iterator[_Stamp]:
-    """Yield the stamps of a file and of those that it includes, named from a folder, each once."""
-    seen.add(file)
-    status = os.stat(file)
-    stamp = (file, status.st_mtime_ns, status.st_size)
-    yield stamp
-    for name in _included(*stamp):
-        part = str(folder / name)
-        if part not in seen and os.path.isfile(part):
-            yield from _stamps(part, folder, seen)
-
-
-@lru_cache(maxsize=64)
-def _included(file: str, changed: int, size: int) -> tuple[str, ...]:
-    """Return the models that a file names: nothing of one that is no XML, which MuJoCo refuses."""
-    try:
-        tree = ElementTree.parse(file)
-    except (ElementTree.ParseError, ValueError):
-        return ()
-    return tuple(part.get("file", "") for part in tree.iter() if part.tag in ("include", "model"))
 
 
 @contextmanager
@@ -189,7 +162,7 @@ def _refused(file: str, error: Exception) -> InputError:
 
 
 @lru_cache(maxsize=16)
-def _read(file: str, stamps: tuple[_Stamp, ...]) -> HostFile:
+def _read(file: str, written: tuple[Stamp, ...]) -> HostFile:
     spec = opened(file)
     import mujoco
 
