@@ -10,6 +10,7 @@ from contarm_sim import planning
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.inverse.limits import angles_of
 from contarm_sim.mechanics import shape
+from contarm_sim.mjcf.surfaces import placed_surface
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.colours import BLACK, LIMIT, NOTE, ORANGE, SKY, TARGET
 from contarm_sim.view.sections import section_body, section_hex, section_places
@@ -36,9 +37,8 @@ def avoiding(
     layout = {"width_ratios": [1.35, 1]} if sheet.wide else {"height_ratios": [1.5, 1]}
     grid = sheet.add_gridspec(*((1, 2) if sheet.wide else (2, 1)), **layout)  # type: ignore[arg-type]
     ax = add_space(sheet, arm, grid[0])
-    clearance = planning.Clearance(arm)
     for each in arm.world.objects:
-        draw_object(ax, each, 0.8 * arm.length, clearance.vertices(each.name) if each.shape == "mesh" else None)
+        draw_object(ax, each, 0.8 * arm.length, placed_surface(each) if each.shape == "mesh" else None)
     for curve, clear in curves:
         for bends, free in zip(*(x[:: max(len(curve) // _DRAWN, 1)] for x in (curve, clear)), strict=True):
             line = shape.position(bends.reshape(-1), arm, np.linspace(0, 1, 60))
@@ -63,7 +63,7 @@ def _chosen(ax: Space, arm: Arm, found: planning.Avoiding) -> None:
     """Draw the chosen pose: its backbone, and rings as wide as what touches."""
     bend = found.bends.reshape(-1)
     for number, xi in enumerate(section_places(arm, 30)):
-        look = section_body(number) | {"linewidth": 2.0, "label": f"section {number + 1}", "zorder": 4}
+        look = section_body(number) | {"linewidth": 2.0, "label": f"chosen, section {number + 1}", "zorder": 4}
         ax.trace(shape.position(bend, arm, xi), **look)
         turn = np.linspace(0, 2 * np.pi, 33)
         ring = arm.contact_radii[number] * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=-1)
