@@ -136,7 +136,7 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
             raise KeyboardInterrupt
         if asked is not None and recorded.status != "interrupted":
             spread = uncertain.motion_of(recorded, asked, stepping)
-        if recorded.contacts is not None and len(recorded.contacts) and recorded.status != "interrupted":
+        if recorded.contacts and recorded.base is None and recorded.status != "interrupted":
             say("simulating the same without objects, to tell what contact does")
         job, recorded = _report(recorded, spread)
         cut = spread is not None and spread.interrupted

@@ -110,9 +110,7 @@ class Motion:
             DivergenceError: the arm blows up however short the step is.
         """
         farthest = self._bend[np.linalg.norm(self._bend, axis=1).argmax()]
-        substeps = stable_substeps(self._alone, self._rate, farthest[None])
-        if self.arm.world.host is not None:
-            substeps = max(substeps, math.ceil(1 / (self._rate * self.arm.world.host.read.timestep) - 1e-9))
+        substeps = stable_substeps(self._alone, self._rate, farthest[None], self.arm.world.host)
         while True:
             try:
                 return (yield from self.checked(substeps, refine=True))
@@ -123,6 +121,8 @@ class Motion:
 
     def checked(self, substeps: int, refine: bool = False) -> Flight:
         """Simulate in so many steps per control tick, or in more if `refine`, and estimate the step's error.
+
+        That is how far the tip is off; what becomes of free objects is not compared.
 
         The engine's error is of first order in the step, so that of the finer of two runs is their difference over the
         ratio of their steps less one. With dry friction it is of no order: there it is taken to be twice the
