@@ -107,6 +107,12 @@ def test_what_two_links_do_to_each_other_counts_once(run):
     assert "Contacts(2 in 1 samples, with itself; force up to 3 N" in repr(both)
 
 
+def test_a_step_that_is_too_long_is_told(run):
+    fine, coarse = (replace(run, step_error=np.full(len(run), share * run.arm.length)) for share in (5e-4, 2e-3))
+    assert "NOT converged" not in repr(fine)
+    assert "NOT converged: the time step puts the tip off by up to 0.74 mm" in repr(coarse)
+
+
 def test_friction_is_never_used_by_more_than_all_of_it(run):
     """The sum of the forces of a link on an edge may be across the normal of the deepest, though none slides."""
     found = run.contacts.where(slice(0, 1))

@@ -22,19 +22,16 @@ from contarm_sim.motion.legs import Flight, Leg
 from contarm_sim.motion.stepping_loop import EVERY, Pass, Snapshot
 from contarm_sim.motion.time_step import Stepping, stable_substeps
 from contarm_sim.paths.reference import Reference
-from contarm_sim.results.trajectory import Trajectory
+from contarm_sim.results.trajectory import STEP_LIMIT, Trajectory
 from contarm_sim.statics.solver import Solver
 from contarm_sim.versions import versions
-
-STEP_LIMIT = 1e-3
-"""Largest error [lengths] of the tip that the time step may make."""
 
 _WANTED, _QUIET = 0.4 * STEP_LIMIT, 0.2 * STEP_LIMIT
 """Error of the step [lengths] that is aimed at; seen in one window, that is taken to be small everywhere."""
 
-_REFINED = 4
-"""How much shorter than the first step others are tried where the arm touches something: whether it sticks or slips
-there, and when, may depend on any step."""
+_REFINED = 16
+"""How much shorter than the first step others are tried at most where the arm touches something: whether it sticks or
+slips there, and when, may depend on any step, and then halving it does not help."""
 
 _MOST_STEPS = 400_000
 """Engine steps that one motion is given at most to reach the limit."""

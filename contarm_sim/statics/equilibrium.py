@@ -120,7 +120,7 @@ def pose_at_rest(arm: Arm, load: Load | None = None, method: Method = "auto", gu
     if guess is not None:
         plant.data.qpos[:] = checked_guess(guess, plant.data.qpos.shape)
     with engine_room():
-        solver, around = Solver(plant, load), Surroundings(arm) if arm.world.touchable else None
+        solver, around = Solver(plant, load), _around(arm)
         start = time.perf_counter()
         leant = None if around is None else lean(solver, arm, around, method, guess is not None)
         found = solve(solver, method) if leant is None else leant.solution
@@ -139,6 +139,15 @@ def pose_at_rest(arm: Arm, load: Load | None = None, method: Method = "auto", gu
         qpos=plant.data.qpos.copy(),
         **({} if leant is None else leant.more),
     )
+
+
+def _around(arm: Arm) -> Surroundings | None:
+    """Return what an arm can touch, with all loaded that the search among it needs: it is not a part of its time."""
+    if not arm.world.touchable:
+        return None
+    import scipy.optimize  # noqa: F401
+
+    return Surroundings(arm)
 
 
 def checked_guess(guess: Any, shape: tuple[int, ...]) -> Array:

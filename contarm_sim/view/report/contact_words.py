@@ -46,8 +46,13 @@ def in_numbers(summary: dict[str, Any]) -> str:
     found = summary["contact"]
     if not found["contacts"]:
         names = [one["name"] for one in found["objects"]]
-        said = f"none of {listed(named(names))}" if len(names) > 1 else named(names)[0]
-        return f"{said} is touched" if len(names) > 1 else f"{said} is not touched"
+        others = named([name for name in names if name != "itself"])
+        said = (
+            [f"none of {listed(others)} is touched" if len(others) > 1 else f"{others[0]} is not touched"]
+            if others
+            else []
+        )
+        return listed([*said, *["the arm does not touch itself"] * ("itself" in names)])
     share = 100 * found["samples"] / summary["samples"]
     what = what_it_touches(summary).removeprefix("the arm ")
     return (
@@ -63,7 +68,7 @@ def paragraph(summary: dict[str, Any]) -> str:
         return f"The arm touches nothing: {in_numbers(summary)}."
     what, links = what_it_touches(summary), found["most_links"]
     share = 100 * found["samples"] / summary["samples"]
-    untouched = [one["name"] for one in found["objects"] if not one["samples"]]
+    untouched = named([one["name"] for one in found["objects"] if not one["samples"]])
     said = [
         f"{what[0].upper()}{what[1:]}, in {share:.3g} % of all samples and with at most {links} "
         f"link{'s' * (links != 1)} at once.",
@@ -74,7 +79,7 @@ def paragraph(summary: dict[str, Any]) -> str:
         " of the tip error.",
     ]
     if untouched:
-        said.insert(1, f"It never touches {listed(named(untouched), 'or')}.")
+        said.insert(1, f"It never touches {listed(untouched, 'or')}.")
     return " ".join(said)
 
 
