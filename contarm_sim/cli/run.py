@@ -221,7 +221,7 @@ def _refuse_too_long(duration: float, timestep: float | None, arm: Arm) -> None:
     samples, muscles, partners = duration * CONTROL_RATE, count(arm), len(arm.world.objects) + arm.world.self_contact
     steps = duration / timestep if timestep is not None else samples
     numbers = (
-        samples * (28 + 4 * muscles + (6 + 11 * partners) * (arm.links + 1)) * 4
+        samples * (28 + 4 * muscles + (6 + 14 * partners) * (arm.links + 1)) * 4
     )  # recorded, compared, and copied while both are done
     memory = 8 * (numbers + 2 * muscles * steps)
     if steps > MOST_STEPS:
