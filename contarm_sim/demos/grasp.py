@@ -51,7 +51,7 @@ def count() -> int:
 
 
 def checks(run: Trajectory) -> list[Check]:
-    """Return what the motion must show: lifted and carried, not slipped, no link in the log, put down as it was."""
+    """Return what the motion must show of log and arm: lifted, carried, not slipped, put down, by tendons that can."""
     assert run.objects is not None
     assert run.contacts is not None
     log, time = run.objects[:, 0], run.time
@@ -61,6 +61,7 @@ def checks(run: Trajectory) -> list[Check]:
     pressed = run.contacts.where(run.contacts.partner == 0)
     carried = np.bincount(pressed.sample, pressed.force[:, 2], minlength=len(run))[top].mean()
     slipped, turned = slip(run)
+    winches = min(group.law.blocked_force for group in run.arm.groups)
     return [
         Check("the log is lifted", 1e3 * float(height[top].min()), 60.0, "mm", least=True),
         Check("what the arm carries, off its weight", 100 * float(abs(carried / weight - 1)), 5.0, "%"),
@@ -69,6 +70,7 @@ def checks(run: Trajectory) -> list[Check]:
         Check("deepest contact of a link", 1e3 * float(run.contacts.depth.max(initial=0.0)), 0.5, "mm"),
         Check("it is put down, off its start", 1e3 * float(np.linalg.norm(log[-1, :3] - log[0, :3])), 5.0, "mm"),
         Check("and turned out of its direction", _apart(*_matrices(log[[0, -1], 3:])[:, :, 2]), 5.0, "deg"),
+        Check("highest tension of a tendon", float(run.muscle_tensions.max()), winches, "N"),
     ]
 
 

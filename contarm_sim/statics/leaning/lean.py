@@ -76,9 +76,14 @@ def lean(solver: Solver, arm: Arm, surroundings: Surroundings, method: Method, g
 
     Raises:
         EquilibriumError: no equilibrium was reached, or the arm cannot be brought clear of an object; says which.
+        InputError: the arm is too thick to have a round tip.
     """
     plant = solver.plant
     planned = plant.data.qpos.copy()
+    if surroundings.radii[-1] >= 0.5 * arm.length:
+        raise InputError(
+            "contact_radius", float(surroundings.radii[-1]), f"below half the arm's length, {0.5 * arm.length:g} m"
+        )
     _clear_of_base(arm, surroundings, plant)
     leaning = Leaning(solver, surroundings, arm.length * stations(arm))
     start = planned
