@@ -113,6 +113,16 @@ def test_the_command_leaves_a_folder_that_can_be_opened_and_tells_failures(leant
     assert done.return_value == 1
     assert "FAIL" in done.output
 
+    def stop(*given):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(lean, "demonstrate", lambda show: found)
+    monkeypatch.setattr("contarm_sim.view.rendering.video.write_video", stop)
+    done = CliRunner().invoke(cli, ["demo", "lean", "--out", str(tmp_path / "cut")], standalone_mode=False)
+    assert done.return_value == 130
+    assert "while drawing, so video.mp4 is missing; the numbers are whole" in done.output
+    assert (tmp_path / "cut/contact.png").is_file()
+
 
 def test_a_check_that_measured_nothing_fails():
     assert not Check("height", float("nan"), 1.0, "m").passed

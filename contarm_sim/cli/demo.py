@@ -36,8 +36,10 @@ def demo(name: str, no_video: bool, out: str | None, as_json: bool) -> int:
     """
     from importlib import import_module
 
+    from contarm_sim.cli.drawing import say_missing
     from contarm_sim.cli.study import output_for
     from contarm_sim.cli.terminal import command_line, progress, say
+    from contarm_sim.stopping import exit_code
     from contarm_sim.versions import versions
     from contarm_sim.view.report.output import OutputFolder, to_json
 
@@ -62,9 +64,10 @@ def demo(name: str, no_video: bool, out: str | None, as_json: bool) -> int:
     else:
         _show(name, found)
     say(f"written: {opened.target}")
-    _draw(opened.target, found)
-    if not no_video:
-        _film(opened.target, found)
+    missing = _missing(opened.target, found, not no_video)
+    if missing:
+        say_missing(missing, f"contarm render {opened.target}")
+        return exit_code()
     return 0 if found.passed else 1
 
 
@@ -82,6 +85,22 @@ def _write(folder: Path, found: Any) -> None:
             (place / "arm.xml").write_text(exact_xml(arm_spec(run.arm)))
             if run.contacts is not None:
                 write_contacts(place / "contacts.csv", run)
+
+
+def _missing(folder: Path, found: Any, filmed: bool) -> list[str]:
+    """Draw and film; return what an interruption left out."""
+    from contarm_sim.stopping import came
+
+    try:
+        _draw(folder, found)
+        if filmed:
+            _film(folder, found)
+    except KeyboardInterrupt:
+        pass
+    else:
+        if came() is None:  # else a library may have made a failure of the interruption
+            return []
+    return [name for name in ("contact.png", "video.mp4")[: 1 + filmed] if not (folder / name).is_file()]
 
 
 def _draw(folder: Path, found: Any) -> None:
