@@ -31,8 +31,8 @@ def demonstrate(on_tick: OnTick | None = None) -> Demonstration:
     assert motion.contacts is not None
     top = motion.contacts.at(round(0.5 * (LIFTED + LOWERING) * CONTROL_RATE))
     said = (
-        f"{len(np.unique(top.station))} links hold the log, {found[0].value:.0f} mm above its forks, and press it with "
-        f"{top.normal_force.sum():.0f} N in all"
+        f"{len(np.unique(top.station))} links hold the log, {found[0].value:.0f} mm above its forks; what they press "
+        f"it with adds up to {top.normal_force.sum():.0f} N"
     )
     return Demonstration(motion, found, said, camera=(-85.0, 5.0), size=(720, 1000))
 

@@ -105,6 +105,8 @@ def _trajectory(samples: Any) -> str:
 
 def _things(arm: Arm, poses: Any = None) -> Things:
     """Return what is drawn of the objects of an arm's world: those that have an end."""
+    if not arm.world.objects:  # the engine is not loaded for none
+        return []
     from contarm_sim.view.outlines import placed_objects
 
     return [(each.colour, points) for each, points, _ in placed_objects(arm, poses) if each.shape != "plane"]
