@@ -228,7 +228,7 @@ def test_whatever_knows_no_objects_says_so():
         "controllers": lambda: studies.compare_controllers(arm),
     }
     for name, call in calls.items():
-        with pytest.raises(InputError, match=r"touch") as at:
+        with pytest.raises(InputError, match="without contact; leave out --objects") as at:
             call()
         assert at.value.name == "objects", name
     with pytest.raises(InputError, match=r"shelf, ball.*arm\.alone"):

@@ -9,8 +9,8 @@ from click.testing import CliRunner
 
 from contarm_sim.cli.main import cli
 from contarm_sim.demos import grasp, lean, reach_around
-from contarm_sim.demos.checks import Check
 from contarm_sim.demos.curl import HALF_TURN, Curl, reference_of_curl
+from contarm_sim.demos.demonstration import Requirement
 from contarm_sim.demos.grasp_script import END, bends_at, controls_at, grasp_arm
 from contarm_sim.mechanics import routing
 from contarm_sim.results.run_folder import load_folder
@@ -106,7 +106,7 @@ def test_the_command_leaves_a_folder_that_can_be_opened_and_tells_failures(leant
     assert load_folder(target) == found.run
     assert load_folder(target / "beside") == found.beside
 
-    failed = replace(found, checks=[Check("height", 1.0, 2.0, "m", least=True)])
+    failed = replace(found, checks=[Requirement("height", 1.0, 2.0, "m", least=True)])
     monkeypatch.setattr(lean, "demonstrate", lambda show: failed)
     words = ["demo", "lean", "--no-video", "--out", str(tmp_path / "other")]
     done = CliRunner().invoke(cli, words, standalone_mode=False)
@@ -115,8 +115,8 @@ def test_the_command_leaves_a_folder_that_can_be_opened_and_tells_failures(leant
 
 
 def test_a_check_that_measured_nothing_fails():
-    assert not Check("height", float("nan"), 1.0, "m").passed
-    assert not Check("height", float("nan"), 1.0, "m", least=True).passed
+    assert not Requirement("height", float("nan"), 1.0, "m").passed
+    assert not Requirement("height", float("nan"), 1.0, "m", least=True).passed
 
 
 @pytest.mark.slow

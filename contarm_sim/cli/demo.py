@@ -40,6 +40,7 @@ def demo(name: str, no_video: bool, out: str | None, as_json: bool) -> int:
     from contarm_sim.cli.terminal import command_line, progress, say
     from contarm_sim.versions import versions
     from contarm_sim.view.report.output import OutputFolder, to_json
+    from contarm_sim.view.report.run_files import write_run
 
     target = output_for(out, f"demo-{name}")
     module = import_module(f"contarm_sim.demos.{name.replace('-', '_')}")
@@ -55,7 +56,10 @@ def demo(name: str, no_video: bool, out: str | None, as_json: bool) -> int:
         "versions": versions(),
     }
     with OutputFolder(target) as opened:
-        _write(opened.folder, found)
+        write_run(opened.folder, found.run)
+        if found.beside is not None:
+            (opened.folder / "beside").mkdir()
+            write_run(opened.folder / "beside", found.beside)
         (opened.folder / "summary.json").write_text(to_json(summary) + "\n")
     if as_json:
         click.echo(to_json(summary))
@@ -66,22 +70,6 @@ def demo(name: str, no_video: bool, out: str | None, as_json: bool) -> int:
     if not no_video:
         _film(opened.target, found)
     return 0 if found.passed else 1
-
-
-def _write(folder: Path, found: Any) -> None:
-    """Write the numbers of both motions."""
-    from contarm_sim.mjcf import arm_spec, exact_xml
-    from contarm_sim.model.arm_file import arm_to_toml
-    from contarm_sim.view.report.contacts_csv import write_contacts
-
-    for run, place in ((found.run, folder), (found.beside, folder / "beside")):
-        if run is not None:
-            place.mkdir(exist_ok=True)
-            run.save(place / "trajectory.npz")
-            (place / "arm.toml").write_text(arm_to_toml(run.arm))
-            (place / "arm.xml").write_text(exact_xml(arm_spec(run.arm)))
-            if run.contacts is not None:
-                write_contacts(place / "contacts.csv", run)
 
 
 def _draw(folder: Path, found: Any) -> None:

@@ -5,20 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 
-from contarm_sim.demos.checks import Check
 from contarm_sim.demos.curl import Curl, reference_of_curl
-from contarm_sim.demos.demonstration import Demonstration, OnTick
+from contarm_sim.demos.demonstration import STEP, Demonstration, OnTick, Requirement
 from contarm_sim.demos.grasp_script import END, LIFTED, LOWERING, bends_at, grasp_arm
-from contarm_sim.demos.links import link_poses
+from contarm_sim.engine.plant import Plant
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.kinematics.inverse.rotations import rotation_from_quaternion
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.simulate import CONTROL_RATE, Stepping, simulate
 from contarm_sim.results.trajectory import Trajectory
-
-STEP = 0.0025
-"""Engine step [s]."""
 
 OFF = 0.01
 """Height [m] from which on the log is off its forks."""
@@ -50,7 +48,7 @@ def count() -> int:
     return round(END * CONTROL_RATE) + 1
 
 
-def checks(run: Trajectory) -> list[Check]:
+def checks(run: Trajectory) -> list[Requirement]:
     """Return what the motion must show: lifted and carried, not slipped, no link in the log, put down as it was."""
     assert run.objects is not None
     assert run.contacts is not None
@@ -61,14 +59,15 @@ def checks(run: Trajectory) -> list[Check]:
     pressed = run.contacts.where(run.contacts.partner == 0)
     carried = np.bincount(pressed.sample, pressed.force[:, 2], minlength=len(run))[top].mean()
     slipped, turned = slip(run)
+    axes = rotation_from_quaternion(log[[0, -1], 3:])[:, :, 2]
     return [
-        Check("the log is lifted", 1e3 * float(height[top].min()), 60.0, "mm", least=True),
-        Check("what the arm carries, off its weight", 100 * float(abs(carried / weight - 1)), 5.0, "%"),
-        Check("it slips in the grip", 1e3 * slipped, 5.0, "mm"),
-        Check("it turns in the grip", turned, 5.0, "deg"),
-        Check("deepest contact of a link", 1e3 * float(run.contacts.depth.max(initial=0.0)), 0.5, "mm"),
-        Check("it is put down, off its start", 1e3 * float(np.linalg.norm(log[-1, :3] - log[0, :3])), 5.0, "mm"),
-        Check("and turned out of its direction", _apart(*_matrices(log[[0, -1], 3:])[:, :, 2]), 5.0, "deg"),
+        Requirement("the log is lifted", 1e3 * float(height[top].min()), 60.0, "mm", least=True),
+        Requirement("what the arm carries, off its weight", 100 * float(abs(carried / weight - 1)), 5.0, "%"),
+        Requirement("it slips in the grip", 1e3 * slipped, 5.0, "mm"),
+        Requirement("it turns in the grip", turned, 5.0, "deg"),
+        Requirement("deepest contact of a link", 1e3 * float(run.contacts.depth.max(initial=0.0)), 0.5, "mm"),
+        Requirement("it is put down, off its start", 1e3 * float(np.linalg.norm(log[-1, :3] - log[0, :3])), 5.0, "mm"),
+        Requirement("and turned out of its direction", _apart(*axes), 5.0, "deg"),
     ]
 
 
@@ -84,9 +83,9 @@ def slip(run: Trajectory) -> tuple[float, float]:
     if not len(pressed):
         return np.inf, np.inf
     forces = np.bincount(pressed.station, pressed.force[:, 2])
-    places, turns = link_poses(run.arm, run.qpos[held], int(forces.argmax()))
+    places, turns = _link_poses(run.arm, run.qpos[held], int(forces.argmax()))
     seen = np.einsum("tji,tj->ti", turns, log[held, :3] - places)
-    axes = np.einsum("tji,tjk->tik", turns, _matrices(log[held, 3:]))
+    axes = np.einsum("tji,tjk->tik", turns, rotation_from_quaternion(log[held, 3:]))
     moved = np.linalg.norm(seen - seen[0], axis=1).max()
     trace = np.einsum("tij,ij->t", axes, axes[0])
     return float(moved), float(np.degrees(np.arccos(np.clip((trace - 1) / 2, -1, 1))).max())
@@ -113,10 +112,20 @@ def _moved(position: tuple[float, float, float], off: Array) -> tuple[float, flo
     return x, y, z
 
 
-def _matrices(quaternions: Array) -> Array:
-    from scipy.spatial.transform import Rotation
+def _link_poses(arm: Arm, qpos: Array, station: int) -> tuple[Array, Array]:
+    """Return places [m], shape (T, 3), and orientations, shape (T, 3, 3), of the link at a station.
 
-    return np.asarray(Rotation.from_quat(quaternions, scalar_first=True).as_matrix())
+    Args:
+        qpos: joint angles [rad], shape (T, dofs).
+        station: counted from the base, 0 to the number of links.
+    """
+    plant = Plant(arm.alone)
+    places, turns = np.empty((len(qpos), 3)), np.empty((len(qpos), 3, 3))
+    for row, angles in enumerate(qpos):
+        plant.data.qpos[:] = angles
+        mujoco.mj_kinematics(plant.model, plant.data)
+        places[row], turns[row] = plant.centres[station], plant.rotations[station]
+    return places, turns
 
 
 def _apart(one: Array, other: Array) -> float:
