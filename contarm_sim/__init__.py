@@ -98,7 +98,8 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
 __all__ = [
     "Actuation", "Arm", "ContarmError", "Controller", "DivergenceError", "EquilibriumError", "Feedback", "Free",
     "Host", "Ideal", "InputError", "Interrupted", "InterruptedMany", "Load", "Marker", "McKibben", "Muscles",
-    "Object", "Plan", "Recording", "Reference", "Rig", "Routing", "Section", "Seen", "Tendon", "Trajectory", "World", "Wrench",
+    "Object", "Plan", "Recording", "Reference", "Rig", "Routing", "Section", "Seen", "Tendon", "Trajectory",
+    "World", "Wrench",
     "arm_spec", "compare", "covariance_of", "envs", "equilibria", "equilibrium", "excite", "fit", "kinematics",
     "load", "load_arm", "load_fit", "load_recording", "mechanics", "mjcf", "paths", "planning", "poses_at_rest",
     "presets", "replay", "save_recording", "scene_spec", "simulate", "simulate_many", "spec", "studies", "sweeps",
