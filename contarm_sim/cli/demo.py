@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +13,8 @@ from contarm_sim.cli.options import Command, json_option, out_option
 from contarm_sim.view.prints import PLAIN
 
 NAMES = ("grasp", "reach-around", "lean")
+
+_SHOWN = {"m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "": (1.0, "x")}
 
 
 @click.command(cls=Command)
@@ -26,9 +30,10 @@ def demo(name: str, no_video: bool, out: str | None, as_json: bool) -> int:
     reach-around  the tip comes to a point behind a post; plain inverse kinematics hits the post
     lean          the arm leans on a wall, and its tip is stiffer for it
 
-    Leaves summary.json, trajectory.npz, contacts.csv, arm.toml, arm.xml, contact.png and video.mp4; contarm render
-    draws other films of it. The motion that it is compared with is in beside/. Exit code 1 if a check fails. Numbers
-    are on disk before anything is drawn; Ctrl-C before that leaves nothing.
+    Leaves summary.json, trajectory.npz, contacts.csv, arm.toml, arm.xml, contact.png (of a motion that touches
+    something) and video.mp4; contarm render draws other films of it. The motion that it is compared with is in
+    beside/. Exit code 1 if a check fails. Numbers are on disk before anything is drawn; Ctrl-C before that leaves
+    nothing.
 
     \b
     contarm demo grasp
@@ -38,6 +43,7 @@ def demo(name: str, no_video: bool, out: str | None, as_json: bool) -> int:
 
     from contarm_sim.cli.study import output_for
     from contarm_sim.cli.terminal import command_line, progress, say
+    from contarm_sim.stopping import exit_code
     from contarm_sim.versions import versions
     from contarm_sim.view.report.output import OutputFolder, to_json
     from contarm_sim.view.report.run_files import write_run
@@ -65,26 +71,32 @@ def demo(name: str, no_video: bool, out: str | None, as_json: bool) -> int:
         click.echo(to_json(summary))
     else:
         _show(name, found)
+    try:
+        _draw(opened.target, found)
+        if not no_video:
+            _film(opened.target, found)
+    except KeyboardInterrupt:
+        say(f"written: {opened.target}")
+        say(f"interrupted while drawing; the numbers are whole, a film is drawn by: contarm render {opened.target}")
+        return exit_code()
     say(f"written: {opened.target}")
-    _draw(opened.target, found)
-    if not no_video:
-        _film(opened.target, found)
     return 0 if found.passed else 1
 
 
 def _draw(folder: Path, found: Any) -> None:
-    """Draw what the arm touches: forces, depths and links over time, of the motion that touches more."""
+    """Draw what the arm touches: forces, depths and links over time, of each motion that touches anything."""
     from contarm_sim.cli.drawing import MACHINE
     from contarm_sim.cli.terminal import say
     from contarm_sim.view.report.contact_figure import draw_contact
     from contarm_sim.view.style import save
 
-    touching = [run for run in (found.run, found.beside) if run is not None and run.contacts is not None]
-    most = max(touching, key=lambda run: len(run.contacts))
-    try:
-        save(folder, "contact", lambda sheet: draw_contact(sheet, most), PLAIN)
-    except MACHINE as error:
-        say(f"no contact.png: {error}")
+    for run, place in ((found.run, folder), (found.beside, folder / "beside")):
+        if run is None or not run.contacts:
+            continue
+        try:
+            save(place, "contact", partial(draw_contact, samples=run), PLAIN)
+        except MACHINE as error:
+            say(f"no contact.png: {error}")
 
 
 def _film(folder: Path, found: Any) -> None:
@@ -115,11 +127,12 @@ def shot(found: Any, width: int = 1280, height: int = 720, fps: float = 30.0, sp
 def _show(name: str, found: Any) -> None:
     from contarm_sim.cli.terminal import table
 
-    rows = [
-        [check.what, f"{check.value:.3g} {check.unit}", f"at {'least' if check.least else 'most'} {check.limit:g}",
-         "yes" if check.passed else "NO"]
-        for check in found.checks
-    ]  # fmt: skip
+    rows = []
+    for check in found.checks:
+        factor, unit = _SHOWN.get(check.unit, (1.0, check.unit))
+        allowed = f"at {'least' if check.least else 'most'} {factor * check.limit:g} {unit}".rstrip()
+        measured = f"{factor * check.value:.3g} {unit}".rstrip()
+        rows.append([check.what, measured, allowed, "yes" if check.passed else "NO"])
     table(f"demo {name}", ["", "measured", "allowed", "holds"], rows)
     click.echo(f"{found.said}.")
     click.echo(f"verdict: {'PASS' if found.passed else 'FAIL'}")

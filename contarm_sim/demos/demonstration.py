@@ -21,7 +21,7 @@ class Requirement:
     Attributes:
         what: is measured.
         value, limit: in the unit.
-        unit: of both.
+        unit: of both, an SI unit or %; "" of a ratio.
         least: whether the limit is the least that is allowed; else the most.
     """
 

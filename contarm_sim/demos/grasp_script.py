@@ -16,7 +16,7 @@ LIFTED, LOWERING, END = 6.7, 7.7, 14.4
 
 
 def grasp_arm() -> Arm:
-    """Return the hanging arm with the log and its trestles."""
+    """Return the hanging arm with the log and its forks."""
     return arm_of("grasp")
 
 

@@ -40,15 +40,15 @@ def demonstrate(on_tick: OnTick | None = None) -> Demonstration:
     pressed = float(leaning.contacts.total(len(leaning))[-1])
     deepest = float(leaning.contacts.depth.max(initial=0.0))
     checks = [
-        Requirement("it leans on the wall with", pressed, 0.2, "N", least=True),
-        Requirement("deepest contact of a link", 1e3 * deepest, 0.5, "mm"),
-        *(Requirement(f"tip stiffness along {axis}, leaning over free", float(ratio[i]), least, "x", least=True)
+        Requirement("sum of the contact forces of all links, at the end", pressed, 0.2, "N", least=True),
+        Requirement("deepest contact of a link", deepest, 0.0005, "m"),
+        *(Requirement(f"tip stiffness along {axis}, leaning over free", float(ratio[i]), least, "", least=True)
           for i, (axis, least) in enumerate((("X", 3.0), ("Y", 3.0), ("Z", 1.2)))),
     ]  # fmt: skip
     said = (
-        f"the tip yields {1e3 / slack[0]:.0f} mm/N across the wall and {1e3 / slack[1]:.0f} mm/N along it when free, "
-        f"{1e3 / stiff[0]:.1f} and {1e3 / stiff[1]:.1f} mm/N when the arm leans: what is between base and wall hardly "
-        "moves, and only the rest bends"
+        f"the tip's stiffness is {slack[0]:.0f} N/m across the wall and {slack[1]:.0f} N/m along it when free, "
+        f"{stiff[0]:.0f} and {stiff[1]:.0f} N/m when the arm leans: between base and wall it can hardly move, and only "
+        "what is beyond bends"
     )
     return Demonstration(leaning, checks, said, free, ("leaning on the wall", "the same controls, no wall"))
 
