@@ -81,7 +81,7 @@ def ik(
     contarm ik --file targets.csv --out solutions.csv
     contarm ik --preset two --tip 0.1 0.05 0.3 --choose all
     contarm ik --preset three --tip 0.2 0.1 0.4 --direction 1 0 0
-    contarm ik --arm examples/post.toml --tip 0.2 0.08 0.15 --avoid --figure around.png
+    contarm ik --arm examples/post.toml --tip 0.2 0.06 0.25 --avoid --figure around.png
     """
     from contarm_sim.cli.avoiding import check_flags, draw
     from contarm_sim.cli.solutions import show, show_all, write
