@@ -30,7 +30,7 @@ def demonstrate(on_tick: OnTick | None = None) -> Demonstration:
     top = motion.contacts.at(round(0.5 * (LIFTED + LOWERING) * CONTROL_RATE))
     said = (
         f"{len(np.unique(top.station))} links hold the log, {1e3 * found[0].value:.0f} mm above its forks; "
-        f"the sum of their forces on it is {top.normal_force.sum():.0f} N"
+        f"their normal forces add up to {top.normal_force.sum():.0f} N"
     )
     return Demonstration(motion, found, said)
 
