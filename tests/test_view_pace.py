@@ -51,10 +51,10 @@ def run(monkeypatch, tick, picture, seconds):
 
     session.tick = step
     panel = SimpleNamespace(paused=False, speed=1.0, note=lambda: None)
-    panel.show = lambda pace, thinning: said.append((pace, thinning))
+    panel.show = lambda pace, thinning, arrows: said.append((pace, thinning))
     viewers = SimpleNamespace(get_clients=lambda: {1: 0})
     page = SimpleNamespace(
-        panel=panel, wishes=Wishes(), scene=SimpleNamespace(show=show, note=lambda: None), server=viewers
+        panel=panel, wishes=Wishes(), scene=SimpleNamespace(arrows=0.0, show=show, note=lambda: None), server=viewers
     )
     with pytest.raises(OverError):
         server._loop(session, page)
