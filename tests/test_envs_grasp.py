@@ -208,7 +208,7 @@ def test_an_arm_reaches_among_objects_and_may_feel_them():
     np.testing.assert_array_equal(many[1], observation)
 
 
-def test_targets_are_drawn_where_the_arm_has_room():
+def test_targets_are_drawn_where_the_arm_has_room(monkeypatch):
     """None in or behind a wall, where a third would be; the ceiling that the arm hangs from is in no target's way."""
     wall = Object(name="wall", shape="box", size=(0.02, 1, 1), position=(0.12, 0, 0.3))
     ceiling = Object(name="ceiling", shape="plane", position=(0, 0, -0.001))
@@ -222,6 +222,7 @@ def test_targets_are_drawn_where_the_arm_has_room():
     assert (walled[:, 0] < limit).all()
     clear = free[:, 0] < 0.05
     assert (walled == free).all(axis=1)[clear].sum() > 0.5 * clear.sum()
+    monkeypatch.setattr("contarm_sim.envs.reach.DRAWS", 20)
     with pytest.raises(InputError, match="leave the arm room"):
         drawn(replace(wall, position=(0, 0, 0.2), size=(1, 1, 0.1)))
 
