@@ -1,12 +1,13 @@
 """A rod pressed on a post or a plane, without friction: a boundary-value problem with a point contact, by shooting.
 
 Planar, clamped at the origin along +Z, inextensible; x' = sin a, z' = cos a, EI a'' = f_z sin a - f_x cos a with f the
-force beyond. The rod is a round tube of radius r, cut off flat at its tip. A contact force N along the normal n acts
+force beyond. The rod is a round tube of radius r up to 1.25 r before its tip, and ends with a ball: it is fixed to the
+tip, with its middle r behind it along the tip's tangent. A contact force N along the normal n acts
 
 - on a post (a cylinder across the plane) at an unknown arc length s where the tube touches: 4 unknowns, the curvature
   at the clamp, N, s and the angle there, for the post's surface (2), the angle at s, and the couple at the tip;
-- on a plane likewise at s where the rod runs along the plane, or, where it meets the plane, at the rim of its tip, with
-  the couple of that lever.
+- on a plane likewise at s where the rod runs along the plane, or, where it meets the plane, at the ball, with the
+  couple of that lever, or at the tube's end, which a curled rod may touch with before the ball.
 
 Each is followed from the free rod, which the obstacle touches without force, to where the obstacle is pushed to. It
 imports nothing of the package.
@@ -21,6 +22,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, root
 
 PUSHES = 4
+NECK = 1.25
+PARTS = ("tube", "end", "ball")
 FINE = 400
 
 
@@ -53,18 +56,18 @@ class Obstacle:
         """Return the gap [m] between a tube about points, shape (P, 2), and the obstacle, shape (P,)."""
         if self.radius is None:
             return (points - self.at) @ self.normal - radius
-        return np.linalg.norm(points - self.at, axis=1) - self.radius - radius
+        return np.linalg.norm(points - self.at, axis=-1) - self.radius - radius
 
 
 @dataclass(frozen=True)
 class Leaning:
-    """A solution: tip [m], contact force [N], its arc length [m], whether the rim of the tip touches."""
+    """A solution: tip [m], contact force [N], its arc length [m], and what touches, of `PARTS`."""
 
     tip: np.ndarray
     angle: float
     force: float
     along: float
-    at_rim: bool
+    part: str
     points: np.ndarray
     angles: np.ndarray
     unknowns: np.ndarray
@@ -89,10 +92,9 @@ def _shoot(rod, curvature, at, push, fine=False):
     return below[:, -1], above[:, -1], np.concatenate([below, above], axis=1)
 
 
-def _rim(rod, obstacle, angle):
-    """Return where the rim that is nearer to a plane is from the middle of the tip [m]."""
-    across = np.array([np.cos(angle), -np.sin(angle)])
-    return -rod.radius * np.sign(across @ obstacle.normal) * across
+def _lever(rod, angle):
+    """Return where the middle of the ball is from the tip [m]."""
+    return -rod.radius * np.array([np.sin(angle), np.cos(angle)])
 
 
 def free(rod):
@@ -108,83 +110,96 @@ def free(rod):
     if values[best] * values[best + 1] > 0:
         return None
     curvature = brentq(end, starts[best], starts[best + 1], xtol=1e-12)
-    return _told(rod, np.array([curvature, 0.0, rod.length]), np.zeros(2), 0.5 * rod.length, False)
+    return _told(rod, np.array([curvature, 0.0, rod.length]), np.zeros(2), 0.5 * rod.length, "tube")
 
 
-def _told(rod, unknowns, push, at, at_rim):
+def _told(rod, unknowns, push, at, part):
     _, tip, states = _shoot(rod, unknowns[0], at, push, fine=True)
-    along = rod.length if at_rim else at
-    return Leaning(tip[:2], tip[2], unknowns[1], along, at_rim, states[:2].T, states[2], unknowns)
+    return Leaning(tip[:2], tip[2], unknowns[1], at, part, states[:2].T, states[2], unknowns)
 
 
-def _solve(rod, obstacle, guess, at_rim):
+def _solve(rod, obstacle, guess, part):
     """Return the contact near a guess of unknowns (curvature, force, s, angle there), or None."""
-    L, EI = rod.length, rod.stiffness
-    size = np.array([1 / L, EI / L**2, L, 1.0])[: 2 if at_rim else 4 if obstacle.radius else 3]
+    L, EI, end = rod.length, rod.stiffness, rod.length - NECK * rod.radius
+    size = np.array([1 / L, EI / L**2, L, 1.0])[: 2 if part != "tube" else 4 if obstacle.radius else 3]
 
     def off(scaled):
         k, N, *more = scaled * size
-        if at_rim:
+        if part == "ball":
             _, tip, _ = _shoot(rod, k, L, N * obstacle.normal)
-            lever = _rim(rod, obstacle, tip[2])
+            lever = _lever(rod, tip[2])
             couple = rod.couple + N * (lever[1] * obstacle.normal[0] - lever[0] * obstacle.normal[1])
-            return [(tip[:2] + lever - obstacle.at) @ obstacle.normal / L, tip[3] * L - couple * L / EI]
+            gap = obstacle.gaps(tip[:2] + lever, rod.radius)
+            return [gap / L, tip[3] * L - couple * L / EI]
+        if part == "end":
+            here, tip, _ = _shoot(rod, k, end, N * obstacle.normal)
+            return [obstacle.gaps(here[:2], rod.radius) / L, tip[3] * L - rod.couple * L / EI]
         at = min(max(more[0], 0.02 * L), L)
         angle = more[1] if obstacle.radius else obstacle.tilt
         normal = np.array([-np.cos(angle), np.sin(angle)])
         here, tip, _ = _shoot(rod, k, at, N * normal)
         rest = [here[2] - angle, tip[3] * L - rod.couple * L / EI]
         if obstacle.radius is None:
-            return [(here[:2] - obstacle.at) @ normal / L - rod.radius / L, *rest]
+            return [obstacle.gaps(here[:2], rod.radius) / L, *rest]
         return [*((here[:2] - obstacle.at - (obstacle.radius + rod.radius) * normal) / L), *rest]
 
     found = root(off, guess[: len(size)] / size, tol=1e-11)
     if np.abs(found.fun).max() > 1e-9:
         return None
     unknowns = found.x * size
-    at = L if at_rim else unknowns[2]
-    if not 0.02 * L < at <= L:
+    at = unknowns[2] if part == "tube" else end if part == "end" else L
+    if part == "tube" and not 0.02 * L < at <= end:
         return None
     angle = unknowns[3] if len(unknowns) > 3 else obstacle.tilt
     push = unknowns[1] * np.array([-np.cos(angle), np.sin(angle)])
-    return _told(rod, unknowns, push, at, at_rim)
+    return _told(rod, unknowns, push, at, part)
 
 
 def followed(rod, obstacle, start, way):
     """Return the rod when an obstacle that touches the free rod has been pushed by `way` [m], shape (2,), or None.
 
     Args:
-        start: (unknowns of the free rod with the place that is touched, whether that is the tip's rim).
+        start: (unknowns of the free rod with the place that is touched, which part that is of).
     """
-    guess, at_rim = start
+    guess, part = start
     found = None
     for share in np.arange(1, PUSHES + 1) / PUSHES:
         here = replace(obstacle, at=obstacle.at + share * way)
-        found = _solve(rod, here, guess, at_rim)
-        if obstacle.radius is None:
-            lifted = found is not None and at_rim and np.sin(obstacle.tilt - found.angle) > 0
-            if at_rim and (found is None or lifted):  # the tip has lifted off: the rod runs along the plane before it
-                guess = np.array([guess[0], guess[1], 0.97 * rod.length])
-                found, at_rim = _solve(rod, here, guess, False), False
-            elif not at_rim and found is None:
-                found, at_rim = _solve(rod, here, guess, True), True
+        found = _solve(rod, here, guess, part)
+        if obstacle.radius is None and (found is None or not clear_elsewhere(rod, here, found)):
+            for other in PARTS:  # what touches has changed
+                begun = np.array([guess[0], guess[1], rod.length - 2 * rod.radius])
+                found = _solve(rod, here, begun, other)
+                if found is not None and found.force > 0 and clear_elsewhere(rod, here, found):
+                    part = other
+                    break
+                found = None
         if found is None:
             return None
-        guess = found.unknowns if not at_rim else np.append(found.unknowns, rod.length)
+        guess = found.unknowns
     return found
 
 
 def clear_elsewhere(rod, obstacle, found):
     """Whether the rod overlaps the obstacle nowhere."""
-    angles = found.angles
-    meets = np.stack([np.sin(angles), np.cos(angles)], axis=1)
-    gaps = obstacle.gaps(found.points, rod.radius)
-    if obstacle.radius is None:  # only where it runs along the plane does the tube, not its flat end, come nearest
-        rims = (found.tip + _rim(rod, obstacle, found.angle) - obstacle.at) @ obstacle.normal
-        along = meets @ obstacle.normal
+    points, angles = _tube(rod, found)
+    gaps = obstacle.gaps(points, rod.radius)
+    ball = obstacle.gaps(found.tip + _lever(rod, found.angle), rod.radius)
+    allowed = -1e-7 * rod.length
+    if obstacle.radius is None:  # only where it runs along the plane does the tube come nearest before its end
+        along = np.stack([np.sin(angles), np.cos(angles)], axis=1) @ obstacle.normal
         turning = np.flatnonzero((along[:-1] < 0) & (along[1:] >= 0))
-        return rims > -1e-7 * rod.length and (not len(turning) or gaps[turning].min() > -1e-5 * rod.length)
-    return gaps.min() > -1e-7 * rod.length
+        inner = not len(turning) or gaps[turning].min() > -1e-5 * rod.length
+        return inner and (ball > allowed or found.part == "ball") and (gaps[-1] > allowed or found.part == "end")
+    return gaps.min() > allowed and ball > allowed
+
+
+def _tube(rod, found):
+    """Return points and angles up to where the tube ends."""
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(found.points, axis=0), axis=1))])
+    end, inside = rod.length - NECK * rod.radius, along < rod.length - NECK * rod.radius
+    last = [np.interp(end, along, of) for of in (*found.points.T, found.angles)]
+    return np.vstack([found.points[inside], last[:2]]), np.append(found.angles[inside], last[2])
 
 
 def stays(rod, obstacle, found):
@@ -209,11 +224,11 @@ def stays(rod, obstacle, found):
     weights[0] *= 2
     K += bend.T @ (weights[:, None] * bend)
     slope = h * shares * (across @ normal)
-    if found.at_rim:
-        lever = _rim(rod, obstacle, found.angle)
+    if found.part == "ball":
+        lever = _lever(rod, found.angle)
         K[-1, -1] += found.force * (lever @ normal)
         slope[-1] += np.array([lever[1], -lever[0]]) @ normal
-    else:
+    elif found.part == "tube":
         # The contact slides: gap'' = across the rod (moved by turning) / (curvature of rod and post there).
         curved = np.gradient(found.angles, along + 1e-15 * np.arange(len(along)))
         bent = np.interp(s, along, curved)
@@ -233,8 +248,8 @@ def random_cases(kind, count, seed, length, stiffness, mass, radius):
 
     Left out are rods that have no free shape or none in touch that the push leads to; whose straight shape, or whose
     shape found, overlaps the obstacle; whose post stands between the straight and the free shape, which leaves two
-    sides to lean on; that would not stay; that press with less than 0.1 EI/L^2; that touch a post with the last 5 % of
-    their length, where the tip's edge counts, or with the first 20 %; or that turn by more than 2 rad.
+    sides to lean on; that would not stay; that press with less than 0.1 EI/L^2; that touch a post with the ball or with
+    the first 20 % of their length; that touch a plane with two parts at once; or that turn by more than 2 rad.
     """
     rng = np.random.default_rng(seed)
     found, drawn = [], 0
@@ -268,27 +283,25 @@ def _placed(rod, loose, kind, post, where, slope, depth):
         if (np.array([0.0, along[place]]) - points[place]) @ normal <= 0:
             return None
         obstacle = Obstacle(points[place] - (post + rod.radius) * normal, radius=post)
-        start = np.array([curvature, 0.0, along[place], angles[place]]), False
+        start = np.array([curvature, 0.0, along[place], angles[place]]), "tube"
     else:
         plane = Obstacle(np.zeros(2), slope)
-        rim = loose.tip + _rim(rod, plane, loose.angle)
-        inside = np.flatnonzero((np.stack([np.sin(angles), np.cos(angles)], axis=1) @ plane.normal)[:-1] < 0)
-        normal, away = plane.normal, points @ plane.normal - rod.radius
-        place = int(away[1:-1].argmin()) + 1
-        at_rim = rim @ normal <= away[place] or place >= len(points) - 2 or not len(inside)
-        at = rim if at_rim else points[place] - rod.radius * normal
+        normal, end = plane.normal, int(np.searchsorted(along, rod.length - NECK * rod.radius))
+        away = plane.gaps(points[: end + 1], rod.radius)
+        place = int(away.argmin())
+        ball = loose.tip + _lever(rod, loose.angle)
+        part = "ball" if plane.gaps(ball, rod.radius) <= away[place] else "end" if place == end else "tube"
+        at = (ball if part == "ball" else points[place]) - rod.radius * normal
         obstacle = replace(plane, at=at)
-        start = np.array([curvature, 0.0, rod.length if at_rim else along[place]]), at_rim
+        start = np.array([curvature, 0.0, along[place]]), part
     found = followed(rod, obstacle, start, depth * normal)
     if found is None:
         return None
     moved = replace(obstacle, at=obstacle.at + depth * normal)
-    straight = np.stack([0 * along, along], axis=1)
+    straight = np.stack([0 * along, along], axis=1)[along <= rod.length - NECK * rod.radius]
     clear = moved.gaps(straight, rod.radius).min() > 0.002 * rod.length
-    if kind == "plane":
-        clear = clear and ((straight[-1] + _rim(rod, moved, 0.0) - moved.at) @ moved.normal) > 0
     enough = found.force > 0.1 * rod.stiffness / rod.length**2 and abs(found.angles).max() < 2.0
-    inner = kind == "plane" or 0.2 * rod.length < found.along < 0.95 * rod.length
+    inner = kind == "plane" or found.along > 0.2 * rod.length
     if clear and enough and inner and clear_elsewhere(rod, moved, found) and stays(rod, moved, found):
         return rod, moved, found
     return None

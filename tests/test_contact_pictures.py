@@ -11,11 +11,13 @@ import pytest
 from contarm_sim.mechanics.contacts import Contacts
 from contarm_sim.mjcf import scene_spec
 from contarm_sim.mjcf.scene import base_position, base_rotation
-from contarm_sim.mjcf.surfaces import surface
+from contarm_sim.mjcf.surfaces import surface, turned
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.load import Load, Wrench
 from contarm_sim.model.objects import Object
 from contarm_sim.motion.simulate import simulate
 from contarm_sim.paths.reference import Reference
+from contarm_sim.statics.equilibrium import equilibrium
 from contarm_sim.view.colours import CONTACT, rgb
 from contarm_sim.view.live.session import Session
 from contarm_sim.view.live.things import Things
@@ -97,6 +99,51 @@ def test_a_level_plane_is_the_floor_and_a_wall_stands_on_it():
     assert (own.xpos - base_position(arm)) @ turn @ [1, 0, 0] == pytest.approx(-0.3)
     lowest = own.xpos[2] - model.geom("wall").size[1] * abs(own.xmat.reshape(3, 3)[2, 1])
     assert lowest == pytest.approx(0, abs=1e-9)
+
+
+def test_a_tip_that_is_pressed_on_a_wall_obliquely_is_drawn_outside_it():
+    """Its plate would be inside the wall by 0.4 of its radius; only what touches is within 0.1 mm of it."""
+    wall = Object(name="wall", shape="plane", position=(0.13, 0, 0.25), axis=(-1, 0, -0.8), friction=0.0)
+    arm = hanging(wall)
+    at_rest = equilibrium(arm, Load(wrenches=(Wrench(xi=1, force=(1.0, 0, 0)),)))
+    assert [touch.station for touch in at_rest.contacts] == [arm.links]
+    model = scene_spec(arm).compile()
+    data = mujoco.MjData(model)
+    data.qpos[:] = at_rest.qpos
+    mujoco.mj_forward(model, data)
+
+    def gaps(points):
+        return ((points - base_position(arm)) @ base_rotation(arm) - wall.position) @ turned(wall)[:, 2]
+
+    for geom in range(model.ngeom):
+        own, middle, turn = model.geom(geom), data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
+        if model.geom_bodyid[geom] == 0 or own.group == 3 or own.name == wall.name:
+            continue
+        first, count = model.mesh_vertadr[own.dataid[0]], model.mesh_vertnum[own.dataid[0]]
+        points = model.mesh_vert[first : first + count] if own.dataid[0] >= 0 else _outside(own)
+        least = gaps(middle + points @ turn.T).min()
+        assert least > (-1e-5 if own.name == "nose" else 0)
+        assert own.name != "nose" or least < 1e-4
+    with ArmRenderer(arm, 64, 48) as renderer:
+        renderer.pose(at_rest.qpos)
+        seen = renderer._renderer.scene.skinvert.reshape(-1, 3)
+    assert gaps(seen[seen.any(axis=1)]).min() > 0
+
+
+def _outside(geom):
+    """Return points of the outside of a capsule or cylinder, in its frame, shape (P, 3)."""
+    turn = np.linspace(0, 2 * np.pi, 48)
+    ring = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1) * geom.size[0]
+    ends = [ring + np.array([0, 0, side * geom.size[1]]) for side in (-1, 1)]
+    if geom.type == mujoco.mjtGeom.mjGEOM_CAPSULE:
+        tilted = ring[:, [0, 2, 1]]
+        ends += [tilted + np.array([0, 0, side * geom.size[1]]) for side in (-1, 1)]
+    return np.concatenate(ends)
+
+
+def test_arms_without_objects_keep_their_plate():
+    assert scene_spec(hanging()).geom("nose") is None
+    assert not scene_spec(hanging()).meshes
 
 
 def test_objects_below_the_reach_stand_on_the_floor_and_names_of_the_scene_are_free():

@@ -297,7 +297,7 @@ def test_build_writes_the_arm_in_its_world(folder, cell, capfd, monkeypatch, rec
     arm = load_arm(folder / "built" / "arm.toml")
     for file, spec in (("arm.xml", arm_spec), ("scene.xml", scene_spec)):
         read, made = mujoco.MjModel.from_xml_path(str(folder / "built" / file)), spec(arm).compile()
-        assert (read.nq, read.nu, read.nkey, read.nmesh) == (made.nq, made.nu, made.nkey, 1)
+        assert (read.nq, read.nu, read.nkey, read.nmesh) == (made.nq, made.nu, made.nkey, 1 + (file == "scene.xml"))
         for name in (
             "qpos0", "key_ctrl", "key_qpos", "body_mass", "dof_damping", "geom_contype", "geom_conaffinity",
             "geom_group", "actuator_biasprm", "tendon_damping", "tendon_armature", "geom_friction",

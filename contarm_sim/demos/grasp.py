@@ -49,7 +49,7 @@ def count() -> int:
 
 
 def checks(run: Trajectory) -> list[Requirement]:
-    """Return what the motion must show: lifted and carried, not slipped, no link in the log, put down as it was."""
+    """Return what the motion must show of log and arm: lifted, carried, not slipped, put down, by tendons that can."""
     assert run.objects is not None
     assert run.contacts is not None
     log, time = run.objects[:, 0], run.time
@@ -60,6 +60,7 @@ def checks(run: Trajectory) -> list[Requirement]:
     carried = np.bincount(pressed.sample, pressed.force[:, 2], minlength=len(run))[top].mean()
     slipped, turned = slip(run)
     axes = rotation_from_quaternion(log[[0, -1], 3:])[:, :, 2]
+    winches = min(group.law.blocked_force for group in run.arm.groups)
     return [
         Requirement(
             "height of the log over its forks, while it is up", float(height[top].min()), 0.06, "m", least=True
@@ -74,6 +75,7 @@ def checks(run: Trajectory) -> list[Requirement]:
             "put down, distance from where it lay", float(np.linalg.norm(log[-1, :3] - log[0, :3])), 0.005, "m"
         ),
         Requirement("put down, angle to how it lay", _apart(*axes), np.radians(5), "rad"),
+        Requirement("highest tension of a tendon", float(run.muscle_tensions.max()), winches, "N"),
     ]
 
 

@@ -7,7 +7,7 @@ on (up to 20 % of its radius along each axis). It is lifted once it is 40 mm abo
 away, or fell from where it was lifted to. Of what is drawn only the place can be seen.
 
 Actions are changes of length, which reach to twice half a turn here: a section that holds something is curled up
-further than bends go, and than pressures lead to without the stiffness of servos.
+further than bends go.
 
     quantity  size  unit  scaled by
     rise      1     m     LIFT; how far the object is above where it began

@@ -9,6 +9,7 @@ from contarm_sim.mjcf.backbone import add_backbone, add_defaults
 from contarm_sim.mjcf.contact import add_feelers, make_touchable
 from contarm_sim.mjcf.host import add_host_sensors, add_keys, attach, damp, exclude_mount
 from contarm_sim.mjcf.muscles import ACTUATORS, Actuation, add_muscles, add_sensors, straight_controls
+from contarm_sim.mjcf.nose import add_nose
 from contarm_sim.mjcf.object_looks import dress_objects
 from contarm_sim.mjcf.objects import add_objects, place_objects
 from contarm_sim.mjcf.scene import add_scene, add_to_host, base_quaternion, world_gravity
@@ -141,7 +142,9 @@ def scene_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
     """
     scene = arm_spec(arm, actuation)
     if arm.world.host is not None:
-        return add_to_host(scene, arm)
+        scene = add_to_host(scene, arm)
+        add_nose(scene, arm)
+        return scene
     scene.modelname = "contarm_scene"
     scene.option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     scene.option.gravity = world_gravity(arm)
@@ -150,6 +153,7 @@ def scene_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
     base.quat = base_quaternion(arm)
     place_objects(scene, arm, base.pos, base.quat)
     dress_objects(scene, arm)
+    add_nose(scene, arm)
     return scene
 
 

@@ -37,6 +37,12 @@ def surface(each: Object) -> Triangles:
     return _revolved(list(zip(radius * np.cos(turn), radius * np.sin(turn) + ends, strict=True)))
 
 
+def cap(radius: float) -> Triangles:
+    """Return the upper half of a ball of a radius [m] about the origin, open below."""
+    turn = np.linspace(0.0, 0.5 * np.pi, _RINGS + 1)
+    return _revolved(list(zip(radius * np.cos(turn), radius * np.sin(turn), strict=True)))
+
+
 def turned(each: Object) -> np.ndarray:
     """Return the rotation of an object's frame into the base's, shape (3, 3)."""
     rotation = np.zeros(9)

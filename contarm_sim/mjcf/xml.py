@@ -79,7 +79,7 @@ def _bring(spec: mujoco.MjSpec, root: ElementTree.Element, folder: Path) -> None
     files, hosted = {mesh.name: Path(mesh.file) for mesh in spec.meshes}, bool(spec.meshdir)
     for element in root.iter("mesh"):
         file = files.get(element.get("name", ""), Path())
-        if hosted and not file.is_absolute():
+        if element.get("file") is None or (hosted and not file.is_absolute()):
             continue
         copied = f"{element.get('name')}{file.suffix.lower()}"
         shutil.copyfile(file, folder / copied)

@@ -76,13 +76,17 @@ def lean(solver: Solver, arm: Arm, method: Method, guessed: bool) -> Leant:
 
     Raises:
         EquilibriumError: no equilibrium was reached, or the arm cannot be brought clear of an object; says which.
-        InputError: the arm touches itself, which is not known here.
+        InputError: the arm touches itself, which is not known here, or is too thick to have a round tip.
     """
     if arm.world.self_contact:
         raise InputError("self_contact", True, "false: equilibrium finds arms that lean on objects, not on themselves")
     plant = solver.plant
     planned = plant.data.qpos.copy()
     surroundings = Surroundings(arm)
+    if surroundings.radii[-1] >= 0.5 * arm.length:
+        raise InputError(
+            "contact_radius", float(surroundings.radii[-1]), f"below half the arm's length, {0.5 * arm.length:g} m"
+        )
     _clear_of_base(arm, surroundings, plant)
     leaning = Leaning(solver, surroundings, arm.length * stations(arm))
     start = planned

@@ -32,9 +32,6 @@ LYING = 3e-7
 APART = 0.2
 """How near a minimum stands for a station [spans]."""
 
-RIM, FLAT = 16, 0.02
-"""Places looked at on the tip's rim; the tilt [rad] up to which they all stand for a disc flat on a face."""
-
 
 @dataclass(frozen=True)
 class Near:
@@ -125,7 +122,6 @@ class _Look:
         self._tube, self._x, self._R = tube, chain.x, chain.R
         self._distances = lambda points: surroundings.distances(number, points)
         self._number, self._flat = number, flat
-        self._middle = chain.x[-1] - tube.edge * chain.R[-1, :, 2]  # of the disc
 
     def near(self, place: Place) -> Near:
         """Return what there is to say of a place."""
@@ -136,9 +132,7 @@ class _Look:
     def places(self, within: float) -> Iterator[Place]:
         """Return the places that are nearer than those about them."""
         yield from self._along(within)
-        tip = self._distances(self._x[-1:])[0][0]
-        if tip - self._tube.radii[-1] < within:
-            yield from self._on_disc()
+        yield self._tube.ball
 
     def _along(self, within: float) -> Iterator[Place]:
         tube, spans = self._tube, np.arange(self._tube.last)
@@ -148,22 +142,30 @@ class _Look:
         gaps = away - radii[:, 0]
         close = np.minimum(gaps[:-1], gaps[1:]) - np.diff(tube.along) < within
         watched = (gaps < within) & level
-        watched[[0, -1]] = False
+        end, share = tube.end
+        close[end + 1 :], watched[end + 1 :], watched[0] = False, False, False
         for first, last in _runs(close):
             run = np.arange(first, last)
             of, u = np.repeat(run, SAMPLES), np.tile(np.arange(SAMPLES) / SAMPLES, len(run))
-            of, u = np.append(of, last - 1), np.append(u, 1.0)
+            stop = share if last - 1 == end else 1.0
+            before = (of < last - 1) | (u < stop)
+            of, u = np.append(of[before], last - 1), np.append(u[before], stop)
             slopes = self._slopes(of, u)
+            ends = last - 1 == end and slopes[-1] < LEVEL
             for k in np.flatnonzero((slopes[:-1] < 0) & (slopes[1:] >= 0)):
                 span, low = int(of[k]), float(u[k])
-                high = low + 1 / SAMPLES
+                high = min(low + 1 / SAMPLES, stop if span == last - 1 else 1.0)
                 where = _root(partial(self._slope, span), low, high)
                 place = tube.place(span, where)
                 if (self._number, span) in self._flat or self._lies(place, gaps[span : span + 2]):
                     self._flat.add((self._number, span))
                     continue
                 watched[span + int(where > 0.5)] &= abs(where - 0.5) < 0.5 - APART
+                ends = ends and end + share - span - where > APART
                 yield place
+            if ends:
+                watched[end + int(share > 0.5)] &= abs(share - 0.5) < 0.5 - APART
+                yield tube.fixed(tube.place(end, share))
         for station in np.flatnonzero(watched):
             yield tube.fixed(tube.place(int(station), 0.0))
 
@@ -178,48 +180,6 @@ class _Look:
         """Return how the gap changes along the backbone, shape (S,)."""
         points, along, radii = self._tube.points(self._x, self._R, spans, u)
         return np.asarray((self._distances(points)[1] * along).sum(axis=1) - radii[:, 1])
-
-    def _on_disc(self) -> Iterator[Place]:
-        angles = 2 * np.pi * np.arange(RIM + 1) / RIM
-        round_ = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1) @ self._R[-1].T
-        _, normals = self._distances(self._middle + self._tube.disc * round_)
-        outward = (normals * round_).sum(axis=1)
-        if np.abs(outward).max() < FLAT:
-            yield from (self._tube.fixed(self._tube.rim(angle)) for angle in angles[:-1])
-            return
-        slopes = [self._rim_slope(angle) for angle in angles[:-1]]
-        slopes.append(slopes[0])
-        for k in range(RIM):
-            if slopes[k] < 0 <= slopes[k + 1]:
-                place = self._tube.rim(_root(self._rim_slope, float(angles[k]), float(angles[k + 1])))
-                centre = place.point.at(self._x, self._R)
-                if self._distances(centre[None])[1][0] @ (centre - self._middle) <= 0:
-                    yield place
-        if outward.min() > 0:
-            yield self._on_face()
-
-    def _rim_slope(self, angle: float) -> float:
-        place = self._tube.rim(angle)
-        normal = self._distances(place.point.at(self._x, self._R)[None])[1][0]
-        return float(normal @ place.first[0].at(self._x, self._R))
-
-    def _on_face(self) -> Place:
-        """Return the place of the disc's inside that is nearest: there the object's normal is the disc's."""
-        e, at, r = self._R[-1][:, :2], np.zeros(2), self._tube.disc
-
-        def off(at: Array) -> Array:
-            return np.asarray(self._distances((self._middle + e @ at)[None])[1][0] @ e)
-
-        step = 1e-6 * r
-        for _ in range(30):
-            rest = off(at)
-            slope = np.stack([(off(at + d) - off(at - d)) / (2 * step) for d in step * np.eye(2)])
-            change = np.linalg.lstsq(0.5 * (slope + slope.T), -rest, rcond=1e-9)[0]
-            at = at + change * min(1.0, 0.5 * r / max(float(np.linalg.norm(change)), 1e-300))
-            at *= min(1.0, r / max(float(np.linalg.norm(at)), 1e-300))
-            if np.abs(change).max() < 1e-13:
-                break
-        return self._tube.face(*at)
 
 
 def _runs(mask: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:

@@ -15,7 +15,7 @@ class Touch(Shown):
     Attributes:
         object: name of the object.
         station: the station next to it, 0 base to N tip.
-        xi: where along the backbone, 0 base to 1 tip.
+        xi: where along the backbone, 0 base to 1 tip, which stands for all of the ball that the tip is.
         point: on the arm's surface [m], shape (3,).
         normal: out of the object, shape (3,).
         force: the object's on the arm, along the normal [N].

@@ -1,4 +1,4 @@
-"""The arm's outside as a smooth tube about its backbone, closed by a flat disc at the tip.
+"""The arm's outside as a smooth tube about its backbone, closed by a ball at the tip, as in motion.
 
 The links of a chain touch with their ends, so that a force jumps by a whole pitch where the load changes a little, and
 poses converge in the first order of the pitch. The quadratic spline whose control points are the joints meets each
@@ -16,8 +16,12 @@ from contarm_sim.kinematics.arrays import Array
 
 Indices = NDArray[np.integer]
 
-EDGE = 3e-5
-"""Radius that the edge of the tip's disc is rounded with, over the disc's: the normal of a sharp edge is unknown."""
+NECK = 0.25
+"""How far before the middle of the tip's ball the tube ends [radii].
+
+The ball is fixed to the tip, as in motion: in an arm of curvature k its middle is k r^2/2 off the backbone, and a tube
+that went on up to there would touch what a curled tip is pressed on before the ball does.
+"""
 
 
 @dataclass(frozen=True)
@@ -51,15 +55,15 @@ class Attached:
 
 @dataclass(frozen=True)
 class Place:
-    """A place on the tube's backbone or on the tip's disc, by parameters that a contact slides along.
+    """A place on the tube's backbone or the tip's ball, by the arc length that a contact slides along.
 
     Attributes:
         point: where.
-        first: how it moves by each parameter.
-        second: how that changes, a list of lists, by each two parameters.
-        radius: of the tube there, or of the disc's edge [m].
-        radius_first, radius_second: how it changes by the parameter; 0 on the disc.
-        along: arc length [m].
+        first: how it moves by arc length; empty if the place is fixed to the arm.
+        second: how that changes, a list of lists.
+        radius: of the tube there, or of the ball [m].
+        radius_first, radius_second: how it changes by arc length; 0 if fixed.
+        along: arc length [m], that of the tip for its ball.
         station: the station next to it.
     """
 
@@ -79,14 +83,25 @@ class Tube:
     Args:
         stations: arc lengths of the stations [m], shape (K,).
         radii: of the tube there [m], shape (K,).
+
+    Attributes:
+        ball: the tip's, which ends with its plate.
+        end: the span where the tube ends, just before the ball's middle, and where in it, 0 to 1.
     """
 
     def __init__(self, stations: Array, radii: Array) -> None:
         self.along, self.radii = stations, radii
         self.last = len(stations) - 1
         self.length = float(stations[-1])
-        self.edge = EDGE * float(radii[-1])
-        self.disc = float(radii[-1]) - self.edge
+        radius = float(radii[-1])
+        self.ball = Place(
+            point=Attached(np.array([self.last]), np.ones(1), np.array([[0.0, 0.0, -radius]])),
+            first=(), second=(), radius=radius, radius_first=0.0, radius_second=0.0,
+            along=self.length, station=self.last,
+        )  # fmt: skip
+        end = self.length - (1 + NECK) * radius
+        span = int(np.clip(np.searchsorted(stations, end) - 1, 0, self.last - 1))
+        self.end = span, float(max(0.0, (end - stations[span]) / (stations[span + 1] - stations[span])))
 
     def points(self, x: Array, R: Array, spans: Indices, u: Array) -> tuple[Array, Array, Array]:
         """Return points of the backbone [m], their directions by arc length, and radii [m] less their slopes.
@@ -122,28 +137,6 @@ class Tube:
             station=span + int(u > 0.5),
         )
 
-    def rim(self, angle: float) -> Place:
-        """Return the place at an angle [rad] on the rim of the tip's disc; its parameter is the angle."""
-        r, c, s = self.disc, np.cos(angle), np.sin(angle)
-        on, by, again = ((r * c, r * s), (-r * s, r * c), (-r * c, -r * s))
-        return self._on_disc(on, (by,), ((again,),))
-
-    def face(self, a: float, b: float) -> Place:
-        """Return the place at a, b [m] of the tip's disc; these are its parameters."""
-        none = (0.0, 0.0)
-        return self._on_disc((a, b), ((1.0, 0.0), (0.0, 1.0)), ((none, none), (none, none)))
-
     def fixed(self, place: Place) -> Place:
         """Return the same place without parameters: a contact there does not slide."""
         return Place(place.point, (), (), place.radius, 0.0, 0.0, place.along, place.station)
-
-    def _on_disc(self, on: tuple[float, ...], first: tuple[tuple[float, ...], ...], second: tuple[tuple[tuple[
-            float, ...], ...], ...]) -> Place:  # fmt: skip
-        def of(weight: float, offset: tuple[float, ...]) -> Attached:
-            back = -weight * self.edge
-            return Attached(np.array([self.last]), np.array([weight]), np.array([[*offset, back]]))
-
-        rows = tuple(tuple(of(0.0, each) for each in row) for row in second)
-        return Place(
-            of(1.0, on), tuple(of(0.0, each) for each in first), rows, self.edge, 0.0, 0.0, self.length, self.last
-        )

@@ -15,6 +15,7 @@ from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.mechanics import shape
 from contarm_sim.mechanics.shape import bends_of
 from contarm_sim.mjcf import names, scene_spec
+from contarm_sim.mjcf.nose import nose_radius
 from contarm_sim.mjcf.object_looks import to_scene
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.live.session import Session
@@ -101,7 +102,10 @@ def _draw_over(session: Session, data: Any, scene: Any) -> None:
         stations = names.stations(arm)
         for station in np.unique(contacts.station):
             body = data.body(stations[station])
-            add_disk(scene, body.xpos, body.xmat, 1.06 * arm.disk_radius, 0.006 * arm.length, LIT)
+            back = nose_radius(arm) if station == arm.links else 0.0
+            add_disk(
+                scene, body.xpos - back * body.xmat[2::3], body.xmat, 1.06 * arm.disk_radius, 0.006 * arm.length, LIT
+            )
         add_contacts(scene, base, contacts, arm, _NEWTON * arm.length, closer=0.0)
 
 

@@ -15,8 +15,10 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics import shape
 from contarm_sim.mechanics.muscles import each
 from contarm_sim.mjcf import names
-from contarm_sim.mjcf.backbone import SPINE_RADIUS, payload_radius
+from contarm_sim.mjcf.backbone import SPINE_RADIUS, links, payload_radius
+from contarm_sim.mjcf.nose import SILICONE, disk_in_nose, drawn_length, nose_radius
 from contarm_sim.mjcf.scene import base_quaternion, base_rotation
+from contarm_sim.mjcf.surfaces import cap
 from contarm_sim.view.colours import ANALYTIC, CONTACT, TARGET, error_colours, rgb
 from contarm_sim.view.live.hosted import HostThings
 from contarm_sim.view.live.session import Reading, Session
@@ -24,6 +26,7 @@ from contarm_sim.view.live.shapes import as_bytes, cylinder, from_upright, hoop,
 from contarm_sim.view.live.surroundings import Surroundings, add_lights
 from contarm_sim.view.live.things import Things
 from contarm_sim.view.rendering.muscles import radii, tint
+from contarm_sim.view.rendering.tubes import ended
 from contarm_sim.view.sections import muscle_colours, section_colour, section_places, tube_radii
 
 if TYPE_CHECKING:
@@ -111,6 +114,11 @@ class Scene:
         disks[starts[1:-1]] = np.maximum(disks[starts[1:-1]], np.array(arm.disk_radii)[1:])
         thick = np.minimum(0.0025, 0.2 * np.concatenate([pitch[:1], pitch]))
         thick[starts] *= 1.6
+        self._nose, self._end = nose_radius(arm), drawn_length(arm)
+        self._heights = np.array([link.height for link in links(arm)])
+        fits = [disk_in_nose(link, self._nose, 0.0, 0.5 * half) if self._nose else np.inf for link, half in
+                zip(links(arm)[:-1], thick, strict=False)]  # fmt: skip
+        disks = np.append(np.minimum(disks[:-1], fits), self._nose or disks[-1])
         tints = [_DARK if number == 0 else section_colour(number) for number in [0, *own]]
         self._tints = (255 * linear(tints)).astype(np.uint8)
         self._disks = self._add.add_batched_meshes_simple(
@@ -118,17 +126,23 @@ class Scene:
             batched_colors=self._tints, lod="off",
         )  # fmt: skip
         radii = SPINE_RADIUS * np.array([arm.routings[number].radius for number in own])
+        self._pieces = int((self._heights[:-1] < self._end).sum())  # of the spine
+        sizes = np.stack([radii, radii, pitch], axis=1)[: self._pieces]
         self._spine = self._add.add_batched_meshes_simple(
-            "/arm/spine", vertices, faces, upright[1:], places[1:],
-            batched_scales=np.stack([radii, radii, pitch], axis=1), batched_colors=as_bytes(linear(_PALE)), lod="off",
+            "/arm/spine", vertices, faces, upright[: self._pieces], places[: self._pieces],
+            batched_scales=sizes, batched_colors=as_bytes(linear(_PALE)), lod="off",
         )  # fmt: skip
         paths = self._session.plant.muscle_paths
-        self._spans = np.isfinite(paths[:, 1:, 0]) & np.isfinite(paths[:, :-1, 0])
+        self._spans = np.isfinite(paths[:, 1:, 0]) & np.isfinite(paths[:, :-1, 0]) & (self._heights[:-1] < self._end)
         count = int(self._spans.sum())
         self._muscles = self._add.add_batched_meshes_simple(
             "/arm/muscles", vertices, faces, np.tile(upright[:1], (count, 1)), np.zeros((count, 3)),
             batched_scales=np.ones((count, 3)), batched_colors=np.zeros((count, 3), np.uint8), lod="off",
         )  # fmt: skip
+
+        self._cap = None
+        if self._nose:
+            self._cap = self._add.add_mesh_simple("/arm/nose", *cap(self._nose), color=as_bytes(SILICONE))
 
     def note(self) -> None:
         """Take a point of the trace, if it is time for one: it is smooth however seldom the page is drawn."""
@@ -142,11 +156,18 @@ class Scene:
         """Send the session's current state."""
         session, plant = self._session, self._session.plant
         stations, rotations = plant.stations, plant.rotations
-        paths = plant.muscle_paths
+        paths = ended(plant.muscle_paths, self._heights, self._end)
+        spine, disks, turns = (
+            ended(stations, self._heights, self._end),
+            stations.copy(),
+            from_upright(rotations[:, :, 2]),
+        )
+        disks[-1] -= self._nose * rotations[-1, :, 2]
         with self._server.atomic():
-            self._disks.batched_positions = stations
-            self._disks.batched_wxyzs = from_upright(rotations[:, :, 2])
-            self._place(self._spine, stations[:-1], stations[1:])
+            self._disks.batched_positions, self._disks.batched_wxyzs = disks, turns
+            self._place(self._spine, spine[: self._pieces], spine[1 : self._pieces + 1])
+            if self._cap is not None:
+                self._cap.position, self._cap.wxyz = disks[-1], turns[-1]
             self._place(self._muscles, paths[:, :-1][self._spans], paths[:, 1:][self._spans])
             self._muscles.batched_scales, self._muscles.batched_colors = self._strength(paths)
             self._glass.vertices = self._ghost()[0].astype(np.float32)

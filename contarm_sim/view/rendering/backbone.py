@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf import names
+from contarm_sim.mjcf.backbone import links
+from contarm_sim.mjcf.nose import drawn_length
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.rendering.overlays import Colour, add_disk
-from contarm_sim.view.rendering.tubes import Tube, hidden, smooth
+from contarm_sim.view.rendering.tubes import Tube, ended, hidden, smooth
 from contarm_sim.view.sections import section_colour
 
 _RINGS, _SIDES, _DISK_SIDES = 72, 12, 36
@@ -38,6 +40,7 @@ class Backbone:
 
     def __init__(self, spec: Any, arm: Arm) -> None:
         stations = names.stations(arm)
+        self._end, self._heights = drawn_length(arm), np.array([link.height for link in links(arm)])
         self._radii = np.array([hidden(spec.geom(f"{name}_spine"))[0] for name in stations])
         self._pieces = max(2, round(_RINGS / len(stations)))
         self._spine = Tube(
@@ -64,6 +67,7 @@ class Backbone:
         centres, turns = data.xpos[self._stations], data.xmat[self._stations].reshape(-1, 3, 3)
         points, frames = smooth(centres, turns, self._pieces)
         along = np.linspace(0, len(centres) - 1, len(points))
+        points = ended(points, np.interp(along, np.arange(len(centres)), self._heights), self._end)
         self._spine.show(scene, points, frames, np.interp(along, np.arange(len(centres)), self._radii))
         radial, rounding, height, axial = (np.array(part) for part in zip(*_PROFILE, strict=True))
         for own, tube in self._disks:

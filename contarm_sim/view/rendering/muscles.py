@@ -8,9 +8,11 @@ import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf import names
+from contarm_sim.mjcf.backbone import links
+from contarm_sim.mjcf.nose import drawn_length
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.rendering.braid import NAME, braid, repeats
-from contarm_sim.view.rendering.tubes import Tube, add_picture, hidden, smooth
+from contarm_sim.view.rendering.tubes import Tube, add_picture, ended, hidden, smooth
 from contarm_sim.view.sections import muscle_colours
 
 SLACK = np.array([0.55, 0.55, 0.57])
@@ -43,6 +45,7 @@ class Muscles:
         import mujoco
 
         self._arm, self._colours = arm, muscle_colours(arm)
+        self._end, self._heights = drawn_length(arm), np.array([link.height for link in links(arm)])
         self._tubes: dict[int, Tube] = {}
         self._spans: list[tuple[int, int]] = []
         self._points: list[Array] = []
@@ -95,4 +98,6 @@ class Muscles:
             along = slice(*self._spans[i])
             guides = centres[along] + turns[along] @ self._points[i]
             points, frames = smooth(guides, turns[along], self._pieces[i])
-            tube.show(scene, points, frames, self._radii[i])
+            heights = self._heights[along]
+            rings = np.interp(np.linspace(0, len(heights) - 1, len(points)), np.arange(len(heights)), heights)
+            tube.show(scene, ended(points, rings, self._end), frames, self._radii[i])

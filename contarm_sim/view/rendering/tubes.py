@@ -104,6 +104,19 @@ def smooth(points: Array, frames: Array, pieces: int) -> tuple[Array, Array]:
     return np.concatenate([curve.reshape(-1, 3), points[-1:]]), mixed / np.linalg.norm(mixed, axis=1, keepdims=True)
 
 
+def ended(points: Array, along: Array, end: float) -> Array:
+    """Return points, shape (..., K, 3), where those beyond an arc length are at it; `along`: theirs [m], shape (K,)."""
+    if end >= along[-1]:
+        return points
+    last = int(np.searchsorted(along, end, "right")) - 1
+    share = (end - along[last]) / (along[last + 1] - along[last])
+    points = points.copy()
+    points[..., last + 1 :, :] = (points[..., last, :] + share * (points[..., last + 1, :] - points[..., last, :]))[
+        ..., None, :
+    ]
+    return points
+
+
 def add_picture(spec: Any, name: str, pixels: NDArray[np.uint8], **look: Any) -> None:
     """Add a texture of pixels, shape (height, width, 3 or 4), and a material of the same name that shows it."""
     import mujoco
