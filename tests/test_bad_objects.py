@@ -125,6 +125,8 @@ def test_meshes(tmp_path):
     }  # fmt: skip
     _, failed = refused((name, lambda c=content: made(c)) for name, content in bad.items())
     assert not failed, "\n".join(failed)
+    with pytest.raises(InputError, match=r"not a binary STL.*allowed: a mesh, binary \.stl or \.obj"):
+        made(b"solid cup\nfacet normal 0 0 0\n" * 20)
     with pytest.raises(InputError, match=r"object 'cup'.*50 m large.*millimetres\? Then scale = 0\.001"):
         made(_stl(50 * CORNERS))
     model = made(_stl(50 * CORNERS), scale=0.001)
@@ -162,15 +164,17 @@ def test_what_starts_inside_of_something_is_refused_with_its_depth(tmp_path):
     post = Object(name="post", shape="cylinder", radius=0.01, length=0.4, axis=(0, 1, 0), position=(0.02, 0, 0.2))
     deep = Arm(links=6, objects=(post,))
     with pytest.raises(
-        InputError, match=r"object 'post': position is \(0\.02, 0, 0\.2\) m.* mm deep in link_0\d"
+        InputError, match=r"object 'post': position is \(0\.02, 0, 0\.2\) m.* mm deep in link_0\d; "
     ) as at:
         simulate(deep, along(ARM, "circle", 0.1, max_bend=0.01), stepping=step)
     told = float(str(at.value).split("puts it ")[1].split(" mm")[0])
     model = arm_spec(deep).compile()
     across = model.geom("link_03_collision").size[0] + 0.01 - 0.02  # radii, less the distance of the axes
     assert told == pytest.approx(1e3 * across, abs=1)
-    with pytest.raises(InputError, match=r"where the arm is straight"):
+    with pytest.raises(InputError, match=r"where the arm is straight: move it, or make it smaller \(the") as built:
         write_models(deep, tmp_path)
+    assert "begin with other bends" in str(at.value)
+    assert " ... " not in str(at.value) + str(built.value)
     assert not list(tmp_path.iterdir())
     below = Object(name="floor", shape="plane", position=(0, 0, 0.5))  # faces +Z, away from the arm
     with pytest.raises(InputError, match=r"object 'floor'.*turn its axis around"):
@@ -250,6 +254,10 @@ def test_numbers_of_objects_have_names():
         with_parameters(arm, {"object.bal.mass": 0.1})
     with pytest.raises(InputError, match="object 'ball'"):
         with_parameters(arm, {"object.ball.mass": -1.0})
+    with pytest.raises(InputError, match="allowed: shelf is fixed, and has position, size, friction"):
+        with_parameters(arm, {"object.shelf.mass": 0.1})
+    with pytest.raises(InputError, match="allowed: ball has position, radius, mass, friction"):
+        with_parameters(arm, {"object.ball.diameter": 0.1})
 
 
 def test_the_command_line_takes_objects_and_refuses_them_in_one_line(tmp_path, monkeypatch):
@@ -266,6 +274,7 @@ def test_the_command_line_takes_objects_and_refuses_them_in_one_line(tmp_path, m
         ["run", "--objects", "bare.toml"],
         ["build", "--objects", "in.toml"],
         ["trust", "--objects", "set.toml"],
+        ["stiffness", "--objects", "set.toml", "--gravity", "0", "0", "9.81"],
         ["fk", "--bend", "1", "0", "--objects", "no.toml"],
     ]
     for words in bad:

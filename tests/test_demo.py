@@ -120,14 +120,15 @@ def test_the_command_leaves_a_folder_that_can_be_opened_and_tells_failures(leant
 
 
 def test_an_interrupted_film_leaves_the_numbers_and_says_so(leant, tmp_path, monkeypatch):
-    def stop(*_):
+    def stop(*given):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(lean, "demonstrate", lambda show: leant)
-    monkeypatch.setattr("contarm_sim.cli.demo._draw", stop)
+    monkeypatch.setattr("contarm_sim.view.rendering.video.write_video", stop)
     done = CliRunner().invoke(cli, ["demo", "lean", "--out", str(tmp_path / "cut")], standalone_mode=False)
     assert done.return_value == 130
-    assert "interrupted while drawing" in done.stderr
+    assert "while drawing, so video.mp4 is missing; the numbers are whole" in done.output
+    assert (tmp_path / "cut/contact.png").is_file()
     assert load_folder(tmp_path / "cut") == leant.run
 
 

@@ -17,6 +17,7 @@ from contarm_sim.model.template import arm_template
 from contarm_sim.motion.time_step import Stepping
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.trajectory import Trajectory
+from contarm_sim.statics.leaning.surroundings import Surroundings
 
 CELL = """<mujoco model="cell">
   <compiler meshdir="meshes"/>
@@ -189,6 +190,16 @@ def test_an_arm_at_rest_leans_on_bodies_of_a_host_as_on_objects(folder):
     assert [touch.object for touch in found.contacts] == [touch.object for touch in known.contacts]
     forces = [[touch.force for touch in each.contacts] for each in (found, known)]
     assert np.allclose(*forces, rtol=1e-6)
+
+
+@pytest.mark.parametrize(("geom", "friction"), [("friction='.2 .1 .1'", 1.0), ("friction='.2 .1 .1' priority='1'", 0.2),
+                                                ("priority='1' condim='1'", 0.0)])  # fmt: skip
+def test_friction_with_bodies_of_a_host_is_mixed_as_in_motion(folder, geom, friction):
+    post = POST.replace('type="cylinder"', f'type="cylinder" {geom}')
+    file = _written(folder, "rubbed", more=post)
+    arm = Arm(links=8, host=Host(file=file, position=(0, -3, 1), orientation=(0, 1, 0, 0)))
+    assert {each.friction for each in Surroundings(arm).objects if each.name == "post"} == {friction}
+    assert not arm.world.host.read.holds
 
 
 def test_the_body_that_holds_the_base_is_not_in_the_way_of_the_first_links(folder):

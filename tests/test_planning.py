@@ -1,7 +1,10 @@
 """Poses and courses that avoid: clear by brute force that shares no code with them, found wherever there are any."""
 
 import json
+import os
+import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -77,6 +80,38 @@ def test_a_mesh_is_its_hull_for_rough_and_for_exact_clearances(tmp_path):
     assert np.all(meshed.rough(bends, 0.05)[rough >= 0.05] >= 0.05)
     for pose in bends[:10]:
         assert meshed.nearest(pose).clearance == pytest.approx(boxed.nearest(pose).clearance, abs=2e-6)
+
+
+def test_a_mesh_that_is_written_again_is_measured_again(tmp_path):
+    """Moved nearer by 10 mm in the same words, so that the file's size stays."""
+    file, words = tmp_path / "cube.obj", CUBE.replace("v -20", "v -30").replace("v 20", "v 10")
+    file.write_text(CUBE)
+    arm = among(Object(name="it", shape="mesh", file=str(file), scale=0.001, position=(0.2, 0, 0.2)))
+    target = shape.position(np.array([0.2, 0, 0.2, 0]), arm)
+    said = []
+    for changed, text in ((1, CUBE), (2, words)):
+        file.write_text(text)
+        os.utime(file, (changed, changed))
+        said.append(planning.avoid(arm, target, margin=0).clearance)
+    assert said[0] - said[1] == pytest.approx(0.01, abs=2e-3)
+
+
+def test_threads_that_ask_the_same_clearance_do_not_disturb_one_another():
+    arm = among(Object(name="it", shape="cylinder", radius=0.02, length=0.1, position=(0.15, 0.08, 0.2)))
+    clearance, bends = planning.Clearance(arm), random_bends(np.random.default_rng(5), arm, 150)
+    alone, every = [clearance.nearest(each) for each in bends], sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(4) as threads:
+            assert all(found == alone for found in threads.map(lambda _: [*map(clearance.nearest, bends)], range(4)))
+    finally:
+        sys.setswitchinterval(every)
+
+
+def test_an_arm_that_can_touch_itself_is_refused():
+    arm = among(POST)
+    with pytest.raises(InputError, match="self_contact"):
+        planning.avoid(replace(arm, world=replace(arm.world, self_contact=True)), BEHIND)
 
 
 def solve(numbers):
@@ -258,7 +293,9 @@ def test_the_command_says_clearance_and_draws(contarm, tmp_path):
     code, out, err = contarm(*given, "--margin", "15mm", "--figure", "around.svg", "--out", "s.csv")
     assert (code, "post" in (tmp_path / "s.csv").read_text()) == (0, True), err
     assert "15 mm" in out
-    assert {"blocked", "clear", "chosen", "margin"} <= words_of((tmp_path / "around.svg").read_text())
+    drawn = (tmp_path / "around.svg").read_text()
+    assert {"blocked", "clear", "chosen"} <= words_of(drawn)
+    assert ">margin, 15 mm<" in drawn
 
 
 def words_of(svg):

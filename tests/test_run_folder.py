@@ -12,11 +12,15 @@ from references import along
 
 from contarm_sim.cli.main import main
 from contarm_sim.errors import InputError
+from contarm_sim.mjcf.xml import write_models
 from contarm_sim.model.arm import Arm
-from contarm_sim.model.arm_file import arm_to_dict, arm_to_toml
-from contarm_sim.motion.simulate import simulate
+from contarm_sim.model.arm_file import arm_to_dict, arm_to_toml, load_arm
+from contarm_sim.model.objects import Object
+from contarm_sim.motion.simulate import FAST, simulate
 from contarm_sim.results.arrays import require_arms_own
+from contarm_sim.results.run_folder import load
 from contarm_sim.results.trajectory import ARRAYS, Trajectory
+from contarm_sim.view.report.run import RunReport
 
 
 @pytest.fixture(scope="module")
@@ -162,6 +166,30 @@ def test_samples_of_another_arm_are_refused(render, tmp_path, arm, said):
     code, err = render(lambda path, arrays: np.savez(path, **arrays))
     assert code == 2
     assert "r: arm.toml is another arm than that of trajectory.npz" in err
+
+
+def test_a_run_with_a_mesh_opens_with_the_copy_that_lies_in_its_folder(tmp_path):
+    """Also where it was of an arm that `contarm build` wrote, and where it has been moved."""
+    (tmp_path / "wedge.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    mesh = Object(name="set", shape="mesh", file=str(tmp_path / "wedge.obj"), scale=0.05, position=(0.3, 0, 0.1))
+    arm = Arm(links=4, objects=(mesh,))
+    for place in ("built", "first", "second"):
+        (tmp_path / place).mkdir()
+    write_models(arm, tmp_path / "built")
+    (tmp_path / "built/arm.toml").write_text(arm_to_toml(arm, beside=True))
+    for folder, own in (("first", arm), ("second", load_arm(tmp_path / "built/arm.toml"))):
+        run = simulate(own, along(own, "circle", 0.1, max_bend=0.3), stepping=FAST)
+        RunReport(run, poses=2).write(tmp_path / folder)
+        assert np.array_equal(load(tmp_path / folder).stations, run.stations)
+    (tmp_path / "wedge.obj").unlink()
+    (tmp_path / "built").rename(tmp_path / "gone")
+    for folder in ("first", "second"):
+        moved = (tmp_path / folder).rename(tmp_path / f"{folder}-moved")
+        assert load(moved).arm.world.objects[0].file == str(moved / "set.obj")
+    toml = moved / "arm.toml"
+    toml.write_text(toml.read_text().replace("scale = 0.05", "scale = 0.04"))
+    with pytest.raises(InputError, match=r"arm\.toml is another arm"):
+        load(moved)
 
 
 @pytest.mark.parametrize("about", ["", "{", "[]", '{"arm": {}}', '{"arm": {"length": -1}, "status": "finished"}', "0",

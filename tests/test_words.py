@@ -138,6 +138,8 @@ def test_a_caption_says_it_in_short():
         "constant curvature does not hold: largest in the run 5.00 % of length   simulation not explained"
     )
     assert said.endswith("   targets off the dome")
+    assert in_short(SUMMARY | {"converged": False}).endswith("   simulation explained, not converged")
+    assert in_short(SUMMARY | {"explained": None, "converged": None}).endswith("   simulation not judged")
 
 
 def test_the_explanation_names_every_part_in_millimetres():

@@ -41,6 +41,7 @@ def demo(name: str, no_video: bool, out: str | None, as_json: bool) -> int:
     """
     from importlib import import_module
 
+    from contarm_sim.cli.drawing import say_missing
     from contarm_sim.cli.study import output_for
     from contarm_sim.cli.terminal import command_line, progress, say
     from contarm_sim.stopping import exit_code
@@ -71,16 +72,35 @@ def demo(name: str, no_video: bool, out: str | None, as_json: bool) -> int:
         click.echo(to_json(summary))
     else:
         _show(name, found)
-    try:
-        _draw(opened.target, found)
-        if not no_video:
-            _film(opened.target, found)
-    except KeyboardInterrupt:
-        say(f"written: {opened.target}")
-        say(f"interrupted while drawing; the numbers are whole, a film is drawn by: contarm render {opened.target}")
-        return exit_code()
+    missing = _missing(opened.target, found, not no_video)
     say(f"written: {opened.target}")
+    if missing:
+        say_missing(missing, f"contarm render {opened.target}")
+        return exit_code()
     return 0 if found.passed else 1
+
+
+def _missing(folder: Path, found: Any, filmed: bool) -> list[str]:
+    """Draw and film; return what an interruption left out."""
+    from contarm_sim.stopping import came
+
+    try:
+        _draw(folder, found)
+        if filmed:
+            _film(folder, found)
+    except KeyboardInterrupt:
+        pass
+    else:
+        if came() is None:  # else a library may have made a failure of the interruption
+            return []
+    wanted = [*(str(place / "contact.png") for _, place in _touching(found)), *(("video.mp4",) if filmed else ())]
+    return [name for name in wanted if not (folder / name).is_file()]
+
+
+def _touching(found: Any) -> list[tuple[Any, Path]]:
+    """Return the motions that touch something, and where they lie in the folder."""
+    both = ((found.run, Path()), (found.beside, Path("beside")))
+    return [(run, place) for run, place in both if run is not None and run.contacts]
 
 
 def _draw(folder: Path, found: Any) -> None:
@@ -90,11 +110,9 @@ def _draw(folder: Path, found: Any) -> None:
     from contarm_sim.view.report.contact_figure import draw_contact
     from contarm_sim.view.style import save
 
-    for run, place in ((found.run, folder), (found.beside, folder / "beside")):
-        if run is None or not run.contacts:
-            continue
+    for run, place in _touching(found):
         try:
-            save(place, "contact", partial(draw_contact, samples=run), PLAIN)
+            save(folder / place, "contact", partial(draw_contact, samples=run), PLAIN)
         except MACHINE as error:
             say(f"no contact.png: {error}")
 

@@ -122,6 +122,18 @@ def _reason(error: Exception) -> str:
     return said if isinstance(error, ContarmError) else f"{type(error).__name__}{': ' if said else ''}{said}"
 
 
+def say_missing(missing: list[str], again: str = "") -> None:
+    """Say what an interruption left out.
+
+    Args:
+        again: the command that films it later, if one does.
+    """
+    from contarm_sim.cli.terminal import say
+
+    what = f"interrupted while drawing, so {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
+    say(f"{what}; the numbers are whole" + (f", and a film of them is drawn by: {again}" if again else ""))
+
+
 def say_backend() -> None:
     """Say so where MUJOCO_GL names a library that does not draw here, and another one did."""
     from contarm_sim.cli.terminal import say

@@ -55,7 +55,7 @@ def replay(words: tuple[str, ...], fit_folder: str | None, rig_file: str | None,
     contarm replay runs/fit-20260101-120000 day2.toml --within 10mm
     contarm replay --fit runs/fit-20260101-120000 day2.toml --samples 200 --no-video --json
     """
-    from contarm_sim.cli.drawing import draw, film_at_first
+    from contarm_sim.cli.drawing import draw, film_at_first, say_missing
     from contarm_sim.cli.given import say_findings
     from contarm_sim.cli.study import output_for
     from contarm_sim.cli.terminal import command_line, progress, say
@@ -85,8 +85,7 @@ def replay(words: tuple[str, ...], fit_folder: str | None, rig_file: str | None,
             show_replay(found)
         say(f"written: {opened.target}")
         if missing:
-            what = f"interrupted while drawing, so {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
-            say(f"{what}; the numbers are whole")
+            say_missing(missing)
             return exit_code()
     return 1 if failed or _short(found, within) else 0
 

@@ -96,10 +96,11 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
     section by section too: what the tip moves where one section alone has them.
     """
     from contarm_sim.cli import uncertain
-    from contarm_sim.cli.drawing import draw, film_at_first
+    from contarm_sim.cli.drawing import draw, film_at_first, say_missing
     from contarm_sim.cli.path import parameters_of, path_of, reference_of
     from contarm_sim.cli.run_words import show_run
     from contarm_sim.cli.terminal import command_line, progress, say
+    from contarm_sim.model.host_file import HOLDING
     from contarm_sim.motion.simulate import simulate
     from contarm_sim.stopping import break_off, exit_code, unbroken
     from contarm_sim.view.report.output import OutputFolder, check_output, default_folder, to_json
@@ -134,8 +135,12 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
                 raise _advised(error) from None
         if len(recorded) < 2:
             raise KeyboardInterrupt
+        if recorded.status == "interrupted":
+            say(_HEARD)
         if asked is not None and recorded.status != "interrupted":
             spread = uncertain.motion_of(recorded, asked, stepping)
+            if spread.interrupted:
+                say(_HEARD)
         if recorded.contacts is not None and len(recorded.contacts) and recorded.status != "interrupted":
             say("simulating the same without objects, to tell what contact does")
         job, recorded = _report(recorded, spread)
@@ -158,6 +163,9 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
             click.echo(to_json(summary))
         else:
             show_run(summary, arm)
+        host = arm.world.host
+        if host is not None and not host.read.holds and recorded.contacts is not None and len(recorded.contacts):
+            say(f"friction creeps or buzzes under the options of {Path(host.file).name}; it holds with {HOLDING}")
         say(f"written: {opened.target}")
         if cut:
             said = f"{len(spread.status)} of {spread.uncertain.cases}"  # type: ignore[union-attr]
@@ -167,16 +175,19 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
         elif interrupted:
             say("interrupted after the motion, while its error was being estimated; the motion is whole")
         if missing:
-            what = f"interrupted while drawing, so {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
-            say(f"{what}; the numbers are whole, and a film of them is drawn by: contarm render {opened.target}")
+            say_missing(missing, f"contarm render {opened.target}")
         if interrupted or missing:
             return exit_code()
         failed = failed or (spread is not None and bool(spread.failed))
         return 0 if summary["verdict"] == "pass" and not failed else 1
 
 
+_HEARD = "interrupted: what was recorded is compared and written"
+
+
 def _report(recorded: Any, spread: Any) -> tuple[Any, Any]:
     """Return the report of a recorded run, and the run; a signal cuts the report short, and the run counts as such."""
+    from contarm_sim.cli.terminal import say
     from contarm_sim.stopping import breakable
     from contarm_sim.view.report.run import RunReport
 
@@ -184,6 +195,8 @@ def _report(recorded: Any, spread: Any) -> tuple[Any, Any]:
         with breakable():
             return RunReport(recorded, spread=spread), recorded
     except KeyboardInterrupt:
+        if recorded.status != "interrupted":
+            say(_HEARD)
         recorded = replace(recorded, status="interrupted")
         return RunReport(recorded, poses=2, spread=spread), recorded
 

@@ -41,9 +41,9 @@ def stiffness(
     target = output_for(out, "stiffness")
     bend = bend or (DEFAULT if len(arm.sections) == 1 else OF_SECTIONS,) * len(arm.sections)
     pose = bends_from_words(bend, arm)
+    found = studies.stiffness(arm, pose, levels, track)
     if any(arm.gravity) or arm.payload:
         say("gravity and payload are left out: the pose is held without them")
-    found = studies.stiffness(arm, pose, levels, track)
 
     def draw(folder: Path) -> None:
         save(folder, "stiffness", lambda sheet: draw_stiffness(sheet, found), prints)

@@ -134,7 +134,7 @@ class ArmIndex:
             touch=_felt(columns, arm, names.TOUCH, 7, in_world),
             depth=_felt(columns, arm, names.DEPTH, 4, in_world),
             poses=columns([
-                names.sensor(name, quantity) for name in (names.free_objects(arm) if in_world else [])
+                names.sensor(name, quantity) for name in (arm.world.movable if in_world else [])
                 for quantity in (names.POSITION, names.ORIENTATION)
             ]).reshape(-1, 7),
             zero=_frozen([counted_from(group) for group in arm.groups for _ in range(group.routing.count)]),
@@ -177,15 +177,8 @@ def _host_sensors(model: mujoco.MjModel, arm: Arm, in_world: bool) -> list[str]:
     """Return the sensors of the positions of a host's own joints, as they come in the engine's."""
     if not in_world or arm.world.host is None:
         return []
-    own, found = {hinge.name for hinge in names.joints(arm)} | set(names.free_objects(arm)), []
-    for joint in range(model.njnt):
-        name, kind = model.joint(joint).name, int(model.jnt_type[joint])
-        if name not in own:
-            found += names.host_sensors(name, _POSITIONS.get(kind, 1))
-    return found
-
-
-_POSITIONS = {int(mujoco.mjtJoint.mjJNT_FREE): 7, int(mujoco.mjtJoint.mjJNT_BALL): 4}
+    free = model.jnt_type == mujoco.mjtJoint.mjJNT_FREE
+    return [name for i in range(model.njnt) for name in names.host_sensors(arm, model.joint(i).name, bool(free[i]))]
 
 
 def _states(model: mujoco.MjModel, actuators: Indices) -> slice:

@@ -9,7 +9,7 @@ import numpy as np
 from contarm_sim.engine.index import ArmIndex, rows
 from contarm_sim.engine.plant import Plant
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.mechanics.contacts import Contacts, contact_names
+from contarm_sim.mechanics.contacts import Contacts
 from contarm_sim.mechanics.pneumatics import passive_tension, pressure_for
 from contarm_sim.model.arm import Arm
 
@@ -98,7 +98,7 @@ def touched(sensed: Array, index: ArmIndex, arm: Arm) -> dict[str, Any]:
             )
         found["contacts"] = Contacts(
             sample, station, partner, point=point, force=force, normal=normal,
-            depth=-deepest[:, 0], names=contact_names(arm),
+            depth=-deepest[:, 0], names=arm.world.partners,
         )  # fmt: skip
     if len(index.poses):
         found["objects"] = sensed[:, index.poses]

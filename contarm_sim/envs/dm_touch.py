@@ -42,7 +42,7 @@ class TouchSensors:
                 reftype="site", refname=arm_model.find("site", names.BASE),
             )  # fmt: skip
 
-        free = names.free_objects(arm)
+        free = arm.world.movable
         return cls(
             [contact(partner, station) for partner in names.partners(arm) for station in names.stations(arm)],
             [frame(name, *what) for name in free for what in _POSE],

@@ -39,7 +39,7 @@ RATES = ((names.VELOCITY, _KIND.mjSENS_FRAMELINVEL), (ANGULAR, _KIND.mjSENS_FRAM
 
 def add_rate_sensors(spec: mujoco.MjSpec, arm: Arm) -> None:
     """Add sensors of how free objects move, in the base frame."""
-    for name in names.free_objects(arm):
+    for name in arm.world.movable:
         for quantity, kind in RATES:
             spec.add_sensor(
                 name=names.sensor(name, quantity), type=kind, objtype=mujoco.mjtObj.mjOBJ_XBODY, objname=name,
@@ -49,12 +49,12 @@ def add_rate_sensors(spec: mujoco.MjSpec, arm: Arm) -> None:
 
 def rate_sensors(arm: Arm) -> list[str]:
     """Return the names of the sensors of how free objects move."""
-    return [names.sensor(name, quantity) for name in names.free_objects(arm) for quantity, _ in RATES]
+    return [names.sensor(name, quantity) for name in arm.world.movable for quantity, _ in RATES]
 
 
 def touched_sizes(arm: Arm) -> dict[str, int]:
     """Return how many numbers each quantity has; nothing of an arm that can touch nothing."""
-    free, count = len(names.free_objects(arm)), len(names.partners(arm)) * len(arm.sections)
+    free, count = len(arm.world.movable), len(names.partners(arm)) * len(arm.sections)
     if not count:
         return {}
     moving = {

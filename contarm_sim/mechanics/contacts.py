@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
-from contarm_sim.model.arm import Arm
-from contarm_sim.model.objects import ITSELF
 
 SHAPES = {
     "sample": ("C",), "station": ("C",), "partner": ("C",), "point": ("C", 3), "force": ("C", 3), "normal": ("C", 3),
@@ -36,8 +34,8 @@ class Contacts:
         force: on the arm, summed [N], shape (C, 3).
         normal: of the deepest, out of the object towards the arm, shape (C, 3).
         depth: how far link and object overlap there [m], shape (C,).
-        names: of what can be touched: the world's objects, `itself`, and the bodies of a host; of a host of too many
-            bodies `world`, which stands for all.
+        names: of what can be touched, `World.partners`: its objects, `itself`, and the bodies of a host; of a host of
+            too many bodies `world`, which stands for all.
     """
 
     sample: NDArray[np.intp]
@@ -121,12 +119,3 @@ class Contacts:
         out = np.zeros(samples)
         np.maximum.at(out, self.sample, self.depth)
         return out
-
-
-def contact_names(arm: Arm) -> tuple[str, ...]:
-    """Return the names of what an arm can touch, as `Contacts.names`."""
-    world = arm.world
-    own, host = (ITSELF,) if world.self_contact else (), world.host
-    if host is not None and host.lumped:
-        return host.partners
-    return (*(each.name for each in world.objects), *own, *(host.partners if host is not None else ()))

@@ -7,7 +7,7 @@ import numpy as np
 
 from contarm_sim.mjcf.backbone import add_backbone, add_defaults
 from contarm_sim.mjcf.contact import add_feelers, make_touchable
-from contarm_sim.mjcf.host import add_host_sensors, add_keys, attach, damp, exclude_mount
+from contarm_sim.mjcf.host import add_host_sensors, add_keys, adding, attach, damp, exclude_mount
 from contarm_sim.mjcf.muscles import ACTUATORS, Actuation, add_muscles, add_sensors, straight_controls
 from contarm_sim.mjcf.nose import add_nose
 from contarm_sim.mjcf.object_looks import dress_objects
@@ -118,11 +118,12 @@ def _in_host(part: mujoco.MjSpec, arm: Arm, host: Host, actuation: Actuation, ti
     joints, (straight, state) = len(part.joints), _straight(part, arm, actuation)
     whole = attach(part, arm, host)
     whole.option.timestep = step
-    add_objects(whole, arm)
-    place_objects(whole, arm, np.array(host.base.position), np.array(host.base.quaternion))
-    add_feelers(whole, arm)
-    exclude_mount(whole, arm, host)
-    add_host_sensors(whole, arm)
+    with adding(host):
+        add_objects(whole, arm)
+        place_objects(whole, arm, np.array(host.base.position), np.array(host.base.quaternion))
+        add_feelers(whole, arm)
+        exclude_mount(whole, arm, host)
+        add_host_sensors(whole, arm)
     damp(whole, arm)
     free = [x for each in arm.world.objects if each.free for x in _pose(whole.body(each.name))]
     add_keys(whole, host, [0.0] * joints, free, straight, state)

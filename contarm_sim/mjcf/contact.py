@@ -187,7 +187,7 @@ def _add_sensors(spec: mujoco.MjSpec, arm: Arm) -> None:
 def _add_pose_sensors(spec: mujoco.MjSpec, arm: Arm) -> None:
     """Add sensors of where free objects are in the base frame."""
     kind, of = mujoco.mjtSensor, mujoco.mjtObj
-    for name in names.free_objects(arm):
+    for name in arm.world.movable:
         for quantity, what in ((names.POSITION, kind.mjSENS_FRAMEPOS), (names.ORIENTATION, kind.mjSENS_FRAMEQUAT)):
             spec.add_sensor(
                 name=names.sensor(name, quantity), type=what, objtype=of.mjOBJ_XBODY, objname=name,

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import mujoco
@@ -10,9 +13,11 @@ import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.mjcf import names
+from contarm_sim.mjcf.objects import OF_OBJECTS
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.host import Host
 from contarm_sim.model.host_file import Key, opened, quiet
+from contarm_sim.model.objects import said_of_object
 
 _NAMED = (
     "bodies", "joints", "geoms", "sites", "cameras", "lights", "meshes", "materials", "textures", "tendons",
@@ -25,8 +30,6 @@ CLASS = "contarm"
 
 _SHOWN = 6
 """Most names that a message lists."""
-
-_POSITIONS = {mujoco.mjtJoint.mjJNT_FREE: 7, mujoco.mjtJoint.mjJNT_BALL: 4}
 
 
 def attach(part: mujoco.MjSpec, arm: Arm, host: Host) -> mujoco.MjSpec:
@@ -58,22 +61,20 @@ def attach(part: mujoco.MjSpec, arm: Arm, host: Host) -> mujoco.MjSpec:
 def add_host_sensors(spec: mujoco.MjSpec, arm: Arm) -> None:
     """Add sensors of where the base is in the world, and of the positions of all joints that are not the arm's."""
     kind, of = mujoco.mjtSensor, mujoco.mjtObj
-    own = {joint.name for joint in names.joints(arm)} | set(names.free_objects(arm))
     for name, what in (
         (names.sensor(names.BASE, names.POSITION), kind.mjSENS_FRAMEPOS),
         (names.sensor(names.BASE, names.ORIENTATION), kind.mjSENS_FRAMEQUAT),
     ):
         spec.add_sensor(name=name, type=what, objtype=of.mjOBJ_XBODY, objname=names.BASE)
     for joint in spec.joints:
-        if joint.name in own:
-            continue
-        sensors = names.host_sensors(joint.name, _POSITIONS.get(joint.type, 1))
-        if joint.type == mujoco.mjtJoint.mjJNT_FREE:
-            for name, what in zip(sensors, (kind.mjSENS_FRAMEPOS, kind.mjSENS_FRAMEQUAT), strict=True):
-                spec.add_sensor(name=name, type=what, objtype=of.mjOBJ_XBODY, objname=joint.parent.name)
-            continue
-        what = kind.mjSENS_BALLQUAT if joint.type == mujoco.mjtJoint.mjJNT_BALL else kind.mjSENS_JOINTPOS
-        spec.add_sensor(name=sensors[0], type=what, objtype=of.mjOBJ_JOINT, objname=joint.name)
+        felt, free = [kind.mjSENS_JOINTPOS], joint.type == mujoco.mjtJoint.mjJNT_FREE
+        if free:
+            felt = [kind.mjSENS_FRAMEPOS, kind.mjSENS_FRAMEQUAT]
+        elif joint.type == mujoco.mjtJoint.mjJNT_BALL:
+            felt = [kind.mjSENS_BALLQUAT]
+        whose = (of.mjOBJ_XBODY, joint.parent.name) if free else (of.mjOBJ_JOINT, joint.name)
+        for name, what in zip(names.host_sensors(arm, joint.name, free), felt, strict=False):
+            spec.add_sensor(name=name, type=what, objtype=whose[0], objname=whose[1])
 
 
 def exclude_mount(spec: mujoco.MjSpec, arm: Arm, host: Host) -> None:
@@ -141,16 +142,39 @@ def _name(spec: mujoco.MjSpec, key: Key) -> str:
 
 
 def _refuse_collisions(spec: mujoco.MjSpec, part: mujoco.MjSpec, arm: Arm, host: Host) -> None:
-    own = {one.name for one in arm.world.objects}
     found = []
     for kind in _NAMED:
         taken = {each.name for each in getattr(spec, kind)}
-        mine = {each.name for each in getattr(part, kind)} | (own if kind in ("bodies", "geoms") else set())
+        for one in arm.world.objects if kind in OF_OBJECTS else ():
+            if one.name in taken:
+                allowed = f"another: {Path(host.file).name} has a {_single(kind)} of that name"
+                raise InputError("name", repr(one.name), allowed, said_of_object(one.name))
+        mine = {each.name for each in getattr(part, kind)}
         found += [f"{_single(kind)} {name}" for name in sorted((taken & mine) - {"", "world"})]
     if found:
         more = f" and {len(found) - _SHOWN} more" if len(found) > _SHOWN else ""
-        given = f"{Path(host.file).name!r} with names of the arm's ({', '.join(found[:_SHOWN])}{more})"
-        raise InputError("world", given, "other names for these parts of the world")
+        raise _collision(host, ", ".join(found[:_SHOWN]) + more)
+
+
+@contextmanager
+def adding(host: Host) -> Iterator[None]:
+    """Refuse a host with names of what is added to it: sensors of contact, poses and joints, and what does not touch.
+
+    Raises:
+        InputError: the engine finds a name twice.
+    """
+    try:
+        yield
+    except ValueError as error:
+        found = re.search(r"repeated name '(.*)' in (\w+)", str(error))
+        if isinstance(error, InputError) or found is None:
+            raise
+        raise _collision(host, f"{found[2]} {found[1]}") from None
+
+
+def _collision(host: Host, found: str) -> InputError:
+    given = f"{Path(host.file).name!r} with names of the arm's ({found})"
+    return InputError("world", given, "other names for these parts of the world")
 
 
 def _single(kind: str) -> str:

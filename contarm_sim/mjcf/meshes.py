@@ -31,7 +31,7 @@ def check_mesh(each: Object, arm: Arm) -> None:
     try:
         extent = _extent(str(path), each.scale, path.stat().st_mtime_ns, path.stat().st_size)
     except (OSError, ValueError) as error:
-        allowed = f"a mesh, {' or '.join(MESHES)}, of a body that has a volume"
+        allowed = f"a mesh, binary {' or '.join(MESHES)}, of a body that has a volume"
         raise InputError(
             "file", f"{one_line(str(each.file), 60)!r} ({_why(error, str(path))})", allowed, where
         ) from None
@@ -62,5 +62,7 @@ def _why(error: Exception, file: str) -> str:
     """Return what the engine or the system says of a mesh, in short."""
     if isinstance(error, OSError):
         return error.strerror or "unreadable"
+    if "ASCII" in str(error):
+        return "not a binary STL, or damaged"
     first = str(error).removeprefix("Error: ").partition("\n")[0].replace(f"'{file}'", "").replace(file, "")
     return one_line(re.sub(r"stl_decoder:|in STL file|: mesh .*|\s(?=[\s,;]|$)", "", first).strip(), 90)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.muscle_group import MuscleGroup
+from contarm_sim.model.objects import ITSELF
 
 BASE, TIP, PAYLOAD = "base", "tip", "payload"
 TIP_POSITION, TIP_ORIENTATION = "tip_position", "tip_orientation"
@@ -96,15 +97,8 @@ def angle_sensor(joint: str) -> str:
 
 
 def partners(arm: Arm) -> list[str]:
-    """Return the bodies that the arm can touch: objects, `BASE` where it can touch itself, and those of its host.
-
-    They are in the order of `mechanics.contacts.contact_names`. A host of too many bodies is one, see `Host.partners`.
-    """
-    world, host = arm.world, arm.world.host
-    if host is not None and host.lumped:
-        return [*host.partners]
-    own = [BASE] if world.self_contact else []
-    return [*(each.name for each in world.objects), *own, *(host.partners if host is not None else ())]
+    """Return the bodies of what the arm can touch, as in `World.partners`: `BASE` stands for the arm itself."""
+    return [BASE if name == ITSELF else name for name in arm.world.partners]
 
 
 def touch_sensor(station: str, partner: str, felt: str) -> str:
@@ -112,12 +106,8 @@ def touch_sensor(station: str, partner: str, felt: str) -> str:
     return f"{station}_{felt}_{partner}"
 
 
-def host_sensors(joint: str, width: int) -> list[str]:
-    """Return the names of the sensors of a host's joint that has so many positions: 7 of a free one, 4 of a ball, 1."""
-    parts = ["position", "orientation"] if width == 7 else ["angle"]
-    return [f"world_{joint}_{part}" for part in parts]
-
-
-def free_objects(arm: Arm) -> list[str]:
-    """Return the names of the objects that move."""
-    return [each.name for each in arm.world.objects if each.free]
+def host_sensors(arm: Arm, joint: str, free: bool) -> list[str]:
+    """Return the names of the sensors of a joint in a host, free or not; none of the arm's and of its objects'."""
+    if joint in {each.name for each in joints(arm)} or joint in arm.world.movable:
+        return []
+    return [f"world_{joint}_{part}" for part in ([POSITION, ORIENTATION] if free else ["angle"])]

@@ -20,6 +20,9 @@ GEOMS = {
     "cylinder": _KIND.mjGEOM_CYLINDER, "plane": _KIND.mjGEOM_PLANE, "mesh": _KIND.mjGEOM_MESH,
 }  # fmt: skip
 
+OF_OBJECTS = ("bodies", "geoms", "joints", "meshes")
+"""Parts of a spec that an object's name may be given to. Of two joints of one name the engine silently drops one's."""
+
 
 def geom_size(each: Object) -> list[float]:
     """Return the size of an object's geom as the engine has it: half edges, radius and half length."""
@@ -36,7 +39,7 @@ def add_objects(spec: mujoco.MjSpec, arm: Arm) -> None:
     Raises:
         InputError: a name that the arm has, or a mesh that cannot be read.
     """
-    taken = {body.name for body in spec.bodies} | {geom.name for geom in spec.geoms}
+    taken = {part.name for kind in OF_OBJECTS for part in getattr(spec, kind)}
     for each in arm.world.objects:
         if each.name in taken:
             allowed = "another: parts of the arm have it, or of its world"

@@ -13,6 +13,9 @@ from contarm_sim.mjcf import names
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.objects import Object, said_of_object
 
+STRAIGHT = "where the arm is straight"
+"""When what begins without a bend begins."""
+
 MOST = 1e-4
 """How deep bodies may overlap at first [m]: about as deep as what rests, far from what throws a link."""
 
@@ -47,7 +50,7 @@ def refuse_overlaps(arm: Arm, model: mujoco.MjModel, data: mujoco.MjData, when: 
     """Refuse links and objects that overlap in a state whose contacts are found.
 
     Args:
-        when: what begins there, for the message, such as "where the motion starts".
+        when: what begins there, for the message: "where the motion starts", or `STRAIGHT`, which has no other bends.
 
     Raises:
         InputError: the deepest overlap: of what, how deep, and what would help.
@@ -60,25 +63,31 @@ def refuse_overlaps(arm: Arm, model: mujoco.MjModel, data: mujoco.MjData, when: 
     one, other = found[0].body, found[0].other
     if one not in objects or (other in objects and objects[other].free and not objects[one].free):
         one, other = other, one
-    deep = f"{1e3 * found[0].depth:.3g} mm deep in {_said(other, objects)} {when}"
-    deep += f" (the deepest of {len(found)} overlaps)" if len(found) > 1 else ""
-    most = f"at most {1e3 * MOST:g} mm"
+    deep = f"{float(f'{1e3 * found[0].depth:.3g}'):g} mm deep in {_said(other, objects)}"
+    most = f"at most {1e3 * MOST:g} mm {when}"
+    every = f" (the deepest of {len(found)} overlaps)" if len(found) > 1 else ""
+    bends = [] if when == STRAIGHT or other in objects else ["begin with other bends"]
     if one not in objects and not {one, other} <= set(stations):
-        allowed = f"{most}: mount the arm elsewhere, begin with other bends, or move that body"
-        raise InputError("world", f"one that puts {_said(one, objects)} {deep}", allowed)
+        ways = ["mount the arm elsewhere", *bends, "move that body"]
+        raise InputError("world", f"one that puts {_said(one, objects)} {deep}", f"{most}: {_either(ways)}{every}")
     if one not in objects:
-        allowed = f"{most}: begin with other bends, or without self-contact"
-        raise InputError("self_contact", f"on, with {_said(one, objects)} {deep}", allowed)
+        ways = [*bends, "leave self-contact out"]
+        raise InputError("self_contact", f"on, with {_said(one, objects)} {deep}", f"{most}: {_either(ways)}{every}")
     place = ", ".join(f"{x:.6g}" for x in objects[one].position)
-    allowed = f"{most}: {_help(objects[one])}" + ("" if other in objects else ", or begin with other bends")
+    allowed = f"{most}: {_either([*_help(objects[one]), *bends])}{every}"
     raise InputError("position", f"({place}) m, which puts it {deep}", allowed, said_of_object(one))
 
 
-def _help(each: Object) -> str:
+def _either(ways: list[str]) -> str:
+    """Return what may be done, of which any is enough."""
+    return ", or ".join([", ".join(ways[:-1]), ways[-1]] if len(ways) > 1 else ways)
+
+
+def _help(each: Object) -> list[str]:
     """Return what would help an object that overlaps something."""
     if each.shape == "plane":
-        return "move it or turn its axis around, for what is behind a plane is inside"
-    return "move it or make it smaller" + (" (meshes touch as their convex hulls)" if each.shape == "mesh" else "")
+        return ["move it", "turn its axis around (what is behind a plane is inside)"]
+    return ["move it", "make it smaller" + (" (meshes touch as their convex hulls)" if each.shape == "mesh" else "")]
 
 
 def _said(name: str, objects: Mapping[str, Object]) -> str:

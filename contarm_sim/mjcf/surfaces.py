@@ -25,7 +25,8 @@ def surface(each: Object) -> Triangles:
         OSError, ValueError: a mesh that cannot be read.
     """
     if each.file is not None:
-        return _mesh(each.file, each.scale, Path(each.file).stat().st_mtime_ns)
+        status = Path(each.file).stat()
+        return _mesh(each.file, each.scale, status.st_mtime_ns, status.st_size)
     if each.size is not None:
         return _box(np.array(each.size))
     radius, half = each.radius or 0.0, 0.5 * (each.length or 0.0)
@@ -73,11 +74,11 @@ def _revolved(outline: list[tuple[float, float]]) -> Triangles:
 
 
 @lru_cache(maxsize=64)
-def _mesh(file: str, scale: float, changed: int) -> Triangles:
+def _mesh(file: str, scale: float, changed: int, size: int) -> Triangles:
     """Return a mesh as its file has it; the engine keeps it about its own middle, and says where that is.
 
     Args:
-        changed: tells a file that was written again.
+        changed, size: tell a file that was written again.
     """
     spec = mujoco.MjSpec()
     spec.add_mesh(name="mesh", file=str(Path(file).resolve()), scale=[scale] * 3)

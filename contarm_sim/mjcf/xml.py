@@ -19,7 +19,7 @@ from contarm_sim.mjcf.build import arm_spec, scene_spec
 from contarm_sim.mjcf.host import CLASS
 from contarm_sim.mjcf.muscles import Actuation
 from contarm_sim.mjcf.names import BASE
-from contarm_sim.mjcf.overlaps import refuse_overlaps
+from contarm_sim.mjcf.overlaps import STRAIGHT, refuse_overlaps
 from contarm_sim.model.arm import Arm
 
 _MUSCLE = re.compile(r"(section_\d+_)?muscle_\d+")
@@ -68,7 +68,7 @@ def _refuse_overlaps(arm: Arm, spec: mujoco.MjSpec) -> None:
         data = mujoco.MjData(model)
         mujoco.mj_resetDataKeyframe(model, data, 0)
         mujoco.mj_forward(model, data)
-        refuse_overlaps(arm, model, data, "where the arm is straight")
+        refuse_overlaps(arm, model, data, STRAIGHT)
 
 
 def _bring(spec: mujoco.MjSpec, root: ElementTree.Element, folder: Path) -> None:

@@ -11,6 +11,7 @@ from contarm_sim.brevity import Told
 from contarm_sim.errors import InputError, did_you_mean
 from contarm_sim.inputs import as_path
 from contarm_sim.model.host_file import HostFile, Place, host_file, rotated, turned_back
+from contarm_sim.model.objects import ITSELF
 from contarm_sim.model.parameters import Quaternion, Vector, check_vector
 
 STRAIGHT_ON: Quaternion = (1.0, 0.0, 0.0, 0.0)
@@ -55,6 +56,10 @@ class Host(Told):
             raise InputError("orientation", self.orientation, "a quaternion w x y z, not zero", "world")
         object.__setattr__(self, "orientation", tuple(x / norm for x in self.orientation))
         self._check_mount(self.read)
+        if ITSELF in self.partners:
+            raise InputError(
+                "world", f"{path.name!r} with a body {ITSELF!r}", "another name: the arm's contact with itself has it"
+            )
 
     def _check_mount(self, read: HostFile) -> None:
         if self.site is not None:

@@ -139,9 +139,23 @@ def find(name: str, known: Mapping[str, Any], where: str | None = None, what: st
         return known[name]
     alone = re.sub(r"^section_\d+\.", "", str(name))
     one = alone in known and not any(other.startswith("section_1.") for other in known)
+    if what == "parameter" and (own := _of_object(str(name), known)):
+        raise InputError(f"{what} {name!r}", "unknown", own, where)
     asked = f"did you mean {alone!r}? The arm has one section. " if one else did_you_mean(name, known)
     every = f"All: {', '.join(known)}" if len(known) < 9 else "contarm sweep SPEC --names lists all"
     raise InputError(f"{what} {name!r}", "unknown", f"{asked}{every}", where)
+
+
+def _of_object(name: str, known: Mapping[str, Any]) -> str:
+    """Return what an object has, where a name is of something that it has not; nothing where it is of no object."""
+    kind, owner, field, *_ = [*name.split("."), "", ""]
+    own = [each for each in known if each.startswith(f"object.{owner}.") and each.count(".") == 2]
+    has = {each.rpartition(".")[2]: each for each in own}
+    if kind != "object" or not has:
+        return ""
+    near = [each for each in has if did_you_mean(field, [each])]
+    asked = f"did you mean {has[near[0]]!r}? " if near else ""
+    return f"{asked}{owner}{' is fixed, and' if field == 'mass' else ''} has {', '.join(has)}"
 
 
 def with_parameters(arm: Arm, values: Mapping[str, Any]) -> Arm:

@@ -25,7 +25,7 @@ MEANING = {
     "size": "its three edges [m]",
     "radius": "its radius [m]",
     "length": "its length [m], of a capsule without its round ends",
-    "file": "a mesh, .stl or .obj",
+    "file": "a mesh, binary .stl or .obj",
 }
 
 ITSELF = "itself"
@@ -56,7 +56,10 @@ class Object(Told):
     shape: Shape = field(metadata={"unit": "-", "help": f"one of {', '.join(SHAPES)}"})
     position: Vector = field(
         default=(0.0, 0.0, 0.0),
-        metadata={"unit": "m", "help": "of its middle; planes run through it, meshes have their files' origin there"},
+        metadata={
+            "unit": "m",
+            "help": "of its middle; planes run through it, meshes have their files' origin there; omitted: the base",
+        },
     )
     axis: Vector | None = field(
         default=None,
@@ -73,7 +76,7 @@ class Object(Told):
     radius: float | None = number(None, "m", "of a sphere, capsule or cylinder", above=0)
     length: float | None = number(None, "m", "of a cylinder, or of a capsule without its round ends", above=0)
     file: str | None = field(
-        default=None, metadata={"unit": "-", "help": "of a mesh, .stl or .obj; it touches as its convex hull"}
+        default=None, metadata={"unit": "-", "help": "of a mesh, binary .stl or .obj; it touches as its convex hull"}
     )
     scale: float = number(1.0, "-", "what the numbers of a mesh's file are times one metre: 0.001 for mm", above=0)
     mass: float | None = number(None, "kg", "of a free object; omitted: fixed to the base frame", least=LEAST_MASS)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, fields, replace
 from contarm_sim.brevity import Told
 from contarm_sim.errors import InputError, expect
 from contarm_sim.model.host import Host
-from contarm_sim.model.objects import Object, check_objects
+from contarm_sim.model.objects import ITSELF, Object, check_objects
 from contarm_sim.model.parameters import Quaternion, Vector, check_numbers, check_vector, number
 
 _AGREE = 1e-6
@@ -85,6 +85,19 @@ class World(Told):
     def touchable(self) -> bool:
         """Whether there is anything that the arm can touch."""
         return bool(self.objects) or self.self_contact or self.host is not None
+
+    @property
+    def partners(self) -> tuple[str, ...]:
+        """What the arm can touch: objects, `ITSELF`, and bodies of the host; of too many the world, for all of it."""
+        if self.host is not None and self.host.lumped:
+            return self.host.partners
+        own = (ITSELF,) if self.self_contact else ()
+        return (*(each.name for each in self.objects), *own, *(self.host.partners if self.host is not None else ()))
+
+    @property
+    def movable(self) -> list[str]:
+        """Names of the objects that move."""
+        return [each.name for each in self.objects if each.free]
 
     @property
     def alone(self) -> World:

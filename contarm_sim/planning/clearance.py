@@ -1,14 +1,16 @@
 """How far an arm is from the objects of its world: at many poses roughly, at one to the surface, by MuJoCo.
 
-`rough` takes places along the arcs: no chord between them is farther away than its ends. `nearest` takes capsules along
-the chords, by MuJoCo's `mj_geomDistance`, and takes off what an arc lies beside its chord: no place along the arm is
-nearer than it says.
+`rough` looks at places along the arcs alone, so that the arm may come nearer between them. `nearest` measures from the
+chords between these places by MuJoCo's `mj_geomDistance` (GJK: Gilbert, Johnson, Keerthi, IEEE J. Robot. Autom. 4
+(1988) 193), and subtracts how far an arc lies beside its chord: no place along the arm is nearer than it says.
 """
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from functools import lru_cache
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -50,8 +52,10 @@ class Nearest:
 class Clearance:
     """Distances of an arm's tube from the objects of its world; free objects are where they start.
 
+    Meshes are as their files were when it was made. Threads may share it.
+
     Raises:
-        InputError: an arm without objects, one in a host, or a mesh that cannot be read.
+        InputError: an arm without objects, one in a host or that can touch itself, or a mesh that cannot be read.
     """
 
     def __init__(self, arm: Arm, chords: int = CHORDS) -> None:
@@ -59,6 +63,8 @@ class Clearance:
         if arm.world.host is not None:
             given = repr(arm.world.host.file)
             raise InputError("world", given, "none: planning keeps clear of objects ([[object]] in TOML) alone")
+        if arm.world.self_contact:
+            raise InputError("self_contact", True, "false: planning keeps clear of objects, not of the arm itself")
         if not arm.world.objects:
             raise InputError("objects", "none", "an arm whose world has objects ([[object]] in TOML), to keep clear of")
         self.arm, self.backbone, self.tube = arm, shape.backbone(arm), Tube.of(arm, chords)
@@ -66,7 +72,8 @@ class Clearance:
         self._model, self._data = _probed(arm)
         self._geoms = [self._model.geom(name).id for name in self.names]
         self._probe = self._model.geom(_probe_name(arm)).id
-        self._hulls = {name: Hull.of(self.vertices(name)) for name, each in self._each() if each.shape == "mesh"}
+        self._probing = Lock()
+        self._hulls = {each.name: Hull.of(_vertices(each)) for each in arm.world.objects if each.shape == "mesh"}
 
     def nearest(self, bends: Any) -> Nearest:
         """Return where the arm is nearest to an object at bends [rad], shape (S, 2).
@@ -81,14 +88,15 @@ class Clearance:
         steps, beside = np.diff(places, axis=0), tube.sagitta(bends)[0] + tube.chord_radius + _ALLOWANCE
         sizes = np.sqrt((steps**2).sum(axis=-1))
         far = np.stack([self._lower(name, each, places) for name, each in self._each()])
-        least = 0.5 * (far[:, :-1] + far[:, 1:] - sizes) - beside  # no place on a chord is nearer
+        # Distances change along a chord by its length at most: this is the least that its ends' leave open.
+        least = 0.5 * (far[:, :-1] + far[:, 1:] - sizes) - beside
         best, where = np.inf, (0, 0, np.zeros(6))
         fromto, frames = np.zeros(6), _frames(steps / sizes[:, None])
         for number, chord in zip(*np.unravel_index(np.argsort(least, axis=None), least.shape), strict=True):
             if least[number, chord] > best:
                 break
-            self._put(places[chord] + 0.5 * steps[chord], frames[chord], 0.5 * sizes[chord])
-            found = self._distance(self._geoms[number], fromto) - beside[chord]
+            middle = places[chord] + 0.5 * steps[chord]
+            found = self._distance(number, middle, frames[chord], 0.5 * sizes[chord], fromto) - beside[chord]
             if found < best:
                 best, where = found, (chord, number, fromto.copy())
         chord, number, fromto = where
@@ -101,7 +109,7 @@ class Clearance:
     def rough(self, bends: Array, wanted: float, places: Array | None = None) -> Array:
         """Return clearances at places along the arm [m], shape (K,), of bends [rad], shape (K, S, 2), not checked.
 
-        From meshes, those that exceed what is wanted [m] are lower bounds.
+        A clearance from a mesh is exact up to what is wanted [m]; where more is said, it may be larger still.
         """
         places = self.tube.places(bends) if places is None else places
         out = np.full(len(places), np.inf)
@@ -116,7 +124,7 @@ class Clearance:
         for number, each in enumerate(self.arm.world.objects):
             if each.shape == "mesh":
                 outside = np.flatnonzero(far[number] > 0)
-                far[number, outside] = [self._of_point(self._geoms[number], point) for point in points[outside]]
+                far[number, outside] = [self._of_point(number, point) for point in points[outside]]
         return far.min(axis=0), far.argmin(axis=0)
 
     def _each(self) -> Any:
@@ -126,47 +134,49 @@ class Clearance:
         """Return distances of places from an object [m]; from a mesh, lower bounds."""
         return self._hulls[name].distance(places) if each.shape == "mesh" else distance(each, places)
 
-    def _put(self, middle: Array, frame: Array, half: float) -> None:
-        """Lay the probe somewhere, along the last column of a frame, shape (3, 3)."""
-        self._model.geom_size[self._probe, 1] = half
-        self._data.geom_xpos[self._probe] = middle
-        self._data.geom_xmat[self._probe] = frame.ravel()
+    def _of_point(self, number: int, point: Array) -> float:
+        return self._distance(number, point, np.eye(3), 0.0, np.zeros(6))
 
-    def _of_point(self, geom: int, point: Array) -> float:
-        self._put(point, np.eye(3), 0.0)
-        return self._distance(geom, np.zeros(6))
-
-    def _distance(self, geom: int, fromto: Array) -> float:
-        """Return the distance of the probe's middle line from an object [m]."""
+    def _distance(self, number: int, middle: Array, frame: Array, half: float, fromto: Array) -> float:
+        """Return the distance of an object [m] from a line about a middle, along the last column of a frame, (3, 3)."""
         import mujoco
 
-        return float(mujoco.mj_geomDistance(self._model, self._data, self._probe, geom, _FAR, fromto)) + _PROBE
+        model, data, probe = self._model, self._data, self._probe
+        with self._probing:  # threads share the one probe
+            model.geom_size[probe, 1] = half
+            data.geom_xpos[probe] = middle
+            data.geom_xmat[probe] = frame.ravel()
+            return float(mujoco.mj_geomDistance(model, data, probe, self._geoms[number], _FAR, fromto)) + _PROBE
 
     def _from_mesh(self, name: str, places: Array, wanted: float) -> Array:
         """Return distances from a mesh; exact for places that are nearer than what is wanted."""
         out = self._hulls[name].distance(places)
-        geom = self._geoms[self.names.index(name)]
+        number = self.names.index(name)
         for pose, place in np.argwhere((out > 0) & (out < wanted + self.tube.radius)):
-            out[pose, place] = self._of_point(geom, places[pose, place])
+            out[pose, place] = self._of_point(number, places[pose, place])
         return out
 
-    def vertices(self, name: str) -> Array:
-        """Return the vertices of a mesh in the base frame [m], shape (V, 3)."""
-        model, geom = self._model, self._geoms[self.names.index(name)]
-        mesh = model.geom_dataid[geom]
-        first = model.mesh_vertadr[mesh]
-        vertices = model.mesh_vert[first : first + model.mesh_vertnum[mesh]].astype(float)
-        return np.asarray(vertices @ self._data.geom_xmat[geom].reshape(3, 3).T + self._data.geom_xpos[geom])
 
-
-@lru_cache(maxsize=8)
 def clearance_of(arm: Arm) -> Clearance:
-    """Return the clearance of an arm, kept for the next question about it.
+    """Return the clearance of an arm, kept for the next question about it while its meshes stay as they are.
 
     Raises:
         InputError: as the class.
     """
+    files = [each.file for each in arm.world.objects if each.file is not None and os.path.isfile(each.file)]
+    return _kept(arm, tuple((os.stat(file).st_mtime_ns, os.stat(file).st_size) for file in files))
+
+
+@lru_cache(maxsize=8)
+def _kept(arm: Arm, written: tuple[tuple[int, int], ...]) -> Clearance:
     return Clearance(arm)
+
+
+def _vertices(each: Object) -> Array:
+    """Return the vertices of a mesh in the base frame [m], shape (V, 3)."""
+    from contarm_sim.mjcf.surfaces import placed_surface
+
+    return placed_surface(each)
 
 
 def _frames(z: Array) -> Array:

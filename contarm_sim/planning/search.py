@@ -1,8 +1,8 @@
 """Which poses of a family are clear: samples of its curves, then the stretches between them that may hold one.
 
-Between two poses of a curve no place along the arm goes farther than about the places do from one to the other, so
-clearance there exceeds the mean of theirs by half of that at most. Stretches for which that is too little are left;
-the others are cut in four, down to `FINEST`.
+A clearance changes by no more than the arm moves (distances have slope 1 at most). On a stretch between two poses that
+are `motion` apart it can therefore exceed the mean of both clearances by half of `motion`, and no more. A stretch on
+which that is less than the margin holds no clear pose and is left out; the others are cut in four, down to `FINEST`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ FINEST = 2e-4
 """Motion of the arm from one pose to the next at which no pose is looked for between them [m]."""
 
 _PARTS = 4
-_MOST = 150  # stretches that are cut at a time
+_MOST = 150  # stretches that are cut at a time, the clearest first: it bounds the time of a search
 _ROUNDABOUT = 1.1  # how much longer a curve is, at most, than the straight way between two of its samples
 _STEPS = 8  # least-squares steps back onto the curve
 _LEVELS = 8

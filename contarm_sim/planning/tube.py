@@ -85,8 +85,9 @@ class Tube:
     def between(self, margin: float) -> float:
         """Return how much nearer to objects an arm may be than its places are, clear by about a margin [m].
 
-        Along a chord of length h the distance d from an object bends upwards by 1/d at most, so that half a chord from
-        where it is least it is larger by h^2/(8 d); arcs lie beside chords.
+        Where the distance d from an object is least along a line, a place s farther along is sqrt(d^2 + s^2), at most,
+        from the same point of the object: s^2/(2 d) more. Some place that is looked at lies within half a chord of
+        length h: h^2/(8 d). Arcs lie beside their chords by the sagitta, which counts twice.
         """
         steps = np.diff(self.along)
         bent = np.array([[[np.pi, 0.0]] * len(self.lengths)])

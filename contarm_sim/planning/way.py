@@ -26,6 +26,7 @@ from contarm_sim.planning.clearance import Clearance
 SPACING = 0.05
 """Distance between way points at most, as a fraction of the arm's length."""
 
+# Chosen by trial; there is no theory.
 _FINE = 10  # steps from a way point to the next, at least
 _SAMPLES = {1: 48}  # about so many at a way point on each branch, by the number of free parameters
 _MANY = 96

@@ -9,7 +9,7 @@ import numpy as np
 
 from contarm_sim.errors import MissingError
 from contarm_sim.mechanics.shape import stations
-from contarm_sim.results.touched import free_objects, link_forces, object_depths, object_forces
+from contarm_sim.results.touched import link_forces, object_depths, object_forces
 
 if TYPE_CHECKING:
     from contarm_sim.results.trajectory import Trajectory
@@ -61,7 +61,7 @@ def _touch_columns(trajectory: Trajectory) -> dict[str, Any]:
         columns["contact_force [N]"] = found.total(count)
         columns["contacts"] = np.bincount(found.sample, minlength=count)
         columns["contact_depth [m]"] = found.deepest(count)
-    for number, name in enumerate(free_objects(trajectory.arm) if trajectory.objects is not None else []):
+    for number, name in enumerate(trajectory.arm.world.movable if trajectory.objects is not None else []):
         pose = trajectory.objects[:, number]  # type: ignore[index]
         columns |= {f"{name}_{axis} [m]": pose[:, i] for i, axis in enumerate("xyz")}
         columns |= {f"{name}_q{part}": pose[:, 3 + i] for i, part in enumerate("wxyz")}
@@ -113,7 +113,7 @@ def _touch_variables(trajectory: Trajectory, over: str) -> tuple[dict[str, Any],
         variables["contact_depth"] = ((over, "touched"), object_depths(found, count), {"units": "m"})
         variables["link_contact_force"] = ((over, "station"), links, {"units": "N"})
     if trajectory.objects is not None:
-        names |= {"object": free_objects(trajectory.arm), "part": list("wxyz")}
+        names |= {"object": trajectory.arm.world.movable, "part": list("wxyz")}
         place, turn = np.split(np.array(trajectory.objects), [3], axis=2)
         variables["object_position"] = ((over, "object", "axis"), place, {"units": "m"})
         variables["object_orientation"] = ((over, "object", "part"), turn, {"units": "1"})

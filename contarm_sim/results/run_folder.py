@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 from contarm_sim.errors import InputError
 from contarm_sim.inputs import as_path, quoted
-from contarm_sim.model.arm_file import load_arm
+from contarm_sim.model.arm_file import arm_to_dict, load_arm
 from contarm_sim.results.trajectory import Trajectory
 
 NUMBERS = ("trajectory.npz", "arm.toml")
@@ -41,7 +42,7 @@ def load(path: str | Path) -> Trajectory:
 
 
 def load_folder(folder: Path, name: str = "run_dir", allowed: str = _FOLDER) -> Trajectory:
-    """Return the trajectory of a folder that `contarm run` left.
+    """Return the trajectory of a folder that `contarm run` left; meshes of its arm are the copies in it.
 
     Args:
         name: of what was given, for the message.
@@ -55,7 +56,9 @@ def load_folder(folder: Path, name: str = "run_dir", allowed: str = _FOLDER) -> 
         without = f", which has no {missing[0]}" if len(missing) < len(NUMBERS) else ""
         raise InputError(name, f"{quoted(folder)}{without}", allowed)
     arm, samples = load_arm(folder / "arm.toml"), Trajectory.load(folder / "trajectory.npz")
-    if samples.arm != arm:
+    if samples.arm == arm:
+        return samples
+    if arm_to_dict(samples.arm, beside=True) != arm_to_dict(arm, beside=True):
         recorded = "the arm that was recorded"
         raise InputError("arm.toml", "another arm than that of trajectory.npz", recorded, str(folder))
-    return samples
+    return replace(samples, arm=arm)

@@ -13,7 +13,7 @@ import numpy as np
 from contarm_sim.errors import InputError
 from contarm_sim.inputs import as_path, quoted
 from contarm_sim.mechanics.contacts import SHAPES as CONTACTS
-from contarm_sim.mechanics.contacts import Contacts, contact_names
+from contarm_sim.mechanics.contacts import Contacts
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.arm_file import arm_from_dict, arm_to_dict
 from contarm_sim.results.arrays import RECORDING, SHAPES, read_arrays, require_arms_own
@@ -66,7 +66,7 @@ def read(given: str | Path) -> Trajectory:
     columns: dict[str, Any] = {name: arrays.pop(CONTACT + name) for name in CONTACTS if CONTACT + name in arrays}
     require_arms_own(arm, arrays, str(path))
     try:
-        contacts = Contacts(**columns, names=contact_names(arm)) if len(columns) == len(CONTACTS) else None
+        contacts = Contacts(**columns, names=arm.world.partners) if len(columns) == len(CONTACTS) else None
         return Trajectory(arm=arm, contacts=contacts, **(told | arrays))
     except InputError as error:
         raise error.located(error.where or str(path)) from None

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.contacts import Contacts
-from contarm_sim.model.arm import Arm
 from contarm_sim.results.document import shown_if
 from contarm_sim.results.trajectory import Trajectory
 
@@ -85,11 +84,6 @@ def touched(trajectory: Trajectory) -> ContactSummary | None:
     )
 
 
-def free_objects(arm: Arm) -> list[str]:
-    """Return the names of the objects that move, as `Trajectory.objects` has them."""
-    return [each.name for each in arm.world.objects if each.free]
-
-
 def object_forces(contacts: Contacts, samples: int) -> Array:
     """Return the forces of P objects on the arm [N], links added up, shape (samples, P, 3)."""
     forces = np.zeros((samples, len(contacts.names), 3))
@@ -148,7 +142,7 @@ def _friction(trajectory: Trajectory, own: Contacts) -> float | None:
 
 
 def _moved(trajectory: Trajectory, name: str) -> float | None:
-    free = free_objects(trajectory.arm)
+    free = trajectory.arm.world.movable
     if trajectory.objects is None or name not in free:
         return None
     places = trajectory.objects[:, free.index(name), :3]

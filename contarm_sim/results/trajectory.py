@@ -10,7 +10,7 @@ import numpy as np
 
 from contarm_sim.errors import InputError, expect
 from contarm_sim.kinematics.arrays import Array, ReadOnly
-from contarm_sim.mechanics.contacts import Contacts, contact_names
+from contarm_sim.mechanics.contacts import Contacts
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.parameters import check_count
 from contarm_sim.paths.reference import Reference, section_lengths
@@ -117,8 +117,8 @@ class Trajectory(ReadOnly, Showing):
         expect("contacts", self.contacts, Contacts)
         if len(self.contacts) and self.contacts.sample[-1] >= len(self):
             raise InputError("contacts.sample", int(self.contacts.sample[-1]), f"below {len(self)} samples")
-        if self.contacts.names != contact_names(self.arm):
-            raise InputError("contacts.names", self.contacts.names, f"{contact_names(self.arm)}, as the arm has them")
+        if self.contacts.names != self.arm.world.partners:
+            raise InputError("contacts.names", self.contacts.names, f"{self.arm.world.partners}, as the arm has them")
 
     def _arrays(self) -> dict[str, Array]:
         names = [*ARRAYS, *(name for name in OPTIONAL if getattr(self, name) is not None)]

@@ -82,7 +82,7 @@ class Sweep:
         Raises:
             InputError: there is none of this name; says the nearest.
         """
-        find(name, {one: one for one in self.dataset.schema.names})
+        find(name, {one: one for one in self.dataset.schema.names}, what="column")
         column = self.dataset.to_table(columns=[name]).column(0)
         size = getattr(column.type, "list_size", None)
         if size is not None:

@@ -82,9 +82,17 @@ class Surroundings:
                 continue
             if body == host.mount and self._away(geom, np.zeros(3))[0] < self.radii[0]:
                 continue
-            friction = max(float(model.geom_friction[each][0]) for each in (geom, model.geom(_TIP).id))
-            found.append(Obstacle(body, friction, geom))
+            found.append(Obstacle(body, self._friction(geom), geom))
         return found
+
+    def _friction(self, geom: int) -> float:
+        """Return the coefficient between a geom and the arm: of the one of more priority, of equals the larger.
+
+        So MuJoCo mixes them, and `condim`, the larger too: below 3 there is no friction.
+        """
+        model, two = self._model, [geom, self._model.geom(_TIP).id]
+        first = [each for each in two if model.geom_priority[each] == model.geom_priority[two].max()]
+        return float(model.geom_friction[first, 0].max()) if model.geom_condim[first].max() >= 3 else 0.0
 
     def _away(self, geom: int, point: Array) -> tuple[float, Array]:
         """Return the distance [m] of a geom from a point of the base frame, and its ends there, shape (6,)."""

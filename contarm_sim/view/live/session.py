@@ -21,7 +21,7 @@ from contarm_sim.mechanics.contacts import Contacts
 from contarm_sim.mechanics.muscles import each, slices
 from contarm_sim.mechanics.servos import servo_control
 from contarm_sim.mechanics.statics import cocontraction
-from contarm_sim.mjcf.overlaps import refuse_overlaps
+from contarm_sim.mjcf.overlaps import STRAIGHT, refuse_overlaps
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.simulate import CONTROL_RATE
 from contarm_sim.motion.time_step import stable_substeps
@@ -159,7 +159,7 @@ class Session:
             plant = Plant(arm, driver.pulls_only, actuation=driver.actuation, in_world=True)
             plant.reset()
             mujoco.mj_forward(plant.model, plant.data)
-            refuse_overlaps(arm, plant.model, plant.data, "where the arm is straight")
+            refuse_overlaps(arm, plant.model, plant.data, STRAIGHT)
         self.period = PERIOD * -(-len(arm.sections) // _QUICK)
         self._substeps = stable_substeps(alone, 1 / self.period, np.empty((0, 2)))
         plant.own.step_by(self.period / self._substeps)

@@ -47,7 +47,7 @@ def columns(samples: Trajectory) -> dict[str, Array]:
         made["contacts"] = np.bincount(found.sample, minlength=count).astype(float)
         made["contact_depth_m"] = found.deepest(count)
     if samples.objects is not None:
-        for number, name in enumerate(names.free_objects(samples.arm)):
+        for number, name in enumerate(samples.arm.world.movable):
             parts = (*(f"{axis}_m" for axis in "xyz"), *(f"q{part}" for part in "wxyz"))
             made |= {f"{name}_{part}": samples.objects[:, number, i] for i, part in enumerate(parts)}
     return made

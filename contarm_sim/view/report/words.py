@@ -110,11 +110,12 @@ def in_short(summary: dict[str, Any]) -> str:
     found = summary["constant_curvature"]
     holds = "holds within" if found["holds"] else "does not hold: largest in the run"
     holds = f"{holds} {found['error_percent']:.2f} % of length"
-    good = summary["explained"] and summary["converged"] is not False
-    left = summary["unexplained"]
-    near = f" within {within(left['max_percent'])} %" if good and left is not None else ""
+    left, unsure = summary["unexplained"], ", not converged" if summary["converged"] is False else ""
+    near = f" within {within(left['max_percent'])} %" if not unsure and left is not None else ""
+    explained = f"explained{near}{unsure}"
+    known = {True: explained, False: "not explained", None: "not judged"}[summary["explained"]]
     missed = "" if summary["targets_met"] else "   targets out of reach" if "sections" in summary else _OFF_THE_DOME
-    return f"constant curvature {holds}   simulation {'' if good else 'not '}explained{near}{missed}"
+    return f"constant curvature {holds}   simulation {known}{missed}"
 
 
 def noted(folder: Path) -> str:
