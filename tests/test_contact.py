@@ -9,7 +9,6 @@ import pytest
 from contarm_sim import Arm, InputError, Section
 from contarm_sim.engine.plant import Plant
 from contarm_sim.mjcf import arm_spec
-from contarm_sim.mjcf.contact import set_step
 from contarm_sim.model.objects import Object
 from contarm_sim.model.presets import two
 
@@ -89,7 +88,7 @@ def test_contact_is_off_where_there_is_nothing_to_touch_and_free_motion_is_the_s
     assert not near.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT
     for step in (0.005, 0.002):
         for plant in (alone, near):
-            set_step(plant.model, step)
+            plant.own.step_by(step)
             plant.reset(np.array([0.5, 0.2]))
             plant.data.ctrl[0] = -0.02
             mujoco.mj_step(plant.model, plant.data, 200)

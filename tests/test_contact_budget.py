@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from references import along
 
 from contarm_sim import Arm, compare, simulate, studies
 from contarm_sim.errors import InputError
@@ -13,6 +14,7 @@ from contarm_sim.motion.lag import moved_by_motion
 from contarm_sim.motion.time_step import Stepping
 from contarm_sim.paths.reference import Reference
 from contarm_sim.results.document import document
+from contarm_sim.results.trajectory import STEP_LIMIT
 from contarm_sim.studies.explained import explain
 from contarm_sim.view.report.budget import parts_of
 from contarm_sim.view.report.words import budget
@@ -101,3 +103,11 @@ def test_other_motions_are_refused_and_one_that_was_interrupted_has_no_such_part
     assert found.comparison.contact is None
     assert "contact_error" not in document(found)
     assert found.judged.verdict == "interrupted"
+
+
+def test_the_step_is_shortened_until_plain_leaning_converges():
+    wall = Object(name="wall", shape="plane", position=(0.05, 0, 0), axis=(-1, 0, 0))
+    arm = replace(ALONE, objects=(wall,))
+    run = simulate(arm, along(arm, "line", 2.0, max_bend=np.radians(40)))
+    assert run.contacts
+    assert np.nanmax(run.step_error) < STEP_LIMIT * arm.length

@@ -96,6 +96,30 @@ def test_every_contact_is_a_row_and_every_sample_says_the_sum(run, bare, tmp_pat
     assert ["scenario", *header.split(",")[1:]] == list(table[0])[: header.count(",") + 1]
 
 
+def test_what_two_links_do_to_each_other_counts_once(run):
+    """Both have a contact; the forces cancel, so their sizes are what tells."""
+    arm = replace(run.arm.alone, self_contact=True)
+    force = [[0, 0, 3.0], [0, 0, -3.0]]
+    both = Contacts([4, 4], [0, 3], [0, 0], np.zeros((2, 3)), force, np.sign(force), [1e-5] * 2, ("itself",))
+    found = touched(replace(run, arm=arm, contacts=both, objects=None))
+    assert (found.contacts, found.largest_force_n) == (2, 3.0)
+    assert found.objects[0].largest_force_n == 3.0
+    assert "Contacts(2 in 1 samples, with itself; force up to 3 N" in repr(both)
+
+
+def test_a_step_that_is_too_long_is_told(run):
+    fine, coarse = (replace(run, step_error=np.full(len(run), share * run.arm.length)) for share in (5e-4, 2e-3))
+    assert "NOT converged" not in repr(fine)
+    assert "NOT converged: the time step puts the tip off by up to 0.74 mm" in repr(coarse)
+
+
+def test_friction_is_never_used_by_more_than_all_of_it(run):
+    """The sum of the forces of a link on an edge may be across the normal of the deepest, though none slides."""
+    found = run.contacts.where(slice(0, 1))
+    edge = replace(found, force=[[-2, 0, 1.05]], normal=[[-1, 0, 0]])
+    assert touched(replace(run, contacts=edge)).objects[0].friction_used == 1.0
+
+
 def test_tables_of_pandas_and_xarray_have_contact(run, bare):
     pytest.importorskip("pandas")
     frame = run.to_dataframe()
@@ -134,10 +158,10 @@ def test_the_page_of_a_run_has_a_section_on_contact_only_where_something_can_be_
     page = pages["run"]
     assert "What the arm touches" in page
     assert "What the arm touches" not in pages["bare"]
-    assert "It never touches wall." in page
+    assert "It never touches the wall." in page
     cells = re.findall(r'<tr><th scope="row">ball</th>(.*?)</tr>', page)[0]
     assert re.findall("<td>(.*?)</td>", cells) == ["0.20", "0.00", "1", "6", "0.3", "0", "10"]
-    assert "the arm touches post and ball." in re.findall("<h1>(.*?)</h1>", page)[0]
+    assert "the arm touches the post and ball." in re.findall("<h1>(.*?)</h1>", page)[0]
 
 
 def test_words_name_what_is_touched():
@@ -147,12 +171,12 @@ def test_words_name_what_is_touched():
     found = {"contacts": 1, "samples": 1, "most_links": 1, "largest_force_n": 3.0, "largest_force_at_s": 0.1,
              "largest_depth_m": 1e-4, "objects": many}  # fmt: skip
     summary = {"samples": 50, "contact": found, "constant_curvature": {"holds": True, "error_percent": 0.5}}
-    assert what_it_touches(summary) == "the arm touches a, b, c, 2 other objects and itself"
+    assert what_it_touches(summary) == "the arm touches the a, b, c, 2 other objects and itself"
     assert headline(summary).endswith(
-        "of the arm’s length, though the arm touches a, b, c, 2 other objects and itself."
+        "of the arm’s length, though the arm touches the a, b, c, 2 other objects and itself."
     )
     assert in_numbers(summary).endswith("in 2 % of samples; contact force up to 3 N, depth up to 0.1 mm")
     none = summary | {"contact": found | {"contacts": 0, "objects": [one | {"samples": 0}]}}
-    assert "The arm touches nothing: post is not touched." in paragraph(none)
+    assert "The arm touches nothing: the post is not touched." in paragraph(none)
     assert rows(none)[0][1][0] == "never"
     assert headline(none) == "Constant curvature holds within 0.50 % of the arm’s length."

@@ -211,7 +211,7 @@ def test_the_command_says_what_the_arm_leans_on(tmp_path):
     assert said.exit_code == 0, said.output
     assert "leans on post with 0.4084 N at 71.9 % of its length, at 70.5  0.0  253.1 mm" in said.output
     assert "friction coefficient of 0.8" in said.output
-    assert "ball is held where it stands, which takes a force of 0  0  -0.981 N" in said.output
+    assert "ball is held where it stands, by a force of 0  0  -0.981 N, its weight included" in said.output
     assert '"friction_range": 0.019' in CliRunner().invoke(cli, [*given, "--json"]).output
 
 

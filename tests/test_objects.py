@@ -130,6 +130,13 @@ def test_contacts_are_the_engines_own_forces_and_push_the_arm_out(pressed):
     assert (np.einsum("ci,ci->c", away, last.normal) > 0).all()
 
 
+def test_contacts_are_where_the_link_is_also_without_force(pressed):
+    contacts = pressed.contacts
+    assert not contacts.force.any(axis=1).all()  # a link that leaves, or whose neighbour bears all
+    away = np.linalg.norm(contacts.point - pressed.stations[contacts.sample, contacts.station], axis=1)
+    assert away.max() < 1.5 * pressed.arm.contact_radii[0]
+
+
 def test_the_sum_of_contact_forces_is_what_holds_a_free_object():
     shelf = Object(name="shelf", shape="box", size=(0.1, 0.1, 0.02), position=(0.2, 0, 0.3))
     cube = Object(name="cube", shape="box", size=(0.03, 0.03, 0.03), mass=0.04, position=(0.2, 0, 0.274))

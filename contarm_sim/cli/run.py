@@ -141,7 +141,7 @@ def run(arm: Arm, path_name: str, duration: float | None, project: Any, directio
             spread = uncertain.motion_of(recorded, asked, stepping)
             if spread.interrupted:
                 say(_HEARD)
-        if recorded.contacts is not None and len(recorded.contacts) and recorded.status != "interrupted":
+        if recorded.contacts and recorded.base is None and recorded.status != "interrupted":
             say("simulating the same without objects, to tell what contact does")
         job, recorded = _report(recorded, spread)
         cut = spread is not None and spread.interrupted
@@ -234,7 +234,7 @@ def _refuse_too_long(duration: float, timestep: float | None, arm: Arm) -> None:
     samples, muscles, partners = duration * CONTROL_RATE, count(arm), len(arm.world.objects) + arm.world.self_contact
     steps = duration / timestep if timestep is not None else samples
     numbers = (
-        samples * (28 + 4 * muscles + (6 + 11 * partners) * (arm.links + 1)) * 4
+        samples * (28 + 4 * muscles + (6 + 14 * partners) * (arm.links + 1)) * 4
     )  # recorded, compared, and copied while both are done
     memory = 8 * (numbers + 2 * muscles * steps)
     if steps > MOST_STEPS:

@@ -132,7 +132,7 @@ class ArmIndex:
             dofs=rows(np.sort(order)),
             states=_states(model, _actuators(model, muscles)),
             touch=_felt(columns, arm, names.TOUCH, 7, in_world),
-            depth=_felt(columns, arm, names.DEPTH, 4, in_world),
+            depth=_felt(columns, arm, names.DEPTH, 7, in_world),
             poses=columns([
                 names.sensor(name, quantity) for name in (arm.world.movable if in_world else [])
                 for quantity in (names.POSITION, names.ORIENTATION)

@@ -20,10 +20,11 @@ import numpy as np
 
 from contarm_sim.engine.index import ArmIndex
 from contarm_sim.errors import InputError
-from contarm_sim.mjcf import TIMESTEP, Actuation, arm_spec, contact, host
+from contarm_sim.mjcf import TIMESTEP, Actuation, arm_spec
 from contarm_sim.mjcf.backbone import inertia, links, payload_radius, twist_stiffness
-from contarm_sim.mjcf.contact import leave_out_what_is_drawn, set_step
+from contarm_sim.mjcf.contact import leave_out_what_is_drawn
 from contarm_sim.mjcf.muscles import ACTUATORS
+from contarm_sim.mjcf.stepping import set_step
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.host import Host
 from contarm_sim.model.host_file import quiet
@@ -52,12 +53,16 @@ class Built:
         """Whether the arm is in a host, whose options stay as they are."""
         return bool(self.index.base_pose.size)
 
+    @property
+    def in_world(self) -> bool:
+        """Whether more than the arm is in the model: a host, or what it can touch."""
+        return self.hosted or not self.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT
+
     def step_by(self, timestep: float) -> None:
         """Set the engine's step [s], and what goes with it."""
-        if self.hosted:
-            host.set_step(self.model, timestep, self.index.dofs, self.index.tendons)
-        else:
-            contact.set_step(self.model, timestep)
+        self.model.opt.timestep = timestep
+        if self.in_world:
+            set_step(self.model, timestep, self.index.dofs, self.index.tendons)
 
     def unlimit(self) -> None:
         """Let the arm's servos push, and be set to any length."""
@@ -65,7 +70,13 @@ class Built:
         self.model.actuator_forcelimited[own] = self.model.actuator_ctrllimited[own] = 0
 
     def write(self, arm: Arm, actuation: Actuation) -> None:
-        """Write an arm's parameters that are not in its `structure`, which must be this model's."""
+        """Write an arm's parameters that are not in its `structure`, which must be this model's, of the arm alone.
+
+        Raises:
+            ValueError: there is more than the arm in the model.
+        """
+        if self.in_world:
+            raise ValueError("parameters are written into models of an arm alone; among objects, compile it anew")
         model, index = self.model, self.index
         model.opt.gravity[:] = arm.gravity
         for number, section in enumerate(arm.sections):
@@ -81,7 +92,6 @@ class Built:
             for group, muscles in zip(arm.groups, index.groups, strict=True):
                 actuators = index.actuators[:, muscles].ravel()
                 ACTUATORS[actuation].write(model, index.tendons[muscles], actuators, group)
-        set_step(model, model.opt.timestep)  # damping has changed, and with it what it is where contact is on
 
     @cached_property
     def _data(self) -> mujoco.MjData:

@@ -29,7 +29,7 @@ class Plant(DrivenMuscles):
         arm: its parameters.
         pull_only: limit muscle forces to pulling, at most the blocked force. False gives plain
             position servos, which also push: what the paper's lengths meet when read naively.
-        timestep: engine step [s]; default 5 ms, which suits most arms.
+        timestep: engine step [s]; default 5 ms, which suits most arms, or a host's where that is less.
         integrator: engine integrator; default the model's.
         actuation: `lengths` (servos), `pressures` (pneumatic muscles behind valves), `tensions` (plain forces) or
             `none` (a bare backbone).
@@ -64,7 +64,8 @@ class Plant(DrivenMuscles):
             own.unlimit()
         if integrator is not None:
             self.model.opt.integrator = integrator
-        own.step_by(timestep or TIMESTEP)
+        host = arm.world.host if in_world else None
+        own.step_by(timestep or (TIMESTEP if host is None else min(TIMESTEP, host.read.timestep)))
         self.data = mujoco.MjData(self.model)
         # Views into the engine's memory: they stay current, and cost nothing to look up in a loop.
         self.centres, self.gravity = self.data.xpos[self.index.stations], self.model.opt.gravity
@@ -101,7 +102,11 @@ class Plant(DrivenMuscles):
         return np.asarray((points - base) @ self.data.xmat[self.index.base].reshape(3, 3))
 
     def become(self, arm: Arm) -> None:
-        """Take an arm's parameters, which must be of the same structure, see `models`; reset afterwards."""
+        """Take an arm's parameters, which must be of the same structure, see `models`; reset afterwards.
+
+        Raises:
+            ValueError: the plant is in its world.
+        """
         self.own.write(arm, self.actuation)
         self._follow(arm)
 

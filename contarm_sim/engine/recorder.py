@@ -90,7 +90,9 @@ def touched(sensed: Array, index: ArmIndex, arm: Arm) -> dict[str, Any]:
         touch, depth = sensed[:, index.touch], sensed[:, index.depth]
         sample, partner, station = np.nonzero(touch[..., 0] > 0)
         felt, deepest = touch[sample, partner, station], depth[sample, partner, station]
-        point, force, normal = felt[:, 4:7], -felt[:, 1:4], -deepest[:, 1:4]
+        force, normal = 0.0 - felt[:, 1:4], 0.0 - deepest[:, 4:7]
+        pressed = np.linalg.norm(force, axis=1) > 0
+        point = np.where(pressed[:, None], felt[:, 4:7], deepest[:, 1:4])  # the mean by forces is 0 without any
         if index.base_pose.size:
             position, rotation = (part[sample] for part in _base(sensed, index))
             point, force, normal = (

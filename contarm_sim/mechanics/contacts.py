@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.model.objects import ITSELF
 
 SHAPES = {
     "sample": ("C",), "station": ("C",), "partner": ("C",), "point": ("C", 3), "force": ("C", 3), "normal": ("C", 3),
@@ -26,11 +27,13 @@ COUNTED = ("sample", "station", "partner")
 class Contacts:
     """C contacts of links with objects, sample by sample, in the base frame; all of a link with an object are one.
 
+    Where two links touch each other, both have a contact, with forces that are opposite: each is what that link feels.
+
     Attributes:
         sample: of the trajectory, rising, shape (C,).
         station: whose link touches, counted from the base, 0 to N, shape (C,).
         partner: what it touches, a place in `names`, shape (C,).
-        point: where, the mean of several weighted by their forces [m], shape (C, 3).
+        point: where, the mean of several weighted by their forces, without force that of the deepest [m], shape (C, 3).
         force: on the arm, summed [N], shape (C, 3).
         normal: of the deepest, out of the object towards the arm, shape (C, 3).
         depth: how far link and object overlap there [m], shape (C,).
@@ -75,8 +78,9 @@ class Contacts:
         if not len(self):
             return "Contacts(none)"
         touched = ", ".join(self.names[place] for place in np.unique(self.partner))
-        most = f"largest force {self.normal_force.max():.3g} N, depth {1e3 * self.depth.max():.2g} mm"
-        return f"Contacts({len(self)} of {len(np.unique(self.sample))} samples, with {touched}; {most})"
+        force = self.total(int(self.sample[-1]) + 1).max()
+        most = f"force up to {force:.3g} N, depth up to {1e3 * self.depth.max():.2g} mm"
+        return f"Contacts({len(self)} in {len(np.unique(self.sample))} samples, with {touched}; {most})"
 
     @property
     def normal_force(self) -> Array:
@@ -111,8 +115,17 @@ class Contacts:
         return Contacts(**columns, names=parts[0].names)
 
     def total(self, samples: int) -> Array:
-        """Return the sum of the sizes of all contact forces of each sample [N], shape (samples,)."""
-        return np.asarray(np.bincount(self.sample, np.linalg.norm(self.force, axis=1), minlength=samples), dtype=float)
+        """Return the sum of the sizes of all contact forces of each sample [N], shape (samples,).
+
+        The force between two links of the arm, which both feel, counts once.
+        """
+        sizes = np.linalg.norm(self.force, axis=1) * np.where(self._of_itself, 0.5, 1.0)
+        return np.asarray(np.bincount(self.sample, sizes, minlength=samples), dtype=float)
+
+    @property
+    def _of_itself(self) -> NDArray[np.bool_]:
+        """Which are contacts of the arm with itself, shape (C,)."""
+        return np.array([name == ITSELF for name in self.names], dtype=bool)[self.partner]
 
     def deepest(self, samples: int) -> Array:
         """Return the largest depth of each sample [m], 0 where there is no contact, shape (samples,)."""

@@ -7,13 +7,14 @@ import numpy as np
 
 from contarm_sim.mjcf.backbone import add_backbone, add_defaults
 from contarm_sim.mjcf.contact import add_feelers, make_touchable
-from contarm_sim.mjcf.host import add_host_sensors, add_keys, adding, attach, damp, exclude_mount
+from contarm_sim.mjcf.host import add_host_sensors, add_keys, adding, attach, exclude_mount
 from contarm_sim.mjcf.muscles import ACTUATORS, Actuation, add_muscles, add_sensors, straight_controls
 from contarm_sim.mjcf.nose import add_nose
 from contarm_sim.mjcf.object_looks import dress_objects
 from contarm_sim.mjcf.objects import add_objects, place_objects
 from contarm_sim.mjcf.scene import add_scene, add_to_host, base_quaternion, world_gravity
 from contarm_sim.mjcf.stability import longest_step
+from contarm_sim.mjcf.stepping import damp
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.host import Host
 

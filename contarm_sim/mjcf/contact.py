@@ -14,6 +14,7 @@ import mujoco
 import numpy as np
 
 from contarm_sim.mjcf import names
+from contarm_sim.mjcf.stepping import damp
 from contarm_sim.model.arm import Arm
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ _NET = 3
 _NEAREST = 1
 _FELT = {
     names.TOUCH: (_NET, (_DATA.mjCONDATA_FOUND, _DATA.mjCONDATA_FORCE, _DATA.mjCONDATA_POS)),
-    names.DEPTH: (_NEAREST, (_DATA.mjCONDATA_DIST, _DATA.mjCONDATA_NORMAL)),
+    names.DEPTH: (_NEAREST, (_DATA.mjCONDATA_DIST, _DATA.mjCONDATA_POS, _DATA.mjCONDATA_NORMAL)),
 }
 """Sensors of each link and object: how their contacts are reduced to one, and what is read of it."""
 
@@ -98,7 +99,9 @@ def make_touchable(spec: mujoco.MjSpec, arm: Arm) -> None:
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND  # they take 1 to 3 us a step, and save nothing here
     option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE  # chains fill their matrices: sparse ones gain nothing
     option.solver, option.tolerance = mujoco.mjtSolver.mjSOL_NEWTON, TOLERANCE
-    _damp_by_armature(spec)
+    option.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_EULERDAMP  # damping is armature instead, see `stepping`
+    damp(spec, arm)
     add_feelers(spec, arm)
 
 
@@ -113,28 +116,6 @@ def add_feelers(spec: mujoco.MjSpec, arm: Arm) -> None:
         _exclude_neighbours(spec, arm)
     _add_sensors(spec, arm)
     _add_pose_sensors(spec, arm)
-
-
-def set_step(model: mujoco.MjModel, step: float) -> None:
-    """Set the time step [s] of a compiled model, and the armature that damping is where contact is on.
-
-    `implicitfast` steps by (M + step D) dv = step (f + contact), with damping D, but its contact solver sees M alone:
-    links are so light and so damped (step D is up to 500 M) that their contact buzzes. With step D as armature, plain
-    Euler steps by the very same equation, and contact sees all of it.
-    """
-    model.opt.timestep = step
-    if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_EULERDAMP:
-        step = step if model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER else 0.0
-        model.dof_armature[:] = step * model.dof_damping
-        model.tendon_armature[:] = step * model.tendon_damping
-
-
-def _damp_by_armature(spec: mujoco.MjSpec) -> None:
-    """Do in a spec what `set_step` does in a model."""
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
-    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_EULERDAMP
-    for each in (*spec.joints, *spec.tendons):
-        each.armature = spec.option.timestep * each.damping[0]
 
 
 def leave_out_what_is_drawn(spec: mujoco.MjSpec, arm: Arm) -> None:

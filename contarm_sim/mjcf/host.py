@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import mujoco
-import numpy as np
 
 from contarm_sim.errors import InputError
 from contarm_sim.mjcf import names
@@ -107,34 +106,6 @@ def add_keys(spec: mujoco.MjSpec, host: Host, qpos: list[float], free: list[floa
             name=_name(spec, key), qpos=[*key.qpos[:place], *qpos, *key.qpos[place:], *free], qvel=rates,
             act=[*key.act, *act], ctrl=[*key.ctrl, *ctrl], mpos=key.mpos, mquat=key.mquat,
         )  # fmt: skip
-
-
-def set_step(model: mujoco.MjModel, step: float, dofs: slice, tendons: np.ndarray) -> None:
-    """Set the time step [s] of a compiled host, and what the arm's own damping needs under its integrator.
-
-    Under Euler, MuJoCo's default, damping along the muscles would make the arm diverge: it is explicit. With step times
-    damping as armature of their tendons, a step is the very same as under `implicitfast`. So it is for the arm's joints
-    where the host switches `eulerdamp` off.
-    """
-    model.opt.timestep = step
-    euler = model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
-    model.tendon_armature[tendons] = step * model.tendon_damping[tendons] if euler else 0.0
-    if euler and model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_EULERDAMP:
-        model.dof_armature[dofs] = step * model.dof_damping[dofs]
-
-
-def damp(spec: mujoco.MjSpec, arm: Arm) -> None:
-    """Do in a spec what `set_step` does in a model."""
-    if spec.option.integrator != mujoco.mjtIntegrator.mjINT_EULER:
-        return
-    for name in names.muscles(arm):
-        tendon = spec.tendon(name)
-        if tendon is not None:
-            tendon.armature = spec.option.timestep * tendon.damping[0]
-    if spec.option.disableflags & mujoco.mjtDisableBit.mjDSBL_EULERDAMP:
-        for each in names.joints(arm):
-            joint = spec.joint(each.name)
-            joint.armature = spec.option.timestep * joint.damping[0]
 
 
 def _name(spec: mujoco.MjSpec, key: Key) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
+from collections.abc import Mapping
 from dataclasses import field, fields
 from numbers import Real
 from typing import Any
@@ -73,21 +74,23 @@ def check_count(name: str, value: Any, least: int, what: str = "") -> None:
         raise InputError(name, value, f"a whole number{what and f' of {what}'}, at least {least}")
 
 
-def _allowed(bounds: dict[str, float | None]) -> str:
+def _allowed(bounds: dict[str, float | None], unit: str) -> str:
     words = {"above": "greater than", "least": "at least", "below": "below"}
     said = [f"{words[key]} {value:g}" for key, value in bounds.items() if value is not None]
     most = [] if bounds["below"] is not None else [f"at most {LARGEST:g}"]
-    return f"a finite number, {' and '.join([*said, *most])}"
+    return f"a finite number, {' and '.join([*said, *most])}{'' if unit == '-' else f' {unit}'}"
 
 
-def _check_number(owner: Any, name: str, prefix: str, bounds: dict[str, float | None], optional: bool) -> None:
-    given = getattr(owner, name)
+def _check_number(owner: Any, name: str, prefix: str, declared: Mapping[str, Any], optional: bool) -> None:
+    given, bounds = getattr(owner, name), declared["bounds"]
     if given is None and optional:
         return
     value, above, least, below = as_number(given), bounds["above"], bounds["least"], bounds["below"]
     ok = (above is None or value > above) and (least is None or value >= least) and (below is None or value < below)
     if not (ok and abs(value) <= LARGEST):
-        raise InputError(prefix + name, repr(given) if isinstance(given, str) else given, _allowed(bounds))
+        raise InputError(
+            prefix + name, repr(given) if isinstance(given, str) else given, _allowed(bounds, declared["unit"])
+        )
     if (above == 0 or least == 0) and 0 < value < SMALLEST:
         zero = "0, or " if least == 0 else ""
         raise InputError(prefix + name, given, f"{zero}at least {SMALLEST:g}: less is lost in rounding")
@@ -102,7 +105,7 @@ def check_numbers(owner: Any, prefix: str = "") -> None:
     """
     for item in fields(owner):
         if "bounds" in item.metadata:
-            _check_number(owner, item.name, prefix, item.metadata["bounds"], item.default is None)
+            _check_number(owner, item.name, prefix, item.metadata, item.default is None)
 
 
 def check_vector(owner: Any, name: str, size: int) -> None:

@@ -14,10 +14,10 @@ from contarm_sim.errors import InputError, Interrupted, expect
 from contarm_sim.model.arm import Arm
 from contarm_sim.motion.legs import Flight, alone
 from contarm_sim.motion.motion_extrapolation import coarser, extrapolated
-from contarm_sim.motion.step_search import STEP_LIMIT, Motion
+from contarm_sim.motion.step_search import Motion
 from contarm_sim.motion.time_step import ACCURATE, FAST, Stepping
 from contarm_sim.paths.reference import RATE, Reference
-from contarm_sim.results.trajectory import Trajectory
+from contarm_sim.results.trajectory import STEP_LIMIT, Trajectory
 
 __all__ = ["ACCURATE", "CONTROL_RATE", "FAST", "STEP_LIMIT", "Stepping", "simulate"]
 
@@ -42,7 +42,8 @@ def simulate(
         reference: times, tip positions and bends; of this arm's length.
         controller: one of `control.registry.NAMES`, or an object of your own subclass of `control.base.Controller`.
         stepping: how the engine steps; default found for this arm and motion, so that the step's own error stays below
-            `STEP_LIMIT` if 400,000 steps are enough for that.
+            `STEP_LIMIT` if 400,000 steps are enough for that, and where the arm touches something, if halving the step
+            helps; `Trajectory.step_error` says what came of it.
         on_tick: called with the number of samples recorded so far, for progress; starts again with each simulation.
         check_step: estimate the error of a given step; one that is found is estimated always.
         extrapolate: simulate a chain of half the links too, and return what both say of infinitely many.

@@ -22,19 +22,16 @@ from contarm_sim.motion.legs import Flight, Leg
 from contarm_sim.motion.stepping_loop import EVERY, Pass, Snapshot
 from contarm_sim.motion.time_step import Stepping, stable_substeps
 from contarm_sim.paths.reference import Reference
-from contarm_sim.results.trajectory import Trajectory
+from contarm_sim.results.trajectory import STEP_LIMIT, Trajectory
 from contarm_sim.statics.solver import Solver
 from contarm_sim.versions import versions
-
-STEP_LIMIT = 1e-3
-"""Largest error [lengths] of the tip that the time step may make."""
 
 _WANTED, _QUIET = 0.4 * STEP_LIMIT, 0.2 * STEP_LIMIT
 """Error of the step [lengths] that is aimed at; seen in one window, that is taken to be small everywhere."""
 
-_REFINED = 4
-"""How much shorter than the first step others are tried where the arm touches something: whether it sticks or slips
-there, and when, may depend on any step."""
+_REFINED = 16
+"""How much shorter than the first step others are tried at most where the arm touches something: whether it sticks or
+slips there, and when, may depend on any step, and then halving it does not help."""
 
 _MOST_STEPS = 400_000
 """Engine steps that one motion is given at most to reach the limit."""
@@ -110,9 +107,7 @@ class Motion:
             DivergenceError: the arm blows up however short the step is.
         """
         farthest = self._bend[np.linalg.norm(self._bend, axis=1).argmax()]
-        substeps = stable_substeps(self._alone, self._rate, farthest[None])
-        if self.arm.world.host is not None:
-            substeps = max(substeps, math.ceil(1 / (self._rate * self.arm.world.host.read.timestep) - 1e-9))
+        substeps = stable_substeps(self._alone, self._rate, farthest[None], self.arm.world.host)
         while True:
             try:
                 return (yield from self.checked(substeps, refine=True))
@@ -123,6 +118,8 @@ class Motion:
 
     def checked(self, substeps: int, refine: bool = False) -> Flight:
         """Simulate in so many steps per control tick, or in more if `refine`, and estimate the step's error.
+
+        That is how far the tip is off; what becomes of free objects is not compared.
 
         The engine's error is of first order in the step, so that of the finer of two runs is their difference over the
         ratio of their steps less one. With dry friction it is of no order: there it is taken to be twice the

@@ -13,6 +13,7 @@ from contarm_sim.errors import InputError, expect
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf import TIMESTEP
 from contarm_sim.mjcf.stability import SHORTEST, is_stable, unstable
+from contarm_sim.model.host import Host
 from contarm_sim.model.parameters import as_number
 
 
@@ -47,16 +48,19 @@ ACCURATE = Stepping()
 FAST = Stepping(0.01)
 
 
-def stable_substeps(plant: Plant, rate: float, bends: Array) -> int:
+def stable_substeps(plant: Plant, rate: float, bends: Array, host: Host | None = None) -> int:
     """Return the least number of steps per control tick, at most `TIMESTEP` each, at which the arm cannot blow up.
 
     Args:
+        plant: the arm alone.
         bends: uniform bends [rad], shape (B, 2 S), that are tried beside the straight pose.
+        host: what the arm is in: steps are then at most its own.
 
     Raises:
         InputError: no step is stable; says what to change.
     """
-    count = math.ceil(1 / (rate * TIMESTEP) - 1e-9)
+    longest = TIMESTEP if host is None else min(TIMESTEP, host.read.timestep)
+    count = math.ceil(1 / (rate * longest) - 1e-9)
     for bend in np.vstack([np.zeros((1, bends.shape[1])), bends]):
         plant.reset(bend)
         mujoco.mj_forward(plant.model, plant.data)

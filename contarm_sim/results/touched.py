@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mechanics.contacts import Contacts
+from contarm_sim.model.objects import ITSELF
 from contarm_sim.results.document import shown_if
 from contarm_sim.results.trajectory import Trajectory
 
@@ -25,11 +26,13 @@ class TouchedObject:
         samples: in how many samples they touched.
         first_touch_s: when they first did [s]; None: never.
         longest_touch_s: the longest time that they touched without a break [s].
-        largest_force_n: size of the largest force of the object on the arm in a sample, links added up [N].
+        largest_force_n: size of the largest force of the object on the arm in a sample, links added up [N]. Of
+            the arm and itself, whose forces cancel: the largest sum of their sizes, each once.
         largest_depth_m: how far link and object overlapped at most [m].
         links: how many links touched it in all.
-        friction_used: largest friction force over what friction could give at that normal force [-]; 1 slides. None
-            where it never bore any load, and of the arm and itself.
+        friction_used: largest friction force over what friction could give at that normal force [-]; 1 slides. Where
+            a link touches in several places, their sum is held against the normal of the deepest. None where it never
+            bore any load, and of the arm and itself.
         moved_m: how far a free object was at most from where it began [m]; of free objects only.
     """
 
@@ -49,7 +52,8 @@ class ContactSummary:
     """What the arm touched.
 
     Attributes:
-        contacts: how many there are in all samples; all of a link with an object in a sample are one.
+        contacts: how many there are in all samples; all of a link with an object in a sample are one, and of two links
+            that touch each other both count.
         samples: in how many samples there is contact.
         most_links: the most links that touched something at once.
         largest_force_n: largest sum of the sizes of all contact forces of a sample [N], and its time [s].
@@ -91,6 +95,15 @@ def object_forces(contacts: Contacts, samples: int) -> Array:
     return forces
 
 
+def object_force_sizes(contacts: Contacts, samples: int) -> Array:
+    """Return the sizes of the forces of P objects on the arm [N], as `TouchedObject` has them, shape (samples, P)."""
+    sizes = np.linalg.norm(object_forces(contacts, samples), axis=2)
+    if ITSELF in contacts.names:
+        place = contacts.names.index(ITSELF)
+        sizes[:, place] = contacts.where(contacts.partner == place).total(samples)
+    return sizes
+
+
 def link_forces(contacts: Contacts, samples: int, stations: int) -> Array:
     """Return the sums of the sizes of the contact forces on each link [N], shape (samples, stations)."""
     forces = np.zeros((samples, stations))
@@ -110,7 +123,7 @@ def _of(trajectory: Trajectory, every: Contacts, place: int) -> TouchedObject:
     own, time, count = every.where(every.partner == place), trajectory.time, len(trajectory)
     touching = np.zeros(count, dtype=bool)
     touching[own.sample] = True
-    forces = np.linalg.norm(object_forces(own, count)[:, place], axis=1)
+    forces = object_force_sizes(own, count)[:, place]
     return TouchedObject(
         name=every.names[place],
         samples=int(touching.sum()),
@@ -138,7 +151,7 @@ def _friction(trajectory: Trajectory, own: Contacts) -> float | None:
     loaded = own.normal_force > _FAINT * own.normal_force.max()
     if not limit[loaded].any() or (limit[loaded] <= 0).any():
         return None
-    return float((own.friction_force[loaded] / limit[loaded]).max())
+    return min(float((own.friction_force[loaded] / limit[loaded]).max()), 1.0)
 
 
 def _moved(trajectory: Trajectory, name: str) -> float | None:

@@ -17,6 +17,9 @@ from contarm_sim.paths.reference import Reference, section_lengths
 from contarm_sim.results.arrays import require_links_of
 from contarm_sim.results.showing import Showing
 
+STEP_LIMIT = 1e-3
+"""Largest error [lengths] of the tip that the time step may make."""
+
 Status = Literal["finished", "interrupted", "at rest"]
 STATUSES: tuple[Status, ...] = get_args(Status)
 
@@ -144,8 +147,15 @@ class Trajectory(ReadOnly, Showing):
         apart = f"largest distance from the arc's tip {worst}"
         return (
             f"Trajectory({self.status}: {len(self)} samples, {span}, controller {self.controller}\n"
-            f"  arm of {arm.length:g} m, {arm.links} links; {apart}{self._touched()})"
+            f"  arm of {arm.length:g} m, {arm.links} links; {apart}{self._touched()}{self._stepped()})"
         )
+
+    def _stepped(self) -> str:
+        """Return in a line what the time step does, where that is too much."""
+        error = np.nanmax(self.step_error, initial=0.0) if self.step_error is not None else 0.0
+        if error <= STEP_LIMIT * self.arm.length:
+            return ""
+        return f"\n  NOT converged: the time step puts the tip off by up to {1e3 * error:.3g} mm"
 
     def _touched(self) -> str:
         """Return in a line what was touched; "" where nothing can be."""

@@ -23,6 +23,7 @@ from contarm_sim.statics.continuation import Method, solve
 from contarm_sim.statics.driving import driven_plant
 from contarm_sim.statics.failures import impossible
 from contarm_sim.statics.leaning.lean import lean
+from contarm_sim.statics.leaning.surroundings import Surroundings
 from contarm_sim.statics.leaning.touch import HeldObject, Touch
 from contarm_sim.statics.solver import Solution, Solver
 
@@ -52,7 +53,8 @@ class Equilibrium(Solution):
         friction_range: how far from here friction at the contacts could hold the tip at most, to the first order [m]:
             with friction the arm may rest in a whole range of poses, about this one. None without contact, infinite
             where it comes to more than a quarter of the length.
-        held_objects: free objects, which are held where they stand, and the force that it takes.
+        held_objects: free objects, which are held where they stand, and the force that it takes. Bodies of a
+            host are held too, of which nothing is said here.
     """
 
     frames: Array
@@ -118,9 +120,9 @@ def pose_at_rest(arm: Arm, load: Load | None = None, method: Method = "auto", gu
     if guess is not None:
         plant.data.qpos[:] = checked_guess(guess, plant.data.qpos.shape)
     with engine_room():
-        solver = Solver(plant, load)
+        solver, around = Solver(plant, load), _around(arm)
         start = time.perf_counter()
-        leant = lean(solver, arm, method, guess is not None) if arm.world.touchable else None
+        leant = None if around is None else lean(solver, arm, around, method, guess is not None)
         found = solve(solver, method) if leant is None else leant.solution
         seconds = time.perf_counter() - start
     frames = np.tile(np.eye(4), (arm.links + 1, 1, 1))
@@ -137,6 +139,15 @@ def pose_at_rest(arm: Arm, load: Load | None = None, method: Method = "auto", gu
         qpos=plant.data.qpos.copy(),
         **({} if leant is None else leant.more),
     )
+
+
+def _around(arm: Arm) -> Surroundings | None:
+    """Return what an arm can touch, with all loaded that the search among it needs: it is not a part of its time."""
+    if not arm.world.touchable:
+        return None
+    import scipy.optimize  # noqa: F401
+
+    return Surroundings(arm)
 
 
 def checked_guess(guess: Any, shape: tuple[int, ...]) -> Array:

@@ -62,7 +62,8 @@ def run_checks(arm: Arm, errors: ErrorSummary, rod: RodParts, motion: Spread | N
     if motion is not None:
         found.append(
             at_most("motion share", motion.max_percent, limits.MOTION_LIMIT, _LENGTH,
-                    "the path is too fast for this arm; a longer --duration helps")
+                    "what moves the base, or the path, is too fast for this arm" if _rides(arm)
+                    else "the path is too fast for this arm; a longer --duration helps")
         )  # fmt: skip
     found += muscle_checks(errors)
     if step.compared:
@@ -85,13 +86,22 @@ def shape_checks(arm: Arm, errors: ErrorSummary, rod: RodParts) -> list[Check]:
     if links < 24:
         reason += "; more --links may mend it"
     if arm.world.touchable and errors.contact_error is None:
-        reason = "what contact does is not known here: the motion was not repeated without objects"
+        why = "the base may move" if _rides(arm) else "the motion was not repeated without objects"
+        reason = f"what contact does is not known here: {why}"
+    elif _rides(arm):
+        reason = "the base may move here, and the rod's stands still"
+    alone = ", without objects" * (errors.contact_error is not None and errors.contact_error.max_m > 0)
     return [
         at_most("not explained by an ideal rod", None if left is None else left.max_percent, open_limit, _LENGTH,
                 reason),
-        at_most("distance from the model", errors.tip_error.max_percent, limits.FAR_LIMIT, _LENGTH,
+        at_most(f"distance from the model{alone}", errors.tip_error.max_percent, limits.FAR_LIMIT, _LENGTH,
                 "too far from the model to compare with it"),
     ]  # fmt: skip
+
+
+def _rides(arm: Arm) -> bool:
+    """Whether joints of a host may move the base."""
+    return arm.world.host is not None and arm.world.host.moves
 
 
 def muscle_checks(errors: ErrorSummary) -> list[Check]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -31,10 +32,11 @@ class JudgedRun(Shown):
 
     Attributes:
         comparison: sample by sample.
-        swing: times [s], shape (K,), and the tip's ways from its pose at rest [m], shape (K, 3); NaN where some pose
-            has no rest.
+        swing: times [s], shape (K,), and the tip's ways from its pose at rest [m], shape (K, 3); NaN where
+            `motion` is None.
         errors: the comparison in numbers.
-        motion: how far the arm is from its pose at rest; None where some commanded pose has no rest.
+        motion: how far the arm is from its pose at rest; None where some commanded pose has no rest, or where what
+            contact does is not known.
         rod: what an ideal rod explains of the shape.
         time_step: the engine's step, and its own error.
         constant_curvature: whether it holds.
@@ -63,8 +65,8 @@ def judge_run(run: Trajectory, poses: int = 100, controller: Controller | None =
     """Hold a recorded motion against the closed forms and an ideal rod.
 
     Of an arm that touched something, the motion is simulated again without objects: the difference is
-    `contact_error`, and the other parts, with what explains them, are of that motion. On a base that moves it is not
-    told apart.
+    `contact_error`, and the other parts, with what explains them, are of that motion. On a base that moves, and of
+    motions that were interrupted or cannot be repeated, contact and motion are not told apart, and neither is known.
 
     Args:
         poses: at about as many samples, evenly picked, the rod and the poses at rest are found.
@@ -73,14 +75,15 @@ def judge_run(run: Trajectory, poses: int = 100, controller: Controller | None =
     expect("run", run, Trajectory)
     check_count("poses", poses, 1)
     arm, interrupted, alone = run.arm, run.status == "interrupted", _alone(run, controller)
-    known = alone if alone is not None and arm.world.touchable and run.base is None else None
+    told_apart = run.base is None or not run.contacts  # of what touches nothing, contact is exactly 0
+    known = alone if alone is not None and arm.world.touchable and told_apart else None
     free = _bare(run) if alone is None else alone
     comparison = compare(run, known)
     without = comparison if known is None else compare(free)
-    try:
-        swing = moved_by_motion(free, poses, controller)
-    except EquilibriumError:  # a pose that the loaded arm cannot rest in
-        swing = run.time[[0, -1]], np.full((2, 3), np.nan)
+    swing = run.time[[0, -1]], np.full((2, 3), np.nan)
+    if known is not None or not run.contacts:
+        with suppress(EquilibriumError):  # a pose that the loaded arm cannot rest in
+            swing = moved_by_motion(free, poses, controller)
     errors, motion = summarise(run, comparison), known_spread(np.linalg.norm(swing[1], axis=-1), arm.length)
     rod, step = explain(free, without, poses).summary(arm), step_summary(run)
     to_explain = replace(errors, tip_error=spread(without.tip_error, arm.length))  # contact is known

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -65,7 +65,7 @@ class Leant:
         return {name: getattr(self, name) for name in ("contacts", "friction_range", "held_objects")}
 
 
-def lean(solver: Solver, arm: Arm, method: Method, guessed: bool) -> Leant:
+def lean(solver: Solver, arm: Arm, surroundings: Surroundings, method: Method, guessed: bool) -> Leant:
     """Bring a solver's plant, which is the arm alone, to rest among the arm's objects.
 
     Where the way from the start to the pose of the arm alone is clear of objects, it is that pose, to the bit.
@@ -76,13 +76,10 @@ def lean(solver: Solver, arm: Arm, method: Method, guessed: bool) -> Leant:
 
     Raises:
         EquilibriumError: no equilibrium was reached, or the arm cannot be brought clear of an object; says which.
-        InputError: the arm touches itself, which is not known here, or is too thick to have a round tip.
+        InputError: the arm is too thick to have a round tip.
     """
-    if arm.world.self_contact:
-        raise InputError("self_contact", True, "false: equilibrium finds arms that lean on objects, not on themselves")
     plant = solver.plant
     planned = plant.data.qpos.copy()
-    surroundings = Surroundings(arm)
     if surroundings.radii[-1] >= 0.5 * arm.length:
         raise InputError(
             "contact_radius", float(surroundings.radii[-1]), f"below half the arm's length, {0.5 * arm.length:g} m"
@@ -223,15 +220,16 @@ def _touches(leaning: Leaning) -> tuple[Touch, ...]:
     for near, force in zip(leaning.nears, leaning.press, strict=True):
         if force <= 0:
             continue
-        name = leaning.surroundings.objects[near.number].name
+        name, friction = (getattr(leaning.surroundings.objects[near.number], what) for what in ("name", "friction"))
         touch = Touch(
-            name, near.place.station, near.place.along / length, near.point, near.normal, float(force), near.gap
-        )
+            name, near.place.station, near.place.along / length, near.point, near.normal, float(force), near.gap,
+            friction,
+        )  # fmt: skip
         for place, other in enumerate(found):
             if other.object == name and np.linalg.norm(other.point - touch.point) < SAME * length:
                 total = other.force + touch.force
                 point = (other.force * other.point + touch.force * touch.point) / total
-                found[place] = Touch(name, other.station, other.xi, point, other.normal, total, other.gap)
+                found[place] = replace(other, point=point, force=total)
                 break
         else:
             found.append(touch)

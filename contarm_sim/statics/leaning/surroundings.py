@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf import TIMESTEP, arm_spec, names
 from contarm_sim.mjcf.backbone import links
@@ -40,9 +41,15 @@ class Surroundings:
     Attributes:
         objects: of them, the arm's own first; a body of the host has one for each of its geoms.
         radii: of what touches at the arm's stations [m], shape (K,).
+
+    Raises:
+        InputError: the arm can touch itself, which is not known here.
     """
 
     def __init__(self, arm: Arm) -> None:
+        if arm.world.self_contact:
+            allowed = "false: equilibrium finds arms that lean on objects, not on themselves"
+            raise InputError("self_contact", True, allowed)
         spec = arm_spec(arm.without_memory, "none", TIMESTEP)
         spec.worldbody.add_geom(
             name=_PROBE, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[_PROBE_RADIUS, 0, 0], contype=0, conaffinity=0

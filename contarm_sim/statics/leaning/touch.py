@@ -21,6 +21,7 @@ class Touch(Shown):
         force: the object's on the arm, along the normal [N].
         gap: between arm and object [m]: 0 but for rounding, for both are rigid here. In motion contact is a little
             soft, and they overlap.
+        friction: coefficient of the two, by which `Equilibrium.friction_range` is found [-].
     """
 
     object: str
@@ -30,6 +31,7 @@ class Touch(Shown):
     normal: Array
     force: float
     gap: float
+    friction: float
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -161,7 +161,7 @@ class Session:
             mujoco.mj_forward(plant.model, plant.data)
             refuse_overlaps(arm, plant.model, plant.data, STRAIGHT)
         self.period = PERIOD * -(-len(arm.sections) // _QUICK)
-        self._substeps = stable_substeps(alone, 1 / self.period, np.empty((0, 2)))
+        self._substeps = stable_substeps(alone, 1 / self.period, np.empty((0, 2)), arm.world.host)
         plant.own.step_by(self.period / self._substeps)
         self.plant, self.arm, self.controller, self._driver = plant, arm, controller, driver
 
@@ -266,10 +266,8 @@ class Session:
 
     def _pressed(self) -> float:
         """Return the sum of the sizes of all contact forces [N]."""
-        touch = self.plant.index.touch
-        if not len(touch):
-            return 0.0
-        return float(np.linalg.norm(self.plant.data.sensordata[touch[..., 1:4]], axis=-1).sum())
+        found = self.contacts
+        return 0.0 if found is None else float(found.total(1)[0])
 
     @property
     def contacts(self) -> Contacts | None:

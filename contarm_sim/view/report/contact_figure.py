@@ -8,7 +8,7 @@ import numpy as np
 
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.mjcf import names
-from contarm_sim.results.touched import link_forces, object_depths, object_forces
+from contarm_sim.results.touched import link_forces, object_depths, object_force_sizes
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.view.colours import LIMIT, contact_map, things
 from contarm_sim.view.style import Sheet
@@ -31,13 +31,13 @@ def draw_contact(sheet: Sheet, samples: Trajectory) -> None:
         raise ValueError("nothing can be touched")
     sheet.tall(125)
     force, depth, links = sheet.subplots(3, 1, sharex=True, height_ratios=[36, 24, 40])
-    forces, depths = np.linalg.norm(object_forces(found, count), axis=2), object_depths(found, count)
+    forces, depths = object_force_sizes(found, count), object_depths(found, count)
     for look, place in zip(things(), np.unique(found.partner), strict=False):
         style: dict[str, Any] = {"color": look.colour, "linestyle": look.dashes}
         force.plot(samples.time, forces[:, place], label=found.names[place], **style)
         depth.plot(samples.time, 1e3 * depths[:, place], **style)
     _draw_links(sheet, links, samples)
-    force.set_ylabel("force on the\narm [N]")
+    force.set_ylabel("net force on\nthe arm [N]")
     depth.set_ylabel("depth\n[mm]")
     links.set_xlabel("time [s]")
     links.set_xlim(float(samples.time[0]), float(samples.time[-1]))

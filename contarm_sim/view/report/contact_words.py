@@ -6,10 +6,15 @@ from typing import Any
 
 NEVER = "never"
 
-COLUMNS = ("first [s]", "longest [s]", "links", "force [N]", "depth [mm]", "friction [%]", "moved [mm]")
+COLUMNS = (
+    "first touch [s]", "longest touch [s]", "links", "force [N]", "depth [mm]", "friction used [%]", "moved [mm]",
+)  # fmt: skip
 """Of the table of objects; the last is left out where no object is free."""
 
-_MEANT = "First and longest touch; links that touch it at one time or another; largest force on the arm, and depth"
+STILL = 1e-5
+"""Farthest that an object goes which is said not to move [m]."""
+
+_MEANT = "Links that touch it at one time or another; largest net force on the arm, and depth"
 
 
 def touched_names(summary: dict[str, Any]) -> list[str]:
@@ -17,15 +22,20 @@ def touched_names(summary: dict[str, Any]) -> list[str]:
     return [one["name"] for one in summary.get("contact", {}).get("objects", []) if one["samples"]]
 
 
-def listed(words: list[str]) -> str:
+def named(objects: list[str]) -> list[str]:
+    """Return names of objects as they are listed in a sentence: `the post`, `table`, ..."""
+    return [f"the {name}" if place == 0 and name != "itself" else name for place, name in enumerate(objects)]
+
+
+def listed(words: list[str], last: str = "and") -> str:
     """Return words as one says them: `a`, `a and b`, `a, b and c`."""
-    return " and ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else "".join(words)
+    return f" {last} ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else "".join(words)
 
 
 def what_it_touches(summary: dict[str, Any]) -> str:
     """Return `the arm touches ...` of a run that touches something; else ""."""
     found = touched_names(summary)
-    others = [name for name in found if name != "itself"]
+    others = named([name for name in found if name != "itself"])
     if len(others) > 4:
         others = [*others[:3], f"{len(others) - 3} other objects"]
     return f"the arm touches {listed([*others, *(['itself'] if 'itself' in found else [])])}" if found else ""
@@ -36,7 +46,13 @@ def in_numbers(summary: dict[str, Any]) -> str:
     found = summary["contact"]
     if not found["contacts"]:
         names = [one["name"] for one in found["objects"]]
-        return f"none of {listed(names)} is touched" if len(names) > 1 else f"{names[0]} is not touched"
+        others = named([name for name in names if name != "itself"])
+        said = (
+            [f"none of {listed(others)} is touched" if len(others) > 1 else f"{others[0]} is not touched"]
+            if others
+            else []
+        )
+        return listed([*said, *["the arm does not touch itself"] * ("itself" in names)])
     share = 100 * found["samples"] / summary["samples"]
     what = what_it_touches(summary).removeprefix("the arm ")
     return (
@@ -52,7 +68,7 @@ def paragraph(summary: dict[str, Any]) -> str:
         return f"The arm touches nothing: {in_numbers(summary)}."
     what, links = what_it_touches(summary), found["most_links"]
     share = 100 * found["samples"] / summary["samples"]
-    untouched = [one["name"] for one in found["objects"] if not one["samples"]]
+    untouched = named([one["name"] for one in found["objects"] if not one["samples"]])
     said = [
         f"{what[0].upper()}{what[1:]}, in {share:.3g} % of all samples and with at most {links} "
         f"link{'s' * (links != 1)} at once.",
@@ -63,7 +79,7 @@ def paragraph(summary: dict[str, Any]) -> str:
         " of the tip error.",
     ]
     if untouched:
-        said.insert(1, f"It never touches {listed(untouched)}.")
+        said.insert(1, f"It never touches {listed(untouched, 'or')}.")
     return " ".join(said)
 
 
@@ -85,7 +101,7 @@ def legend(summary: dict[str, Any]) -> str:
 
 
 def _row(one: dict[str, Any]) -> list[str]:
-    moved = f"{1e3 * one['moved_m']:.3g}" if "moved_m" in one else "fixed"
+    moved = "fixed" if "moved_m" not in one else f"{1e3 * one['moved_m']:.3g}" if one["moved_m"] > STILL else "no"
     if not one["samples"]:
         return [NEVER, *["–"] * 5, moved]
     used = "–" if one["friction_used"] is None else f"{100 * one['friction_used']:.0f}"

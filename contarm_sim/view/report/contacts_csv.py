@@ -35,7 +35,7 @@ def write_contacts(path: Path, samples: Trajectory) -> None:
         )  # fmt: skip
         for sample, link, partner, numbers in zip(found.sample, found.station, found.partner, table, strict=True):
             row: list[Any] = [f"{samples.time[sample]:.9g}", sample, link, links[link], found.names[partner]]
-            writer.writerow([*row, *(f"{x:.9g}" for x in numbers)])
+            writer.writerow([*row, *(f"{x + 0.0:.9g}" for x in numbers)])
 
 
 def columns(samples: Trajectory) -> dict[str, Array]:

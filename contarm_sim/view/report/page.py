@@ -43,8 +43,8 @@ UNCERTAIN = {
 }
 
 TOUCHED = {
-    "contact": "Forces of the objects on the arm over time, links added up; how far links and objects overlap; and "
-    "which links touch when, the darker the harder.",
+    "contact": "Net forces of the objects on the arm over time; how far links and objects overlap; and "
+    "which links touch when; darker: larger force.",
 }
 
 _DRAWN_BY = "`contarm render RUN`, where RUN is this folder, draws one."

@@ -33,8 +33,9 @@ class RunReport:
     Attributes:
         summary: every number shown, plain values, SI units but where the name says otherwise. `constant_curvature`
             says whether it holds; `verdict` whether the simulation is explained and converged and targets are met, with
-            `checks`. `motion` is None where some commanded pose has no rest, `sag` without gravity, `unexplained` where
-            no ideal rod is found. With `spread`, the same motion of sampled arms, there is `uncertainty`.
+            `checks`. `motion` is None where some commanded pose has no rest or contact is not known, `sag` without
+            gravity, `unexplained` where no ideal rod is found. With `spread`, the same motion of sampled arms, there is
+            `uncertainty`.
     """
 
     def __init__(

@@ -153,8 +153,8 @@ def explanation(summary: dict[str, Any]) -> str:
         rod = "The tip of an ideal rod with the same muscle lengths, weight and accelerations"
         lines.append(f"{rod} is within {left:.3f} mm of the simulated tip.")
     if "contact_error" in summary:
-        moved = f"What the arm touches moves the tip by up to {1e3 * summary['contact_error']['max_m']:.3f} mm"
-        lines.append(f"{moved}, beside the same motion without objects, which the other parts are of.")
+        moved = f"Contact moves the tip by up to {1e3 * summary['contact_error']['max_m']:.3f} mm"
+        lines.append(f"{moved}: its distance from the same motion without objects. All other parts are of that motion.")
     if summary["miss"]["max_m"] > 1e-6:
         off = "out of reach" if "sections" in summary else "off the dome of reachable tips"
         lines.append(f"Targets lie up to {1e3 * summary['miss']['max_m']:.2f} mm {off}.")
@@ -202,7 +202,10 @@ def _pneumatic(law: dict[str, Any]) -> bool:
 def remarks(summary: dict[str, Any]) -> list[str]:
     """Return what a reader must know besides the verdict, a line each."""
     found, muscle, pulling = [], summary["muscle"], summary["pulls_only"]
-    if summary["motion"] is None:
+    if summary.get("contact", {}).get("contacts") and "contact_error" not in summary:
+        found.append("shares of contact and of motion unavailable: they are not told apart where the base moves, nor "
+                     "of a motion that was interrupted or cannot be repeated without objects")  # fmt: skip
+    elif summary["motion"] is None:
         found.append("motion share unavailable: a commanded pose is unstable or has no equilibrium")
     if muscle["pushes"]:
         share, most = 100 * muscle["push_fraction"], muscle["largest_push_n"]
