@@ -24,7 +24,7 @@ def main():
         missed = ", ".join(check.what for check in checks if not check.passed)
         print(f"seed {seed:3d}: {'fails: ' + missed if missed else 'holds'}", flush=True)
     for what, (value, unit) in worst.items():
-        print(f"{what:42} {value:8.3f} {unit:4} at worst")
+        print(f"{what:52} {value:10.3g} {unit:4} at worst")
     print(f"{held} of {COUNT} hold; {(time.process_time() - begin) / COUNT:.1f} s of processor time each")
     return held == COUNT
 

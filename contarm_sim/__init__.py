@@ -4,6 +4,7 @@ The public names are few and load late, so that `import contarm_sim` costs nothi
 
     Arm                   the parameters (SI units): sections, muscles and the world they stand in
     Section, Routing, World   what an arm consists of, beside the law of its muscles
+    Object                what it can touch: World(objects=(Object(...),))
     Host                  a user's own MJCF that it is attached to
     McKibben, Tendon, Ideal   the laws: pneumatic muscles, elastic cables, tensions as asked for
     presets               arms to begin with: paper, two, three, tendon
@@ -77,6 +78,7 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
     from contarm_sim.model.load import Muscles as Muscles
     from contarm_sim.model.load import Wrench as Wrench
     from contarm_sim.model.mckibben import McKibben as McKibben
+    from contarm_sim.model.objects import Object as Object
     from contarm_sim.model.routing import Routing as Routing
     from contarm_sim.model.section import Section as Section
     from contarm_sim.model.tendon import Tendon as Tendon
@@ -95,8 +97,9 @@ if TYPE_CHECKING:  # a public name is a line here, one in __all__ and one in _HO
 
 __all__ = [
     "Actuation", "Arm", "ContarmError", "Controller", "DivergenceError", "EquilibriumError", "Feedback", "Free",
-    "Host", "Ideal", "InputError", "Interrupted", "InterruptedMany", "Load", "Marker", "McKibben", "Muscles", "Plan",
-    "Recording", "Reference", "Rig", "Routing", "Section", "Seen", "Tendon", "Trajectory", "World", "Wrench",
+    "Host", "Ideal", "InputError", "Interrupted", "InterruptedMany", "Load", "Marker", "McKibben", "Muscles",
+    "Object", "Plan", "Recording", "Reference", "Rig", "Routing", "Section", "Seen", "Tendon", "Trajectory",
+    "World", "Wrench",
     "arm_spec", "compare", "covariance_of", "envs", "equilibria", "equilibrium", "excite", "fit", "kinematics",
     "load", "load_arm", "load_fit", "load_recording", "mechanics", "mjcf", "paths", "planning", "poses_at_rest",
     "presets", "replay", "save_recording", "scene_spec", "simulate", "simulate_many", "spec", "studies", "sweeps",
@@ -107,6 +110,7 @@ _HOMES = {
     "Host": "model.host",
     "Ideal": "model.ideal",
     "McKibben": "model.mckibben",
+    "Object": "model.objects",
     "Tendon": "model.tendon",
     "Routing": "model.routing",
     "Section": "model.section",

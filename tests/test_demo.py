@@ -9,8 +9,8 @@ from click.testing import CliRunner
 
 from contarm_sim.cli.main import cli
 from contarm_sim.demos import grasp, lean, reach_around
-from contarm_sim.demos.checks import Check
 from contarm_sim.demos.curl import HALF_TURN, Curl, reference_of_curl
+from contarm_sim.demos.demonstration import Requirement
 from contarm_sim.demos.grasp_script import END, bends_at, controls_at, grasp_arm
 from contarm_sim.mechanics import routing
 from contarm_sim.results.run_folder import load_folder
@@ -43,7 +43,7 @@ def test_a_log_that_stays_on_its_forks_is_not_lifted(grasped):
     """Checks that hold for every motion would show nothing."""
     still = replace(grasped, objects=np.broadcast_to(grasped.objects[:1], grasped.objects.shape))
     failed = {check.what for check in grasp.checks(still) if not check.passed}
-    assert {"the log is lifted", "it slips in the grip"} <= failed
+    assert {"height of the log over its forks, while it is up", "slip in the grip"} <= failed
 
 
 def test_what_slips_is_seen(grasped):
@@ -52,7 +52,7 @@ def test_what_slips_is_seen(grasped):
     moved[720:, 0, 1] += 0.008
     slipped, turned = grasp.slip(replace(grasped, objects=moved))
     assert slipped == pytest.approx(0.008, abs=1e-3)
-    assert turned < 5
+    assert turned < np.radians(5)
 
 
 def test_curls_go_beyond_half_a_turn_and_ask_no_more_than_references_can():
@@ -105,28 +105,36 @@ def test_the_command_leaves_a_folder_that_can_be_opened_and_tells_failures(leant
     assert len(summary["checks"]) == len(found.checks)
     assert load_folder(target) == found.run
     assert load_folder(target / "beside") == found.beside
+    assert (target / "contact.png").exists()
+    assert not (target / "beside" / "contact.png").exists()  # it touches nothing
 
-    failed = replace(found, checks=[Check("height", 1.0, 2.0, "m", least=True)])
-    monkeypatch.setattr(lean, "demonstrate", lambda show: failed)
+    failed = replace(found, checks=[Requirement("height", 1.0, 2.0, "m", least=True)])
+    monkeypatch.setattr(lean, "demonstrate", lambda show: replace(failed, run=found.beside, beside=found.run))
     words = ["demo", "lean", "--no-video", "--out", str(tmp_path / "other")]
     done = CliRunner().invoke(cli, words, standalone_mode=False)
     assert done.return_value == 1
     assert "FAIL" in done.output
+    assert "at least 2000 mm" in done.output
+    assert (tmp_path / "other" / "beside" / "contact.png").exists()  # each figure lies beside its own contacts.csv
+    assert not (tmp_path / "other" / "contact.png").exists()
 
+
+def test_an_interrupted_film_leaves_the_numbers_and_says_so(leant, tmp_path, monkeypatch):
     def stop(*given):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(lean, "demonstrate", lambda show: found)
+    monkeypatch.setattr(lean, "demonstrate", lambda show: leant)
     monkeypatch.setattr("contarm_sim.view.rendering.video.write_video", stop)
     done = CliRunner().invoke(cli, ["demo", "lean", "--out", str(tmp_path / "cut")], standalone_mode=False)
     assert done.return_value == 130
     assert "while drawing, so video.mp4 is missing; the numbers are whole" in done.output
     assert (tmp_path / "cut/contact.png").is_file()
+    assert load_folder(tmp_path / "cut") == leant.run
 
 
 def test_a_check_that_measured_nothing_fails():
-    assert not Check("height", float("nan"), 1.0, "m").passed
-    assert not Check("height", float("nan"), 1.0, "m", least=True).passed
+    assert not Requirement("height", float("nan"), 1.0, "m").passed
+    assert not Requirement("height", float("nan"), 1.0, "m", least=True).passed
 
 
 @pytest.mark.slow

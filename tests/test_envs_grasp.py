@@ -36,24 +36,31 @@ def forces(seen, place=0):
     return seen["touch_forces"][0].reshape(-1, 2, 3)[place].sum(axis=0)
 
 
+GRIPPED = 95  # actions until the object is held
+
+
 @pytest.fixture(scope="module")
 def lifted():
-    """An episode of the baseline, of one arm and of the second of two, side by side."""
+    """An episode of the baseline; until the object is held, of the second of two arms side by side, too."""
     one, two = ArmEnv("grasp"), ArmVectorEnv(2, task="grasp", threads=2)
     alone, (many, _) = one.reset(seed=4)[0], two.reset(seed=3)
     policy, told, same = baseline(one.definition), [], [np.array_equal(alone, many[1])]
-    for _ in range(one.definition.ticks):
-        action = policy(many)
+    for tick in range(one.definition.ticks):
+        action = policy(many) if tick < GRIPPED else policy(np.stack([alone, alone]))
         alone, reward, lost, cut, info = one.step(action[1])
+        told.append((reward, lost, cut, info["success"], one.definition.unflat(alone[None])))
+        if tick >= GRIPPED:
+            continue
         many, rewards, losts, cuts, infos = two.step(action)
         same.append(np.array_equal(alone, many[1]) and (reward, lost, cut) == (rewards[1], losts[1], cuts[1]))
         same.append(info["error"] == infos["error"][1] and info["success"] == infos["success"][1])
-        told.append((reward, lost, cut, info["success"], one.definition.unflat(alone[None])))
     return SimpleNamespace(env=one, same=same, told=told, rewards=np.array([each[0] for each in told]))
 
 
-def test_a_vector_is_the_same_bits_as_one_arm_all_the_way(lifted):
+def test_a_vector_is_the_same_bits_as_one_arm_until_it_grips(lifted):
+    assert len(lifted.same) == 1 + 2 * GRIPPED
     assert all(lifted.same)
+    assert lifted.told[GRIPPED - 1][-1]["touching"][0, :2].sum() >= 3
 
 
 def test_the_baseline_lifts_and_holds(lifted):
@@ -87,7 +94,7 @@ def test_what_is_felt_of_the_lifted_object_is_its_weight(lifted):
 
 def test_the_engine_has_what_was_drawn():
     env, found = ArmEnv("grasp"), []
-    for seed in range(12):
+    for seed in range(8):
         env.reset(seed=seed)
         drawn = next(each for each in env._episodes.arms[0].world.objects if each.free)
         model, geom = env._physics._model, env._physics._model.geom("log")
@@ -147,17 +154,17 @@ def test_a_lost_object_ends_its_own_episode_alone():
 
 
 def test_scores_count_a_lost_object_once():
-    definition = replace(define("grasp", variations=DROPPED), ticks=30)
+    definition = replace(define("grasp", variations=DROPPED), ticks=6)
     found = score(definition, baseline(definition), 2)
     assert not found.success.any()
     assert (found.error > LIFT).all()
-    env = ArmEnv("grasp", variations=DROPPED, time_limit=1.5)
+    env = ArmEnv("grasp", variations=DROPPED, time_limit=0.3)
     observation, rewards, lost = env.reset(seed=0)[0], [], False
     while not lost:
         observation, reward, lost, _, _ = env.step(baseline(definition)(observation[None])[0])
         rewards.append(reward)
-    assert len(rewards) < 30
-    assert found.reward[0] == pytest.approx(sum(rewards) / 30, rel=1e-12)
+    assert len(rewards) < 6
+    assert found.reward[0] == pytest.approx(sum(rewards) / 6, rel=1e-12)
 
 
 def test_gymnasiums_own_checker_is_content():
@@ -181,8 +188,7 @@ def test_dm_control_has_the_same_numbers():
 
 def test_an_arm_reaches_among_objects_and_may_feel_them():
     """The post is in the way; what is seen of it is asked for."""
-    action, found = [0.0, 0.0], {}
-    action = np.array([0.6, 0.0])
+    action, found = np.array([0.6, 0.0]), {}
     for name, arm, contact in (("free", BESIDE.alone, None), ("blind", BESIDE, None), ("feeling", BESIDE, True)):
         env = ArmEnv("reach", arm, contact=contact)
         env.reset(seed=0)
@@ -200,6 +206,25 @@ def test_an_arm_reaches_among_objects_and_may_feel_them():
     for _ in range(30):
         many = envs.step(np.tile(action, (2, 1)))[0]
     np.testing.assert_array_equal(many[1], observation)
+
+
+def test_targets_are_drawn_where_the_arm_has_room(monkeypatch):
+    """None in or behind a wall, where a third would be; the ceiling that the arm hangs from is in no target's way."""
+    wall = Object(name="wall", shape="box", size=(0.02, 1, 1), position=(0.12, 0, 0.3))
+    ceiling = Object(name="ceiling", shape="plane", position=(0, 0, -0.001))
+
+    def drawn(*objects):
+        task = define("reach", Arm(links=4, world=World(objects=objects))).task
+        return np.array([task.draw(np.random.RandomState(seed))["target"] for seed in range(40)])
+
+    free, walled, limit = drawn(), drawn(wall, ceiling), 0.11 - Arm().contact_radii[-1]
+    assert 5 < (free[:, 0] > limit).sum() < 25
+    assert (walled[:, 0] < limit).all()
+    clear = free[:, 0] < 0.05
+    assert (walled == free).all(axis=1)[clear].sum() > 0.5 * clear.sum()
+    monkeypatch.setattr("contarm_sim.envs.reach.DRAWS", 20)
+    with pytest.raises(InputError, match="leave the arm room"):
+        drawn(replace(wall, position=(0, 0, 0.2), size=(1, 1, 0.1)))
 
 
 @pytest.mark.parametrize(

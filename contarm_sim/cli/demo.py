@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +13,8 @@ from contarm_sim.cli.options import Command, json_option, out_option
 from contarm_sim.view.prints import PLAIN
 
 NAMES = ("grasp", "reach-around", "lean")
+
+_SHOWN = {"m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "": (1.0, "x")}
 
 
 @click.command(cls=Command)
@@ -26,9 +30,10 @@ def demo(name: str, no_video: bool, out: str | None, as_json: bool) -> int:
     reach-around  the tip comes to a point behind a post; plain inverse kinematics hits the post
     lean          the arm leans on a wall, and its tip is stiffer for it
 
-    Leaves summary.json, trajectory.npz, contacts.csv, arm.toml, arm.xml, contact.png and video.mp4; contarm render
-    draws other films of it. The motion that it is compared with is in beside/. Exit code 1 if a check fails. Numbers
-    are on disk before anything is drawn; Ctrl-C before that leaves nothing.
+    Leaves summary.json, trajectory.npz, contacts.csv, arm.toml, arm.xml, contact.png (of a motion that touches
+    something) and video.mp4; contarm render draws other films of it. The motion that it is compared with is in
+    beside/. Exit code 1 if a check fails. Numbers are on disk before anything is drawn; Ctrl-C before that leaves
+    nothing.
 
     \b
     contarm demo grasp
@@ -42,6 +47,7 @@ def demo(name: str, no_video: bool, out: str | None, as_json: bool) -> int:
     from contarm_sim.stopping import exit_code
     from contarm_sim.versions import versions
     from contarm_sim.view.report.output import OutputFolder, to_json
+    from contarm_sim.view.report.run_files import write_run
 
     target = output_for(out, f"demo-{name}")
     module = import_module(f"contarm_sim.demos.{name.replace('-', '_')}")
@@ -57,34 +63,21 @@ def demo(name: str, no_video: bool, out: str | None, as_json: bool) -> int:
         "versions": versions(),
     }
     with OutputFolder(target) as opened:
-        _write(opened.folder, found)
+        write_run(opened.folder, found.run)
+        if found.beside is not None:
+            (opened.folder / "beside").mkdir()
+            write_run(opened.folder / "beside", found.beside)
         (opened.folder / "summary.json").write_text(to_json(summary) + "\n")
     if as_json:
         click.echo(to_json(summary))
     else:
         _show(name, found)
-    say(f"written: {opened.target}")
     missing = _missing(opened.target, found, not no_video)
+    say(f"written: {opened.target}")
     if missing:
         say_missing(missing, f"contarm render {opened.target}")
         return exit_code()
     return 0 if found.passed else 1
-
-
-def _write(folder: Path, found: Any) -> None:
-    """Write the numbers of both motions."""
-    from contarm_sim.mjcf import arm_spec, exact_xml
-    from contarm_sim.model.arm_file import arm_to_toml
-    from contarm_sim.view.report.contacts_csv import write_contacts
-
-    for run, place in ((found.run, folder), (found.beside, folder / "beside")):
-        if run is not None:
-            place.mkdir(exist_ok=True)
-            run.save(place / "trajectory.npz")
-            (place / "arm.toml").write_text(arm_to_toml(run.arm))
-            (place / "arm.xml").write_text(exact_xml(arm_spec(run.arm)))
-            if run.contacts is not None:
-                write_contacts(place / "contacts.csv", run)
 
 
 def _missing(folder: Path, found: Any, filmed: bool) -> list[str]:
@@ -100,22 +93,28 @@ def _missing(folder: Path, found: Any, filmed: bool) -> list[str]:
     else:
         if came() is None:  # else a library may have made a failure of the interruption
             return []
-    return [name for name in ("contact.png", "video.mp4")[: 1 + filmed] if not (folder / name).is_file()]
+    wanted = [*(str(place / "contact.png") for _, place in _touching(found)), *(("video.mp4",) if filmed else ())]
+    return [name for name in wanted if not (folder / name).is_file()]
+
+
+def _touching(found: Any) -> list[tuple[Any, Path]]:
+    """Return the motions that touch something, and where they lie in the folder."""
+    both = ((found.run, Path()), (found.beside, Path("beside")))
+    return [(run, place) for run, place in both if run is not None and run.contacts]
 
 
 def _draw(folder: Path, found: Any) -> None:
-    """Draw what the arm touches: forces, depths and links over time, of the motion that touches more."""
+    """Draw what the arm touches: forces, depths and links over time, of each motion that touches anything."""
     from contarm_sim.cli.drawing import MACHINE
     from contarm_sim.cli.terminal import say
     from contarm_sim.view.report.contact_figure import draw_contact
     from contarm_sim.view.style import save
 
-    touching = [run for run in (found.run, found.beside) if run is not None and run.contacts is not None]
-    most = max(touching, key=lambda run: len(run.contacts))
-    try:
-        save(folder, "contact", lambda sheet: draw_contact(sheet, most), PLAIN)
-    except MACHINE as error:
-        say(f"no contact.png: {error}")
+    for run, place in _touching(found):
+        try:
+            save(folder / place, "contact", partial(draw_contact, samples=run), PLAIN)
+        except MACHINE as error:
+            say(f"no contact.png: {error}")
 
 
 def _film(folder: Path, found: Any) -> None:
@@ -154,11 +153,12 @@ def shot(
 def _show(name: str, found: Any) -> None:
     from contarm_sim.cli.terminal import table
 
-    rows = [
-        [check.what, f"{check.value:.3g} {check.unit}", f"at {'least' if check.least else 'most'} {check.limit:g}",
-         "yes" if check.passed else "NO"]
-        for check in found.checks
-    ]  # fmt: skip
+    rows = []
+    for check in found.checks:
+        factor, unit = _SHOWN.get(check.unit, (1.0, check.unit))
+        allowed = f"at {'least' if check.least else 'most'} {factor * check.limit:g} {unit}".rstrip()
+        measured = f"{factor * check.value:.3g} {unit}".rstrip()
+        rows.append([check.what, measured, allowed, "yes" if check.passed else "NO"])
     table(f"demo {name}", ["", "measured", "allowed", "holds"], rows)
     click.echo(f"{found.said}.")
     click.echo(f"verdict: {'PASS' if found.passed else 'FAIL'}")

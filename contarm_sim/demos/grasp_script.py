@@ -11,12 +11,12 @@ from contarm_sim.demos.files import arm_of, knots_of, smooth
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
 
-CLOSED, LIFTED, LOWERING, RELEASED, END = 4.7, 6.7, 7.7, 10.1, 14.4
-"""When the log is gripped, lifted, on its way down, let go, and when it is over [s]."""
+LIFTED, LOWERING, END = 6.7, 7.7, 14.4
+"""When the log is lifted, on its way down, and when it is over [s]."""
 
 
 def grasp_arm() -> Arm:
-    """Return the hanging arm with the log and its trestles."""
+    """Return the hanging arm with the log and its forks."""
     return arm_of("grasp")
 
 

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from contarm_sim.demos.checks import Check
-from contarm_sim.demos.demonstration import Demonstration, OnTick
+from contarm_sim.demos.demonstration import STEP, Demonstration, OnTick, Requirement, ticks
 from contarm_sim.demos.files import HERE, arm_of, smooth
 from contarm_sim.kinematics.arrays import Array
 from contarm_sim.model.arm import Arm
@@ -17,9 +16,6 @@ from contarm_sim.paths.reference import Reference, section_lengths
 from contarm_sim.paths.waypoints import read_csv
 from contarm_sim.planning.along import avoid_along
 from contarm_sim.results.trajectory import Trajectory
-
-STEP = 0.0025
-"""Engine step [s]."""
 
 MARGIN = 0.015
 """Clearance that is planned [m]: the simulated arm is some millimetres beside its arcs."""
@@ -32,19 +28,15 @@ def demonstrate(on_tick: OnTick | None = None) -> Demonstration:
     """Simulate both ways to the point, and compare what they touch and where they end."""
     arm = arm_of("reach_around")
     time, target = targets()
-    motions = []
-    for number, reference in enumerate((planned(arm, time, target), plain(arm, time, target))):
-
-        def tick(count: int, before: int = number * len(time)) -> object:
-            return None if on_tick is None else on_tick(before + count, 2 * len(time))
-
-        motions.append(simulate(arm, reference, "servo", stepping=Stepping(STEP), on_tick=tick))
-    round_it, straight = motions
+    round_it, straight = (
+        simulate(arm, reference, "servo", stepping=Stepping(STEP), on_tick=ticks(on_tick, number, len(time)))
+        for number, reference in enumerate((planned(arm, time, target), plain(arm, time, target)))
+    )
     found = checks(round_it, straight)
     said = (
-        f"plain inverse kinematics leads the arm into the post, which it presses with {pressed(straight):.1f} N and"
-        f" ends {1e3 * missed(straight):.0f} mm off; the planned way touches nothing, and ends "
-        f"{1e3 * missed(round_it):.0f} mm off, by which the arm sags"
+        f"plain inverse kinematics leads the arm into the post, which it presses with {pressed(straight):.1f} N, and"
+        f" ends {1e3 * missed(straight):.0f} mm from the target; the planned way touches nothing, and ends "
+        f"{1e3 * missed(round_it):.0f} mm from it, because the arm sags"
     )
     names = ("planned round the post", "plain inverse kinematics")
     return Demonstration(round_it, found, said, straight, names, aims=True)
@@ -76,14 +68,14 @@ def plain(arm: Arm, time: Array, target: Array) -> Reference:
     return Reference(time, target, back.bends[::-1].reshape(len(time), -1), section_lengths(arm))
 
 
-def checks(round_it: Trajectory, straight: Trajectory) -> list[Check]:
+def checks(round_it: Trajectory, straight: Trajectory) -> list[Requirement]:
     """Return what both motions must show."""
     return [
-        Check("planned: tip off the point, at the end", 1e3 * missed(round_it), 15.0, "mm"),
-        Check("planned: largest contact force", pressed(round_it), 0.0, "N"),
-        Check("plain: tip off the point, at the end", 1e3 * missed(straight), 30.0, "mm", least=True),
-        Check("plain: largest contact force", pressed(straight), 0.2, "N", least=True),
-        Check("plain: deepest contact of a link", 1e3 * _deepest(straight), 0.5, "mm"),
+        Requirement("planned: distance of tip and target at the end", missed(round_it), 0.015, "m"),
+        Requirement("planned: largest sum of contact forces", pressed(round_it), 0.0, "N"),
+        Requirement("plain: distance of tip and target at the end", missed(straight), 0.03, "m", least=True),
+        Requirement("plain: largest sum of contact forces", pressed(straight), 0.2, "N", least=True),
+        Requirement("plain: deepest contact of a link", _deepest(straight), 0.0005, "m"),
     ]
 
 

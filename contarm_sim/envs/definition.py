@@ -164,6 +164,9 @@ def define(
 ) -> Definition:
     """Return a task by name.
 
+    Targets of `reach` keep clear of the objects of the arm's world, where these start; paths of `track` and bends of
+    `hold` know nothing of them, and no task knows a host's bodies.
+
     Args:
         name: reach, track, hold or grasp.
         arm: an `Arm`, the name of a preset, or the path of a TOML file; default the paper's arm, of grasp `Grasp`'s.

@@ -269,11 +269,12 @@ class Arm(FlatArm, Shown):
         """
         if self.world.touchable:
             names = ", ".join(each.name for each in self.world.objects)
-            name, given = ("objects", names) if names else ("self_contact", "on")
+            name, given, flags = "objects", names, "--objects and [[object]]"
+            if not names:
+                name, given, flags = "self_contact", "on", "--self-contact and self_contact"
             if self.world.host is not None:
-                name, given = "world", repr(self.world.host.file)
-            allowed = f"none: {what} without anything that the arm can touch; leave it out (in Python, arm.alone)"
-            raise InputError(name, given, allowed)
+                name, given, flags = "world", repr(self.world.host.file), "--world and [world]"
+            raise InputError(name, given, f"none: {what} without contact; leave out {flags} (in Python, arm.alone)")
 
     @cached_property
     def groups(self) -> tuple[MuscleGroup, ...]:

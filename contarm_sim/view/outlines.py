@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.kinematics.inverse.rotations import rotation_from_quaternion
 from contarm_sim.mjcf.ground import floor_plane, patch
 from contarm_sim.mjcf.scene import base_position, base_rotation
 from contarm_sim.mjcf.surfaces import surface, turned
@@ -38,7 +39,7 @@ def placed_objects(arm: Arm, poses: Array | None = None) -> Iterator[Placed]:
         rotation, place = turned(each), np.array(each.position)
         if each.free:
             if poses is not None:
-                rotation, place = _rotation(poses[free, 3:]), poses[free, :3]
+                rotation, place = rotation_from_quaternion(poses[free, 3:]), poses[free, :3]
             free += 1
         yield each, vertices @ rotation.T + place, faces
 
@@ -46,10 +47,3 @@ def placed_objects(arm: Arm, poses: Array | None = None) -> Iterator[Placed]:
 def poses_at(samples: Trajectory, index: int) -> Array | None:
     """Return where the free objects are in a sample, if that was recorded."""
     return None if samples.objects is None else samples.objects[index]
-
-
-def _rotation(quaternion: Array) -> Array:
-    """Return the rotation of a unit quaternion w x y z, shape (3, 3)."""
-    w, v = float(quaternion[0]), quaternion[1:]
-    cross = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
-    return np.eye(3) + 2 * w * cross + 2 * cross @ cross

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from contarm_sim.errors import InputError
 from contarm_sim.kinematics.arrays import Array
+from contarm_sim.kinematics.inverse.rotations import rotation_from_quaternion
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
 from contarm_sim.view.rendering.near import with_objects
@@ -77,9 +78,7 @@ def _carried(run: Trajectory, samples: NDArray[np.intp], points: Array) -> Array
     """Return points of the base frame of samples, shape (T, K, 3), in that of the start: a host may have moved it."""
     if run.base is None:
         return points
-    from scipy.spatial.transform import Rotation
-
-    turns = Rotation.from_quat(run.base[:, [4, 5, 6, 3]]).as_matrix()
+    turns = rotation_from_quaternion(run.base[:, 3:])
     world = run.base[samples, None, :3] + points @ turns[samples].transpose(0, 2, 1)
     return np.asarray((world - run.base[0, :3]) @ turns[0])
 

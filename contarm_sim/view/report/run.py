@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 from contarm_sim.control.base import Controller
 from contarm_sim.errors import EncodingError
-from contarm_sim.mjcf import arm_spec, exact_xml
-from contarm_sim.model.arm_file import arm_to_toml
 from contarm_sim.results.document import document
 from contarm_sim.results.trajectory import Trajectory
 from contarm_sim.studies.judged_run import judge_run
@@ -18,8 +16,8 @@ from contarm_sim.versions import versions
 from contarm_sim.view.prints import PLAIN, Prints
 from contarm_sim.view.report.budget import draw_budget
 from contarm_sim.view.report.contact_figure import draw_contact
-from contarm_sim.view.report.contacts_csv import write_contacts
 from contarm_sim.view.report.run_figures import draw_muscles, draw_path
+from contarm_sim.view.report.run_files import write_run
 from contarm_sim.view.report.samples_csv import write_samples
 from contarm_sim.view.report.words import in_short
 from contarm_sim.view.style import Draw, save
@@ -82,14 +80,9 @@ class RunReport:
     def write(self, folder: Path) -> None:
         """Write trajectory.npz, samples.csv, contacts.csv, arm.xml and arm.toml; of sampled arms a table and more."""
         samples, comparison = self._samples, self._comparison
-        samples.save(folder / "trajectory.npz")
+        write_run(folder, samples)
         asked = "pressure_asked_pa" if self._pressures else "setpoint_m"
         write_samples(folder / "samples.csv", {"run": (samples, comparison)}, asked)
-        if samples.contacts is not None:
-            write_contacts(folder / "contacts.csv", samples)
-        spec = arm_spec(samples.arm, "pressures" if self._pressures else "lengths")
-        (folder / "arm.xml").write_text(exact_xml(spec, folder))
-        (folder / "arm.toml").write_text(arm_to_toml(samples.arm, beside=True))
         if self._spread is not None:
             from contarm_sim.sweeps.case_table import write_cases
 

@@ -21,6 +21,9 @@ READ = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg"), "Pa": (1e-3, "kPa"), "kg"
 _OF_LENGTH = "_percent"
 """How names of shares of the arm's length end."""
 
+_SAID = {"contact_max": "tip motion by contact max"}
+"""Names that do not say enough, in more words."""
+
 _WIDE = 10.0
 """Numbers that are this many times as large as the least are drawn on a logarithmic scale."""
 
@@ -62,7 +65,8 @@ class Column:
     @property
     def words(self) -> str:
         """Name without unit."""
-        return self.name.removesuffix(_OF_LENGTH if self.unit == "%" else "").replace("_", " ").replace(".", " ")
+        name = self.name.removesuffix(_OF_LENGTH if self.unit == "%" else "")
+        return _SAID.get(name, name).replace("_", " ").replace(".", " ")
 
     @property
     def read_unit(self) -> str:
