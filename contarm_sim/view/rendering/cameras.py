@@ -12,6 +12,7 @@ from contarm_sim.kinematics.arrays import Array
 from contarm_sim.kinematics.inverse.rotations import rotation_from_quaternion
 from contarm_sim.mechanics import shape
 from contarm_sim.model.arm import Arm
+from contarm_sim.model.parameters import as_numbers
 from contarm_sim.view.rendering.near import with_objects
 from contarm_sim.view.sections import section_places
 
@@ -46,8 +47,10 @@ def check_camera(name: str | Angles) -> str | Angles:
     Raises:
         InputError: there is no such camera.
     """
-    if isinstance(name, str) and name not in CAMERAS:
-        raise InputError("camera", repr(name), ", ".join(CAMERAS))
+    angles = None if isinstance(name, str) else as_numbers(name)
+    if name not in CAMERAS if isinstance(name, str) else (angles is None or len(angles) != 2):
+        allowed = ", ".join(CAMERAS) + ("" if isinstance(name, str) else ", or azimuth and elevation [deg]")
+        raise InputError("camera", repr(name), allowed)
     return name
 
 
