@@ -13,6 +13,8 @@ import pytest
 from contarm_sim import ContarmError, InputError, sweeps
 from contarm_sim.sweeps import cluster, dask_tasks
 
+pytestmark = pytest.mark.slow  # by hand: all checks are to take less than ten minutes
+
 pytest.importorskip("distributed")
 
 SPEC = {

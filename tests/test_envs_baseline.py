@@ -18,6 +18,8 @@ from contarm_sim.kinematics import arc
 from contarm_sim.kinematics.arc import LARGEST_BEND
 from contarm_sim.model.arm import Arm
 
+pytestmark = pytest.mark.slow  # by hand: all checks are to take less than ten minutes
+
 HANGING = replace(Arm(), gravity=(0.0, 0.0, 9.81))
 LENGTH = Arm().length
 

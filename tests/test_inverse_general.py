@@ -15,6 +15,8 @@ from contarm_sim.kinematics.inverse.limits import excess
 from contarm_sim.kinematics.inverse.result import ANGLE_LENGTH
 from contarm_sim.kinematics.inverse.tips import tip_axes, tips_and_jacobians
 
+pytestmark = pytest.mark.slow  # by hand: all checks are to take less than ten minutes
+
 LENGTHS = (0.2, 0.17, 0.15, 0.12, 0.1, 0.1)
 CASES = [
     *((count, "position") for count in (3, 4, 5, 6)),

@@ -21,6 +21,8 @@ from contarm_sim.model.routing import Routing
 from contarm_sim.model.section import Section
 from contarm_sim.statics.equilibrium import equilibrium
 
+pytestmark = pytest.mark.slow  # by hand: all checks are to take less than ten minutes
+
 UNLIKE = (
     Section(length=0.2, mass=0.1, bending_stiffness=0.12, torsional_stiffness=0.08),
     Section(length=0.15, mass=0.05, bending_stiffness=0.07),

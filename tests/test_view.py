@@ -173,6 +173,7 @@ def _ring(page, arm):
     return box["x"] + 0.5 * box["width"] + scale * x, box["y"] + 0.5 * box["height"] - scale * y
 
 
+@pytest.mark.slow  # twenty seconds
 @needs_browser
 def test_two_browsers_steer_the_arm_and_may_leave():
     errors = []

@@ -22,6 +22,8 @@ from contarm_sim.model.objects import Object
 from contarm_sim.motion.time_step import Stepping
 from contarm_sim.paths.reference import Reference
 
+pytestmark = pytest.mark.slow  # by hand: all checks are to take less than ten minutes
+
 LINKS, LENGTH = 6, 0.37
 BENDS = np.array([[0.0, 0.0], [1.0, 0.3], [-0.4, 1.2], [1e-7, 0.0]])
 CLOSED_FORM = 1e-6 * LENGTH
