@@ -77,10 +77,15 @@ class Contacts:
     def __repr__(self) -> str:
         if not len(self):
             return "Contacts(none)"
-        touched = ", ".join(self.names[place] for place in np.unique(self.partner))
+        touched = ", ".join(self.touched)
         force = self.total(int(self.sample[-1]) + 1).max()
         most = f"force up to {force:.3g} N, depth up to {1e3 * self.depth.max():.2g} mm"
         return f"Contacts({len(self)} in {len(np.unique(self.sample))} samples, with {touched}; {most})"
+
+    @property
+    def touched(self) -> list[str]:
+        """The names of what was touched at all."""
+        return [self.names[place] for place in np.unique(self.partner)]
 
     @property
     def normal_force(self) -> Array:

@@ -106,7 +106,7 @@ def arm_spec(arm: Arm, actuation: Actuation = "lengths", timestep: float | None 
         add_objects(alone, arm)
         make_touchable(alone, arm)
     straight, state = _straight(alone, arm, actuation)
-    alone.add_key(name="straight", qpos=[0.0] * joints + _free(arm), ctrl=straight, act=state)
+    alone.add_key(name="straight", qpos=[0.0] * joints + _free(alone, arm), ctrl=straight, act=state)
     alone.stat.extent = 1.2 * arm.length
     alone.stat.center = [0.0, 0.0, 0.5 * arm.length]
     return alone
@@ -126,8 +126,7 @@ def _in_host(part: mujoco.MjSpec, arm: Arm, host: Host, actuation: Actuation, ti
         exclude_mount(whole, arm, host)
         add_host_sensors(whole, arm)
     damp(whole, arm)
-    free = [x for each in arm.world.objects if each.free for x in _pose(whole.body(each.name))]
-    add_keys(whole, host, [0.0] * joints, free, straight, state)
+    add_keys(whole, host, [0.0] * joints, _free(whole, arm), straight, state)
     return whole
 
 
@@ -144,7 +143,7 @@ def scene_spec(arm: Arm, actuation: Actuation = "lengths") -> mujoco.MjSpec:
     """
     scene = arm_spec(arm, actuation)
     if arm.world.host is not None:
-        scene = add_to_host(scene, arm)
+        add_to_host(scene, arm)
         add_nose(scene, arm)
         return scene
     scene.modelname = "contarm_scene"
@@ -166,10 +165,7 @@ def _straight(part: mujoco.MjSpec, arm: Arm, actuation: Actuation) -> tuple[list
     return straight, straight if actuation != "none" and ACTUATORS[actuation].states else []
 
 
-def _pose(body: mujoco.MjsBody) -> list[float]:
-    return [*body.pos.tolist(), *body.quat.tolist()]
-
-
-def _free(arm: Arm) -> list[float]:
+def _free(part: mujoco.MjSpec, arm: Arm) -> list[float]:
     """Return positions and orientations of the free objects, as the engine has them after the arm's joint angles."""
-    return [x for each in arm.world.objects if each.free for x in (*each.position, *each.quaternion)]
+    bodies = [part.body(name) for name in arm.world.movable]
+    return [x for body in bodies for x in (*body.pos.tolist(), *body.quat.tolist())]

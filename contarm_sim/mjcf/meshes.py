@@ -1,4 +1,4 @@
-"""Meshes of objects: whether the engine can read them, and whether they are of the arm's size."""
+"""Meshes of objects: as the engine reads them, and whether they are of the arm's size."""
 
 from __future__ import annotations
 
@@ -8,10 +8,14 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from contarm_sim.errors import InputError, one_line
 from contarm_sim.model.arm import Arm
 from contarm_sim.model.objects import MESHES, Object, said_of_object
+
+Triangles = tuple[np.ndarray, NDArray[np.intp]]
+"""Vertices [m], shape (K, 3), and the three of each triangle, shape (F, 3), outwards."""
 
 MOST_LENGTHS = 20
 """Largest extent of a mesh [lengths of the arm]: a larger one is of another unit."""
@@ -26,15 +30,14 @@ def check_mesh(each: Object, arm: Arm) -> None:
     Raises:
         InputError: why not; of one in millimetres, asks about `scale`.
     """
-    path = Path(str(each.file)).resolve()
-    where, length = said_of_object(each.name), sum(section.length for section in arm.sections)
+    file, where = str(each.file), said_of_object(each.name)
+    length = sum(section.length for section in arm.sections)
     try:
-        extent = _extent(str(path), each.scale, path.stat().st_mtime_ns, path.stat().st_size)
+        extent = float(np.ptp(mesh_surface(file, each.scale)[0], axis=0).max())
     except (OSError, ValueError) as error:
         allowed = f"a mesh, binary {' or '.join(MESHES)}, of a body that has a volume"
-        raise InputError(
-            "file", f"{one_line(str(each.file), 60)!r} ({_why(error, str(path))})", allowed, where
-        ) from None
+        given = f"{one_line(file, 60)!r} ({_why(error, str(Path(file).resolve()))})"
+        raise InputError("file", given, allowed, where) from None
     if LEAST_LENGTHS * length <= extent <= MOST_LENGTHS * length:
         return
     thousandth = extent > MOST_LENGTHS * length >= 1e-3 * extent
@@ -43,19 +46,30 @@ def check_mesh(each: Object, arm: Arm) -> None:
     raise InputError("scale", f"{each.scale:g}, which makes it {extent:.4g} m large", allowed, where)
 
 
-@lru_cache(maxsize=64)
-def _extent(file: str, scale: float, changed: int, size: int) -> float:
-    """Return the longest edge of a mesh's box [m]; `changed` and `size` tell a file that was written again.
+def mesh_surface(file: str, scale: float) -> Triangles:
+    """Return a mesh as its file has it, made once for each version of the file.
 
     Raises:
-        ValueError: the engine cannot make it.
+        OSError, ValueError: it cannot be read, or has no volume.
     """
-    spec = mujoco.MjSpec()
+    path = Path(file).resolve()
+    status = path.stat()
+    return _compiled(str(path), scale, status.st_mtime_ns, status.st_size)
+
+
+@lru_cache(maxsize=64)
+def _compiled(file: str, scale: float, changed: int, size: int) -> Triangles:
+    """Let the engine make a mesh; it keeps it about its own middle, and says where that is.
+
+    Args:
+        changed, size: tell a file that was written again.
+    """
+    spec, turn = mujoco.MjSpec(), np.zeros(9)
     spec.add_mesh(name="mesh", file=file, scale=[scale] * 3)
     spec.worldbody.add_body().add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh", mass=1.0)
-    model, turn = spec.compile(), np.zeros(9)
-    mujoco.mju_quat2Mat(turn, model.mesh_quat[0])  # the engine turns meshes to their principal axes
-    return float(np.ptp(model.mesh_vert @ turn.reshape(3, 3).T, axis=0).max())
+    model = spec.compile()
+    mujoco.mju_quat2Mat(turn, model.geom_quat[0])
+    return model.mesh_vert @ turn.reshape(3, 3).T + model.geom_pos[0], model.mesh_face.astype(np.intp)
 
 
 def _why(error: Exception, file: str) -> str:

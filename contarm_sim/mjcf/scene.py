@@ -135,8 +135,8 @@ def add_scene(spec: mujoco.MjSpec, arm: Arm) -> np.ndarray:
     return base
 
 
-def add_to_host(spec: mujoco.MjSpec, arm: Arm) -> mujoco.MjSpec:
-    """Add what a host lacks to be filmed: a large buffer, cameras, and a light; return it."""
+def add_to_host(spec: mujoco.MjSpec, arm: Arm) -> None:
+    """Add what a host lacks to be filmed: a large buffer, cameras, and a light."""
     lighten(spec)
     buffer, seen = spec.visual.global_, workspace(arm)
     buffer.offwidth, buffer.offheight = max(buffer.offwidth, OFFSCREEN[0]), max(buffer.offheight, OFFSCREEN[1])
@@ -146,7 +146,6 @@ def add_to_host(spec: mujoco.MjSpec, arm: Arm) -> mujoco.MjSpec:
             _add_camera(spec, name, seen, *angles)
     if not len(spec.lights):
         _add_lights(spec, seen.mean(axis=0), arm.length)
-    return spec
 
 
 def lighten(spec: mujoco.MjSpec) -> None:

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-from pathlib import Path
-
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from contarm_sim.mjcf.meshes import Triangles, mesh_surface
 from contarm_sim.model.objects import Object
 
 _SIDES, _RINGS = 32, 8
 """Sides of what is round, and rings of a half ball."""
-
-Triangles = tuple[np.ndarray, NDArray[np.intp]]
-"""Vertices [m], shape (K, 3), and the three of each triangle, shape (F, 3), outwards."""
 
 
 def surface(each: Object) -> Triangles:
@@ -25,8 +19,7 @@ def surface(each: Object) -> Triangles:
         OSError, ValueError: a mesh that cannot be read.
     """
     if each.file is not None:
-        status = Path(each.file).stat()
-        return _mesh(each.file, each.scale, status.st_mtime_ns, status.st_size)
+        return mesh_surface(each.file, each.scale)
     if each.size is not None:
         return _box(np.array(each.size))
     radius, half = each.radius or 0.0, 0.5 * (each.length or 0.0)
@@ -71,19 +64,3 @@ def _revolved(outline: list[tuple[float, float]]) -> Triangles:
     beside = low - low % _SIDES + (low + 1) % _SIDES
     a, b, c, d = low, beside, beside + _SIDES, low + _SIDES
     return vertices, np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-
-
-@lru_cache(maxsize=64)
-def _mesh(file: str, scale: float, changed: int, size: int) -> Triangles:
-    """Return a mesh as its file has it; the engine keeps it about its own middle, and says where that is.
-
-    Args:
-        changed, size: tell a file that was written again.
-    """
-    spec = mujoco.MjSpec()
-    spec.add_mesh(name="mesh", file=str(Path(file).resolve()), scale=[scale] * 3)
-    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
-    model = spec.compile()
-    turn = np.zeros(9)
-    mujoco.mju_quat2Mat(turn, model.geom_quat[0])
-    return model.mesh_vert @ turn.reshape(3, 3).T + model.geom_pos[0], model.mesh_face.astype(np.intp)

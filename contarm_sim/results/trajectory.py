@@ -112,7 +112,7 @@ class Trajectory(ReadOnly, Showing):
             require_links_of(self.arm, self._arrays(), "trajectory")
 
     def _check_touch(self) -> None:
-        free = sum(each.free for each in self.arm.world.objects)
+        free = len(self.arm.world.movable)
         if self.objects is not None and self.objects.shape != (len(self), free, 7):
             raise InputError("objects", f"of shape {self.objects.shape}", f"shape {(len(self), free, 7)}")
         if self.contacts is None:
@@ -164,9 +164,8 @@ class Trajectory(ReadOnly, Showing):
         found, names = self.contacts, self.contacts.names
         if not len(found):
             return f"\n  touched nothing of {', '.join(names)}"
-        what = ", ".join(names[place] for place in np.unique(found.partner))
         force, depth = found.total(len(self)).max(), 1e3 * found.depth.max()
-        return f"\n  touched {what}: contact force up to {force:.3g} N, depth up to {depth:.2g} mm"
+        return f"\n  touched {', '.join(found.touched)}: contact force up to {force:.3g} N, depth up to {depth:.2g} mm"
 
     @property
     def tip(self) -> Array:

@@ -117,7 +117,7 @@ def _touched(samples: Any) -> str:
     found = samples.contacts
     if not len(found):
         return "nothing"
-    what = ", ".join(found.names[place] for place in np.unique(found.partner))
+    what = ", ".join(found.touched)
     return f"{what}: up to {found.total(len(samples)).max():.3g} N, {1e3 * found.depth.max():.2g} mm deep"
 
 
